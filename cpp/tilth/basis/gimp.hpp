@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Generalised interpolation material point method: the hat functions averaged over the point's
+// box-shaped domain (Bardenhagen & Kober 2004, eq. 26; contiguous-particle form).
+//   S = (H(s + l) - H(s - l)) / (2 l),  S' = (N(s + l) - N(s - l)) / (2 l),
+// with N the hat function and H its antiderivative: no case distinction by overlap is needed.
+#pragma once
+
+#include <cmath>
+
+#include "linear.hpp"
+
+namespace tilth::basis {
+
+struct Gimp {
+  static constexpr const char* name = "gimp";
+  static constexpr bool has_domain = true;
+  static constexpr int maximum_count = 3;  // half lengths are capped at half a cell
+
+  /// Overlaps below this share of the half length are not counted as support: their basis values
+  /// are round-off and their nodes would be without stiffness.
+  static constexpr double relative_overlap = 1e-12;
+
+  TILTH_FUNCTION static Support support(double x, double half_length) {
+    const double reach = half_length * (1.0 - relative_overlap);
+    const double first = std::floor(x - reach);
+    return {first, static_cast<int>(std::floor(x + reach) - first) + 2};
+  }
+
+  TILTH_FUNCTION static double hat(double s) { return std::fmax(0.0, 1.0 - std::fabs(s)); }
+
+  TILTH_FUNCTION static double hat_antiderivative(double s) {
+    const double t = std::fmin(1.0, std::fmax(-1.0, s));
+    return t < 0.0 ? 0.5 * (1.0 + t) * (1.0 + t) : 1.0 - 0.5 * (1.0 - t) * (1.0 - t);
+  }
+
+  TILTH_FUNCTION static void evaluate(double s, double half_length, double& value,
+                                      double& derivative) {
+    const double lower = s - half_length;
+    const double upper = s + half_length;
+    const double scale = 0.5 / half_length;
+    value = (hat_antiderivative(upper) - hat_antiderivative(lower)) * scale;
+    derivative = (hat(upper) - hat(lower)) * scale;
+  }
+};
+
+}  // namespace tilth::basis

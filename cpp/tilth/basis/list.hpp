@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The list of bases: dispatch, bindings and contract tests follow from it.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "gimp.hpp"
+#include "linear.hpp"
+
+namespace tilth::basis {
+
+using List = std::tuple<Linear, Gimp>;
+
+/// Calls `function(Basis{})` for the basis of that name, once per batch of points.
+template <class Function>
+void with_basis(const std::string& name, Function&& function) {
+  bool found = false;
+  std::apply(
+      [&](auto... each) {
+        ((name == decltype(each)::name ? (found = true, function(each), 0) : 0), ...);
+      },
+      List{});
+  if (!found) throw std::invalid_argument("unknown basis '" + name + "'");
+}
+
+}  // namespace tilth::basis

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../kernel/stencil.hpp"
+
+#include "../basis/list.hpp"
+#include "../kind.hpp"
+#include "arrays.hpp"
+
+namespace tilth::bind {
+
+namespace {
+
+template <class Function>
+void with_dimension(int dim, Function&& function) {
+  if (dim == 2) return function(PlaneStrain{});
+  if (dim == 3) return function(Solid{});
+  throw std::invalid_argument("dimension must be 2 or 3");
+}
+
+std::int64_t support_keys(const std::string& basis_name, ConstDoubles position, ConstDoubles half_length,
+                          ConstDoubles origin, ConstDoubles cell_size, Integers keys) {
+  const auto points = static_cast<std::int64_t>(position.shape(0));
+  const int dim = static_cast<int>(position.shape(1));
+  require_size(half_length, points * dim, "half_length");
+  require_size(keys, points, "keys");
+  std::int64_t outside = 0;
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    basis::with_basis(basis_name, [&](auto basis) {
+      outside = kernel::support_keys<decltype(basis), decltype(kind)::dim>(
+          points, position.data(), half_length.data(), origin.data(), cell_size.data(), keys.data());
+    });
+  });
+  return outside;
+}
+
+auto group_points(int dim, ConstIntegers keys) {
+  kernel::Groups groups;
+  with_dimension(dim, [&](auto kind) {
+    groups = kernel::group_points<decltype(kind)::dim>(static_cast<std::int64_t>(keys.size()), keys.data());
+  });
+  const std::size_t n = groups.start.size() - 1;
+  return std::make_tuple(give(std::move(groups.start)), give(std::move(groups.first), {n, 3}),
+                         give(std::move(groups.count), {n, 3}));
+}
+
+auto active_nodes(ConstIntegers first, ConstShorts count) {
+  return give(kernel::active_nodes(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data()));
+}
+
+auto lattice(ConstIntegers keys) {
+  std::vector<std::int64_t> places;
+  places.reserve(3 * keys.size());
+  for (std::size_t v = 0; v < keys.size(); ++v) {
+    const Lattice place = unpack(keys.data()[v]);
+    places.insert(places.end(), place.begin(), place.end());
+  }
+  return give(std::move(places), {keys.size(), 3});
+}
+
+auto node_keys(ConstIntegers places) {
+  std::vector<std::int64_t> keys(places.shape(0));
+  for (std::size_t v = 0; v < keys.size(); ++v) {
+    const std::int64_t* place = places.data() + 3 * v;
+    keys[v] = pack({place[0], place[1], place[2]});
+  }
+  return give(std::move(keys));
+}
+
+auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys, ConstIntegers node_start) {
+  const auto groups = static_cast<std::int64_t>(first.shape(0));
+  std::vector<std::int32_t> nodes(node_start.data()[groups]);
+  kernel::group_nodes(groups, first.data(), count.data(), static_cast<std::int64_t>(keys.size()),
+                      keys.data(), node_start.data(), nodes.data());
+  return give(std::move(nodes));
+}
+
+void basis_values(const std::string& basis_name, ConstIntegers start, ConstIntegers first, ConstShorts count,
+                  ConstIntegers value_start, ConstDoubles position, ConstDoubles half_length,
+                  ConstDoubles origin, ConstDoubles cell_size, Doubles value, Doubles gradient) {
+  const auto groups = static_cast<std::int64_t>(first.shape(0));
+  const int dim = static_cast<int>(position.shape(1));
+  require_size(gradient, static_cast<std::int64_t>(value.size()) * dim, "gradient");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    basis::with_basis(basis_name, [&](auto basis) {
+      kernel::basis_values<decltype(basis), decltype(kind)::dim>(
+          groups, start.data(), first.data(), count.data(), value_start.data(), position.data(),
+          half_length.data(), origin.data(), cell_size.data(), value.data(), gradient.data());
+    });
+  });
+}
+
+auto colour_groups(ConstIntegers first, ConstShorts count) {
+  auto colouring =
+      kernel::colour_groups(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data());
+  return std::make_tuple(give(std::move(colouring.colour_start)), give(std::move(colouring.order)),
+                         give(std::move(colouring.bucket_start)));
+}
+
+auto basis_names() {
+  nb::list names;
+  std::apply([&](auto... each) { (names.append(decltype(each)::name), ...); }, basis::List{});
+  return names;
+}
+
+}  // namespace
+
+void bind_stencil(nb::module_& module) {
+  using namespace nb::literals;
+  module.def("basis_names", &basis_names, "Names of the bases, in the order of basis/list.hpp.");
+  module.def("support_keys", &support_keys, "basis"_a, "position"_a, "half_length"_a, "origin"_a,
+             "cell_size"_a, "keys"_a,
+             "Fills the support key of each point; returns how many are out of reach (key -1).");
+  module.def("group_points", &group_points, "dim"_a, "keys"_a,
+             "Groups of sorted keys: start (g+1), first node (g,3), nodes per direction (g,3).");
+  module.def("active_nodes", &active_nodes, "first"_a, "count"_a, "Sorted keys of all touched nodes.");
+  module.def("lattice", &lattice, "keys"_a, "Lattice places (n,3) of node keys.");
+  module.def("node_keys", &node_keys, "places"_a, "Keys of lattice places (n,3).");
+  module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
+             "Node numbers of each group, x fastest.");
+  module.def("basis_values", &basis_values, "basis"_a, "start"_a, "first"_a, "count"_a, "value_start"_a,
+             "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "value"_a, "gradient"_a,
+             "Fills basis values and gradients of all points.");
+  module.def("colour_groups", &colour_groups, "first"_a, "count"_a,
+             "Colours of buckets: colour_start, order, bucket_start.");
+}
+
+}  // namespace tilth::bind

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads tilth.grid.Stencil into the struct of pointers that the kernels take.
+#pragma once
+
+#include "../kernel/view.hpp"
+#include "arrays.hpp"
+
+namespace tilth::bind {
+
+/// Keeps the arrays of a Python `Stencil` alive while a kernel runs.
+struct StencilView : kernel::Stencil {
+  ConstIntegers arrays64[6];
+  ConstShorts nodes;
+  ConstDoubles values[2];
+
+  explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
+    const char* names[6] = {"start", "node_start", "value_start", "colour_start", "order", "bucket_start"};
+    for (int i = 0; i < 6; ++i) arrays64[i] = nb::cast<ConstIntegers>(stencil.attr(names[i]));
+    nodes = nb::cast<ConstShorts>(stencil.attr("node"));
+    values[0] = nb::cast<ConstDoubles>(stencil.attr("value"));
+    values[1] = nb::cast<ConstDoubles>(stencil.attr("gradient"));
+    groups = static_cast<std::int64_t>(arrays64[0].size()) - 1;
+    start = arrays64[0].data();
+    node_start = arrays64[1].data();
+    value_start = arrays64[2].data();
+    colour_start = arrays64[3].data();
+    colours = static_cast<std::int64_t>(arrays64[3].size()) - 1;
+    order = arrays64[4].data();
+    bucket_start = arrays64[5].data();
+    node = nodes.data();
+    value = values[0].data();
+    gradient = values[1].data();
+  }
+
+  std::int64_t points() const { return start[groups]; }
+};
+
+}  // namespace tilth::bind

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What happens to the points of one body once a step has converged: deformation gradient, Cauchy
+// stress, and the half lengths of GIMP domains by the chosen rule (docs/theory/domains.md).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "../grid.hpp"
+#include "../tensor.hpp"
+#include "response.hpp"
+#include "stress.hpp"
+
+namespace tilth::kernel {
+
+/// F <- dF F; sigma = tau / det F in six components.
+template <class K>
+void advance(std::int64_t points, const double* increment, const double* response_array,
+             double* deformation_gradient, double* cauchy) {
+  const auto* response = reinterpret_cast<const Response<K>*>(response_array);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t p = 0; p < points; ++p) {
+    double f[3][3], inverse[3][3];
+    double* before = deformation_gradient + 9 * p;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        f[i][j] = increment[9 * p + 3 * i] * before[j] + increment[9 * p + 3 * i + 1] * before[3 + j] +
+                  increment[9 * p + 3 * i + 2] * before[6 + j];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) before[3 * i + j] = f[i][j];
+    const double determinant = invert(f, inverse);
+    const Response<K>& r = response[p];
+    double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int i = 0; i < K::dim; ++i)
+      for (int a = 0; a < K::dim; ++a) axis[i][a] = r.axis[i][a];
+    compose(r.kirchhoff, axis, cauchy + 6 * p);
+    for (int k = 0; k < 6; ++k) cauchy[6 * p + k] /= determinant;
+  }
+}
+
+/// How a GIMP domain's half lengths follow the deformation gradient.
+enum class DomainRule { determinant, deformation_gradient, right_stretch, left_stretch };
+
+inline DomainRule domain_rule(const std::string& name) {
+  if (name == "determinant") return DomainRule::determinant;
+  if (name == "deformation_gradient") return DomainRule::deformation_gradient;
+  if (name == "right_stretch") return DomainRule::right_stretch;
+  if (name == "left_stretch") return DomainRule::left_stretch;
+  throw std::invalid_argument("unknown domain rule '" + name + "'");
+}
+
+/// half <- initial half length times the stretch that the rule reads off F.
+template <class K>
+void stretch_domains(std::int64_t points, DomainRule rule, const double* deformation_gradient,
+                     const double* initial_half, double* half) {
+  constexpr int dim = K::dim;
+#pragma omp parallel for schedule(static)
+  for (std::int64_t p = 0; p < points; ++p) {
+    const double* f = deformation_gradient + 9 * p;
+    double stretch[3];
+    if (rule == DomainRule::determinant) {
+      double a[3][3], inverse[3][3];
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) a[i][j] = f[3 * i + j];
+      if (dim == 2) a[2][2] = 1.0;  // the in-plane area, also in axisymmetry
+      const double all = std::pow(invert(a, inverse), 1.0 / dim);
+      for (double& s : stretch) s = all;
+    } else if (rule == DomainRule::deformation_gradient) {
+      for (int i = 0; i < 3; ++i) stretch[i] = f[4 * i];
+    } else {
+      double c[6];
+      for (int k = 0; k < 6; ++k) {
+        const int i = row_of_component[k], j = column_of_component[k];
+        c[k] = 0.0;
+        for (int m = 0; m < 3; ++m)
+          c[k] += rule == DomainRule::right_stretch ? f[3 * m + i] * f[3 * m + j] : f[3 * i + m] * f[3 * j + m];
+      }
+      Spectrum s = spectrum<K::in_plane>(c);
+      for (double& value : s.value) value = std::sqrt(value);
+      double component[6];
+      compose(s.value, s.vector, component);
+      for (int i = 0; i < 3; ++i) stretch[i] = component[i];
+    }
+    for (int i = 0; i < dim; ++i) half[dim * p + i] = initial_half[dim * p + i] * stretch[i];
+  }
+}
+
+/// Rule `corners` (after Coombs & Augarde 2020): the centres of the domain's faces move with the
+/// grid's finite-element field; the new half length is half the distance of opposite faces. Rigid
+/// rotation and simple shear leave the domain as it is, and a stretch acts along the grid's axes
+/// whatever rotation went before. Positions are those at the start of the step.
+template <int Dim>
+void move_domain_faces(std::int64_t points, const double* position, std::int64_t nodes,
+                       const std::int64_t* node_keys, const double* displacement, const double* origin,
+                       const double* cell_size, double* half) {
+#pragma omp parallel for schedule(static)
+  for (std::int64_t p = 0; p < points; ++p) {
+    double change[Dim];
+    for (int axis = 0; axis < Dim; ++axis) {
+      double moved[2];
+      for (int side = 0; side < 2; ++side) {
+        Lattice first{0, 0, 0};
+        double s[3] = {0.0, 0.0, 0.0};
+        for (int k = 0; k < Dim; ++k) {
+          // faces stay just inside the domain, so that only active nodes are asked
+          const double reach = k == axis ? (side == 0 ? -1.0 : 1.0) * half[Dim * p + k] * (1.0 - 1e-9) : 0.0;
+          const double x = (position[Dim * p + k] + reach - origin[k]) / cell_size[k];
+          first[k] = static_cast<std::int64_t>(std::floor(x));
+          s[k] = x - static_cast<double>(first[k]);
+        }
+        moved[side] = 0.0;
+        for (int corner = 0; corner < (1 << Dim); ++corner) {
+          Lattice place = first;
+          double weight = 1.0;
+          for (int k = 0; k < Dim; ++k) {
+            const int up = (corner >> k) & 1;
+            place[k] += up;
+            weight *= up ? s[k] : 1.0 - s[k];
+          }
+          const std::int64_t key = pack(place);
+          const auto* found = std::lower_bound(node_keys, node_keys + nodes, key);
+          if (found != node_keys + nodes && *found == key)
+            moved[side] += weight * displacement[Dim * (found - node_keys) + axis];
+        }
+      }
+      change[axis] = 0.5 * (moved[1] - moved[0]);
+    }
+    for (int axis = 0; axis < Dim; ++axis) half[Dim * p + axis] += change[axis];
+  }
+}
+
+}  // namespace tilth::kernel

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the stress update leaves behind at a point: all that internal force and stiffness need.
+// Everything is in the principal axes n_p of the trial left Cauchy-Green tensor, in which an
+// isotropic material's tangent has 21 entries instead of 81 (docs/theory/mechanics.md, "Tangent").
+#pragma once
+
+#include "../kind.hpp"
+
+namespace tilth::kernel {
+
+template <class K>
+struct Response {
+  static constexpr int pairs = K::dim == 3 ? 3 : 1;  // (0,1), (1,2), (2,0)
+
+  double to_current[K::dim][K::dim];  // [p][J]: gradient at the start of the step -> current, along n_p
+  double axis[K::dim][K::dim];        // [i][p]: component i of n_p
+  double kirchhoff[3];                // principal Kirchhoff stress [stress]
+  double tangent[3][3];               // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
+  double beta[K::dim];                // principal values of the trial left Cauchy-Green tensor
+  double shear[pairs];                // (tau_a - tau_b) / (beta_a - beta_b) [stress]
+  double hoop_inverse;                // 1 / hoop stretch of the step (axisymmetry)
+
+  static constexpr int pair(int a, int b) { return K::dim == 3 ? (a + b == 1 ? 0 : a + b == 3 ? 1 : 2) : 0; }
+};
+
+template <class K>
+inline constexpr int response_size = sizeof(Response<K>) / sizeof(double);
+
+}  // namespace tilth::kernel

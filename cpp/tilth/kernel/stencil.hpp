@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From point positions to stencils. A *group* is the set of points that share the same nodes (a
+// cell in standard MPM); a *bucket* is the run of groups that start at the same node; buckets of
+// one *colour* share no node and may be assembled at the same time, in any order, with the same
+// result to the bit.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "../grid.hpp"
+
+namespace tilth::kernel {
+
+/// Support key of each point, `x` in cells from the grid's origin; returns the number of points
+/// outside the range that a key can represent (their key is -1).
+template <class Basis, int Dim>
+std::int64_t support_keys(std::int64_t points, const double* position, const double* half_length,
+                          const double* origin, const double* cell_size, std::int64_t* keys) {
+  std::int64_t outside = 0;
+#pragma omp parallel for schedule(static) reduction(+ : outside)
+  for (std::int64_t p = 0; p < points; ++p) {
+    Lattice first{0, 0, 0};
+    std::array<int, 3> count{2, 2, 2};
+    bool inside = true;
+    for (int k = 0; k < Dim; ++k) {
+      const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
+      const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+      const auto support = Basis::support(x, l);
+      inside = inside && std::fabs(support.first) < static_cast<double>(key_reach);
+      first[k] = inside ? static_cast<std::int64_t>(support.first) : 0;
+      count[k] = support.count;
+    }
+    keys[p] = inside ? pack_support(first, count) : -1;
+    outside += !inside;
+  }
+  return outside;
+}
+
+/// Groups of sorted support keys: where each starts (one more entry at the end), its first node
+/// and its number of nodes per direction.
+struct Groups {
+  std::vector<std::int64_t> start;
+  std::vector<std::int64_t> first;  // (groups, 3)
+  std::vector<std::int32_t> count;  // (groups, 3); 1 in the direction that 2D lacks
+};
+
+template <int Dim>
+Groups group_points(std::int64_t points, const std::int64_t* keys) {
+  Groups groups;
+  for (std::int64_t p = 0; p < points; ++p) {
+    if (p > 0 && keys[p] == keys[p - 1]) continue;
+    Lattice first;
+    std::array<int, 3> count;
+    unpack_support(keys[p], first, count);
+    if constexpr (Dim == 2) count[2] = 1;
+    groups.start.push_back(p);
+    groups.first.insert(groups.first.end(), first.begin(), first.end());
+    groups.count.insert(groups.count.end(), count.begin(), count.end());
+  }
+  groups.start.push_back(points);
+  return groups;
+}
+
+/// Sorted keys of all nodes that any group touches.
+inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::int64_t* first,
+                                              const std::int32_t* count) {
+  std::vector<std::int64_t> keys;
+  keys.reserve(static_cast<std::size_t>(groups) * 8);
+  for (std::int64_t g = 0; g < groups; ++g)
+    for (int k = 0; k < count[3 * g + 2]; ++k)
+      for (int j = 0; j < count[3 * g + 1]; ++j)
+        for (int i = 0; i < count[3 * g]; ++i)
+          keys.push_back(pack({first[3 * g] + i, first[3 * g + 1] + j, first[3 * g + 2] + k}));
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return keys;
+}
+
+/// Node numbers of each group, x fastest; `node_start` (groups + 1) must be filled.
+inline void group_nodes(std::int64_t groups, const std::int64_t* first, const std::int32_t* count,
+                        std::int64_t nodes, const std::int64_t* node_keys,
+                        const std::int64_t* node_start, std::int32_t* node_of_group) {
+#pragma omp parallel for schedule(static)
+  for (std::int64_t g = 0; g < groups; ++g) {
+    std::int64_t at = node_start[g];
+    for (int k = 0; k < count[3 * g + 2]; ++k)
+      for (int j = 0; j < count[3 * g + 1]; ++j) {
+        const auto key = pack({first[3 * g], first[3 * g + 1] + j, first[3 * g + 2] + k});
+        const auto number = static_cast<std::int32_t>(
+            std::lower_bound(node_keys, node_keys + nodes, key) - node_keys);
+        for (int i = 0; i < count[3 * g]; ++i) node_of_group[at++] = number + i;
+      }
+  }
+}
+
+/// Basis values S [-] and gradients G [1/length] of every point. The values of point p stand at
+/// value_start[p's group] + (p - start of the group) * n, its gradients at Dim times that offset
+/// with the direction slowest: G[direction][node].
+template <class Basis, int Dim>
+void basis_values(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
+                  const std::int32_t* count, const std::int64_t* value_start,
+                  const double* position, const double* half_length, const double* origin,
+                  const double* cell_size, double* value, double* gradient) {
+#pragma omp parallel for schedule(static)
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const int n = count[3 * g] * count[3 * g + 1] * count[3 * g + 2];
+    double along[3][4] = {};
+    double slope[3][4] = {};
+    along[2][0] = 1.0;
+    for (std::int64_t p = start[g]; p < start[g + 1]; ++p) {
+      for (int k = 0; k < Dim; ++k) {
+        const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
+        const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+        for (int i = 0; i < count[3 * g + k]; ++i) {
+          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, along[k][i], slope[k][i]);
+          slope[k][i] /= cell_size[k];
+        }
+      }
+      const std::int64_t offset = value_start[g] + (p - start[g]) * n;
+      double* s = value + offset;
+      double* d = gradient + offset * Dim;
+      int a = 0;
+      for (int k = 0; k < count[3 * g + 2]; ++k)
+        for (int j = 0; j < count[3 * g + 1]; ++j)
+          for (int i = 0; i < count[3 * g]; ++i, ++a) {
+            const double rest = along[1][j] * along[2][k];
+            s[a] = along[0][i] * rest;
+            d[a] = slope[0][i] * rest;
+            d[n + a] = along[0][i] * slope[1][j] * along[2][k];
+            if constexpr (Dim == 3) d[2 * n + a] = along[0][i] * along[1][j] * slope[2][k];
+          }
+    }
+  }
+}
+
+/// Buckets (runs of groups with the same first node) and their colours: `bucket_start` (buckets+1)
+/// in groups, `order` the buckets sorted by colour, `colour_start` (colours + 1) in `order`.
+struct Colouring {
+  std::vector<std::int64_t> bucket_start;
+  std::vector<std::int64_t> order;
+  std::vector<std::int64_t> colour_start;
+};
+
+inline Colouring colour_groups(std::int64_t groups, const std::int64_t* first,
+                               const std::int32_t* count) {
+  std::int64_t stride[3] = {1, 1, 1};
+  for (std::int64_t g = 0; g < groups; ++g)
+    for (int k = 0; k < 3; ++k) stride[k] = std::max<std::int64_t>(stride[k], count[3 * g + k]);
+  const auto remainder = [](std::int64_t a, std::int64_t b) { return ((a % b) + b) % b; };
+  std::vector<std::vector<std::int64_t>> bucket_of_colour(stride[0] * stride[1] * stride[2]);
+  Colouring result;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int64_t* f = first + 3 * g;
+    if (g > 0 && std::equal(f, f + 3, f - 3)) continue;
+    const std::int64_t colour =
+        (remainder(f[2], stride[2]) * stride[1] + remainder(f[1], stride[1])) * stride[0] +
+        remainder(f[0], stride[0]);
+    bucket_of_colour[colour].push_back(static_cast<std::int64_t>(result.bucket_start.size()));
+    result.bucket_start.push_back(g);
+  }
+  result.bucket_start.push_back(groups);
+  result.colour_start.push_back(0);
+  for (const auto& buckets : bucket_of_colour) {
+    if (buckets.empty()) continue;
+    result.order.insert(result.order.end(), buckets.begin(), buckets.end());
+    result.colour_start.push_back(static_cast<std::int64_t>(result.order.size()));
+  }
+  return result;
+}
+
+}  // namespace tilth::kernel

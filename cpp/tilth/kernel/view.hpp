@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What every kernel over the points of one body reads: groups, nodes, basis values (stencil.hpp).
+#pragma once
+
+#include <cstdint>
+
+namespace tilth::kernel {
+
+struct Stencil {
+  std::int64_t groups;
+  const std::int64_t* start;        // (groups + 1) first point of each group
+  const std::int64_t* node_start;   // (groups + 1)
+  const std::int32_t* node;         // node numbers of the groups
+  const std::int64_t* value_start;  // (groups) offset of the first point's values
+  const double* value;
+  const double* gradient;
+  std::int64_t colours;
+  const std::int64_t* colour_start;
+  const std::int64_t* order;
+  const std::int64_t* bucket_start;
+
+  int nodes_of(std::int64_t group) const {
+    return static_cast<int>(node_start[group + 1] - node_start[group]);
+  }
+};
+
+/// Calls `body(group)` for all groups, in parallel, such that no two calls at the same time share
+/// a node and the order of calls that share a node does not depend on the number of threads.
+template <class Body>
+void for_groups_by_colour(const Stencil& stencil, Body&& body) {
+#pragma omp parallel
+  for (std::int64_t c = 0; c < stencil.colours; ++c) {
+#pragma omp for schedule(static)
+    for (std::int64_t b = stencil.colour_start[c]; b < stencil.colour_start[c + 1]; ++b) {
+      const std::int64_t bucket = stencil.order[b];
+      for (std::int64_t g = stencil.bucket_start[bucket]; g < stencil.bucket_start[bucket + 1]; ++g)
+        body(g);
+    }
+  }
+}
+
+/// Calls `body(group)` for all groups, in parallel, for kernels that write to points only.
+template <class Body>
+void for_groups(const Stencil& stencil, Body&& body) {
+#pragma omp parallel for schedule(static)
+  for (std::int64_t g = 0; g < stencil.groups; ++g) body(g);
+}
+
+/// Largest number of nodes that support one point (kernels keep buffers of this size).
+inline constexpr int maximum_nodes = 64;
+
+/// Calls `body.template operator()<N>()` with N the number of nodes where it is a common one, so
+/// that inner loops have a fixed length, and N = 0 (length at run time) otherwise.
+template <int Dim, class Body>
+void with_node_count(int nodes, Body&& body) {
+  if constexpr (Dim == 2) {
+    switch (nodes) {
+      case 4: return body.template operator()<4>();
+      case 6: return body.template operator()<6>();
+      case 9: return body.template operator()<9>();
+      default: return body.template operator()<0>();
+    }
+  } else {
+    switch (nodes) {
+      case 8: return body.template operator()<8>();
+      case 12: return body.template operator()<12>();
+      case 18: return body.template operator()<18>();
+      case 27: return body.template operator()<27>();
+      default: return body.template operator()<0>();
+    }
+  }
+}
+
+}  // namespace tilth::kernel

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pattern of the node-block matrix: every pair of nodes that share a group, and where each group's
+// blocks stand in it. Nothing is assumed of the number of neighbours.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace tilth::sparse {
+
+/// Groups of nodes: `node_start` (groups + 1), `node` their node numbers.
+struct NodeGroups {
+  std::int64_t groups;
+  const std::int64_t* node_start;
+  const std::int32_t* node;
+};
+
+struct Pattern {
+  std::vector<std::int64_t> row_start;  // (nodes + 1)
+  std::vector<std::int32_t> column;     // sorted within a row
+};
+
+inline Pattern block_pattern(std::int64_t nodes, const NodeGroups& groups) {
+  std::vector<std::int64_t> first(nodes + 1, 0);  // groups of each node, by counting sort
+  const std::int64_t entries = groups.node_start[groups.groups];
+  for (std::int64_t e = 0; e < entries; ++e) ++first[groups.node[e] + 1];
+  for (std::int64_t v = 0; v < nodes; ++v) first[v + 1] += first[v];
+  std::vector<std::int64_t> group_of(entries), fill(first.begin(), first.end() - 1);
+  for (std::int64_t g = 0; g < groups.groups; ++g)
+    for (std::int64_t e = groups.node_start[g]; e < groups.node_start[g + 1]; ++e)
+      group_of[fill[groups.node[e]]++] = g;
+
+  std::vector<std::vector<std::int32_t>> rows(nodes);
+#pragma omp parallel
+  {
+    std::vector<std::int64_t> seen(nodes, -1);
+#pragma omp for schedule(static)
+    for (std::int64_t v = 0; v < nodes; ++v) {
+      auto& row = rows[v];
+      for (std::int64_t e = first[v]; e < first[v + 1]; ++e) {
+        const std::int64_t g = group_of[e];
+        for (std::int64_t k = groups.node_start[g]; k < groups.node_start[g + 1]; ++k) {
+          const std::int32_t w = groups.node[k];
+          if (seen[w] == v) continue;
+          seen[w] = v;
+          row.push_back(w);
+        }
+      }
+      std::sort(row.begin(), row.end());
+    }
+  }
+  Pattern pattern;
+  pattern.row_start.resize(nodes + 1, 0);
+  for (std::int64_t v = 0; v < nodes; ++v)
+    pattern.row_start[v + 1] = pattern.row_start[v] + static_cast<std::int64_t>(rows[v].size());
+  pattern.column.resize(pattern.row_start[nodes]);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t v = 0; v < nodes; ++v)
+    std::copy(rows[v].begin(), rows[v].end(), pattern.column.begin() + pattern.row_start[v]);
+  return pattern;
+}
+
+/// Positions of a group's blocks: per row node one entry for each run of consecutive columns.
+struct Positions {
+  std::vector<std::int64_t> start;      // (groups)
+  std::vector<std::int32_t> position;
+};
+
+inline Positions block_positions(const NodeGroups& groups, const std::int64_t* row_start,
+                                 const std::int32_t* column) {
+  Positions result;
+  result.start.resize(groups.groups);
+  std::int64_t total = 0;
+  for (std::int64_t g = 0; g < groups.groups; ++g) {
+    const std::int64_t begin = groups.node_start[g], end = groups.node_start[g + 1];
+    std::int64_t runs = 1;
+    for (std::int64_t e = begin + 1; e < end; ++e) runs += groups.node[e] != groups.node[e - 1] + 1;
+    result.start[g] = total;
+    total += runs * (end - begin);
+  }
+  result.position.resize(total);
+#pragma omp parallel for schedule(static)
+  for (std::int64_t g = 0; g < groups.groups; ++g) {
+    std::int32_t* out = result.position.data() + result.start[g];
+    const std::int64_t begin = groups.node_start[g], end = groups.node_start[g + 1];
+    for (std::int64_t a = begin; a < end; ++a) {
+      const std::int32_t* row = column + row_start[groups.node[a]];
+      const std::int32_t* row_end = column + row_start[groups.node[a] + 1];
+      for (std::int64_t b = begin; b < end; ++b)
+        if (b == begin || groups.node[b] != groups.node[b - 1] + 1)
+          *out++ = static_cast<std::int32_t>(std::lower_bound(row, row_end, groups.node[b]) - column);
+    }
+  }
+  return result;
+}
+
+}  // namespace tilth::sparse

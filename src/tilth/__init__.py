@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""tilth: implicit material point method for geotechnics.
+
+The public names are loaded when they are first used, so that `tilth --version` is instant.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import TYPE_CHECKING, Any
+
+# Idle OpenMP threads must not spin while Python or a linear solver is at work.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from tilth.analysis import resume, run
+    from tilth.case import load_case
+    from tilth.errors import AnalysisFailed, BadInput, Interrupted, TilthError
+    from tilth.model import (
+        AffineBoundary,
+        Analysis,
+        Body,
+        BodyForce,
+        Box,
+        Circle,
+        Cylinder,
+        Grid,
+        HenckyElastic,
+        Limits,
+        Mesh,
+        Model,
+        NodeBoundary,
+        Output,
+        PlaneBoundary,
+        PointForce,
+        Polygon,
+        Schedule,
+        Sphere,
+        Track,
+        Units,
+        VonMises,
+    )
+
+_MODULES = {
+    "tilth.analysis": ("resume", "run"),
+    "tilth.case": ("load_case",),
+    "tilth.errors": ("AnalysisFailed", "BadInput", "Interrupted", "TilthError"),
+    "tilth.model": (
+        "AffineBoundary",
+        "Analysis",
+        "Body",
+        "BodyForce",
+        "Box",
+        "Circle",
+        "Cylinder",
+        "Grid",
+        "HenckyElastic",
+        "Limits",
+        "Mesh",
+        "Model",
+        "NodeBoundary",
+        "Output",
+        "PlaneBoundary",
+        "PointForce",
+        "Polygon",
+        "Schedule",
+        "Sphere",
+        "Track",
+        "Units",
+        "VonMises",
+    ),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+__all__ = [
+    "AffineBoundary",
+    "Analysis",
+    "AnalysisFailed",
+    "BadInput",
+    "Body",
+    "BodyForce",
+    "Box",
+    "Circle",
+    "Cylinder",
+    "Grid",
+    "HenckyElastic",
+    "Interrupted",
+    "Limits",
+    "Mesh",
+    "Model",
+    "NodeBoundary",
+    "Output",
+    "PlaneBoundary",
+    "PointForce",
+    "Polygon",
+    "Schedule",
+    "Sphere",
+    "TilthError",
+    "Track",
+    "Units",
+    "VonMises",
+    "load_case",
+    "resume",
+    "run",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'tilth' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

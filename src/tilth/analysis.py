@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A whole analysis: load steps one after the other, and what is written of them."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.clock import Clock
+from tilth.errors import AnalysisFailed, BadInput, StepFailed
+from tilth.model import Model
+from tilth.output import prepare_output_folder, read_checkpoint, read_history
+from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
+from tilth.points import MaterialPoints
+from tilth.record import Recorder
+from tilth.simulation import Simulation, initial_points
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished analysis.
+
+    Attributes:
+        folder: where results.vtkhdf, history.csv, report.html and log.txt are.
+        points: the material points at the end.
+        steps, iterations: load steps taken and Newton iterations in all, of this run.
+        seconds: wall-clock time by part: basis, stress, assembly, solve, rest [s].
+    """
+
+    folder: Path
+    points: MaterialPoints
+    steps: int
+    iterations: int
+    seconds: dict[str, float]
+
+    @property
+    def history(self) -> dict[str, Floats]:
+        """Columns of history.csv by heading (`name [unit]`), each of shape (rows,)."""
+        return read_history(self.folder / HISTORY)
+
+
+def run(
+    model: Model,
+    out: Path | str,
+    *,
+    threads: int | None = None,
+    overwrite: bool = False,
+    quiet: bool = False,
+) -> Result:
+    """Runs the analysis of a model and writes everything into the folder `out`.
+
+    Args:
+        threads: all cores if None; the results do not depend on it.
+        overwrite: whether an earlier run in `out` is replaced.
+        quiet: whether the progress bar is left out.
+
+    Raises:
+        BadInput: the model cannot be computed, or `out` is not empty.
+        AnalysisFailed: no equilibrium with the least step; results so far are on disk.
+    """
+    used = set_threads(threads)
+    simulation = Simulation(model)
+    active = simulation.check()
+    folder = prepare_output_folder(out, overwrite)
+    (folder / MODEL).write_text(json.dumps(model.to_dict(), indent=1), encoding="utf-8")
+    recorder = Recorder.start(folder, simulation, active, used)
+    return _march(simulation, Clock(model.schedule), recorder, quiet)
+
+
+def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) -> Result:
+    """Goes on from the last checkpoint in `out`; the run ends in the same bits.
+
+    Raises:
+        BadInput: there is nothing to resume in `out`.
+        AnalysisFailed: as in `run`.
+    """
+    folder = Path(out)
+    used = set_threads(threads)
+    try:
+        entries = json.loads((folder / MODEL).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(
+            f"{folder / MODEL} cannot be read: {error}", "name the folder of a tilth run"
+        ) from error
+    arrays, meta = read_checkpoint(folder / CHECKPOINT)
+    model = Model.from_dict(entries)
+    points = MaterialPoints(bodies=initial_points(model).bodies, **arrays)
+    simulation = Simulation(model, points)
+    clock = Clock(model.schedule, **meta["clock"])
+    recorder = Recorder.resume(folder, simulation, meta, used)
+    return _march(simulation, clock, recorder, quiet)
+
+
+def set_threads(threads: int | None) -> int:
+    """Sets the number of threads of the kernels, all available cores if None; returns it."""
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    used = threads or available or 1
+    _core.set_threads(used)
+    return used
+
+
+def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> Result:
+    """Takes load steps to the end of the schedule, halving those that fail."""
+    first, iterations = clock.step, 0
+    with recorder.recording(clock, quiet) as progress:
+        while not clock.done:
+            before, after = clock.time, clock.next_time()
+
+            def on_iteration(iteration: int, residual: float) -> None:
+                progress.iteration(clock.step + 1, iteration, residual)
+
+            try:
+                result = simulation.advance(before, after, on_iteration)
+            except StepFailed as failure:
+                size = after - before
+                if not clock.cut():
+                    raise _failed(simulation, clock, size, failure) from failure
+                recorder.cut(clock, after, failure)
+                continue
+            clock.accept(after)
+            iterations += result.equilibrium.iterations
+            recorder.step(clock, after - before, result)
+            progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
+    if simulation.model.output.report:
+        from tilth.report.html import write_report
+
+        with simulation.timers.measure("rest"):
+            write_report(recorder.folder)
+    return Result(
+        folder=recorder.folder,
+        points=simulation.points,
+        steps=clock.step - first,
+        iterations=iterations,
+        seconds=dict(simulation.timers.wall),
+    )
+
+
+def _failed(
+    simulation: Simulation, clock: Clock, size: float, failure: StepFailed
+) -> AnalysisFailed:
+    """Returns the error that ends the analysis, with all an engineer needs to find the cause."""
+    where = ""
+    if failure.point is not None:
+        index = simulation.points.index_of(np.array([failure.point]))[0]
+        place = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
+        where = f"; worst point: number {failure.point} at ({place})"
+    residuals = " ".join(f"{r:.1e}" for r in failure.residuals) or "none"
+    return AnalysisFailed(
+        f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
+        f" (step size {size:.2g}; relative residuals: {residuals}{where})",
+        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
+        "try smaller steps, a smaller schedule.minimum_step, or see where the soil fails in "
+        f"{REPORT}",
+    )

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A declared body to its material points: one line a shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.bodies.box import box_points
+from tilth.bodies.mesh import mesh_points
+from tilth.bodies.polygon import polygon_points
+from tilth.bodies.request import BodyPoints, Request, per_direction
+from tilth.bodies.round import circle_points, cylinder_points, sphere_points
+from tilth.model import Body, Box, Circle, Cylinder, Mesh, Polygon, Sphere
+
+SHAPES: dict[type, tuple[Callable[[Any, Request], BodyPoints], tuple[int, ...]]] = {
+    Box: (box_points, (2, 3)),
+    Polygon: (polygon_points, (2,)),
+    Circle: (circle_points, (2,)),
+    Cylinder: (cylinder_points, (3,)),
+    Sphere: (sphere_points, (3,)),
+    Mesh: (mesh_points, (2, 3)),
+}
+
+
+def discretise(
+    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
+) -> BodyPoints:
+    """Initial material points of a body; their volumes sum to the body's volume to round-off.
+
+    kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: shape (dimension,).
+    Points come x fastest, then y, then z (a mesh: in the order of its elements). In axisymmetry
+    the domains' half lengths along r are cut to r, so that none reaches across the axis.
+    Raises BadInput, naming the body, for a body without points or a shape that has no such points.
+    """
+    make, dimensions = SHAPES[type(body.shape)]
+    request = Request(
+        name=body.name,
+        axisymmetric=kind == "axisymmetric",
+        grid_origin=np.asarray(grid_origin, dtype=float),
+        cell_size=np.asarray(cell_size, dtype=float),
+        points_per_cell=per_direction(body.points_per_cell, dimension),
+        points=per_direction(body.points, dimension),
+        spacing=per_direction(body.spacing, dimension),
+    )
+    if dimension not in dimensions:
+        raise request.refused(
+            f"a {body.shape.type} is not a shape of {dimension} dimensions",
+            "choose "
+            + ", ".join(s.__name__.lower() for s, (_, d) in SHAPES.items() if dimension in d),
+        )
+    points = make(body.shape, request)
+    if not request.axisymmetric:
+        return points
+    half_length = points.half_length.copy()
+    half_length[:, 0] = np.minimum(half_length[:, 0], points.position[:, 0])
+    return replace(points, half_length=half_length)

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Points of round bodies: circle, cylinder and sphere."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.bodies.lattice import anchored_axes, cut_lattice, spread
+from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.model import Circle, Cylinder, Sphere
+
+# Centres this fraction of the radius outside the surface count as inside (round-off).
+ON_SURFACE = 1e-9
+
+
+def circle_points(shape: Circle, request: Request) -> BodyPoints:
+    """Points of a circle: the grid's sub-cells centred inside it.
+
+    In axisymmetry a circle off the axis is a ring (volume 2 pi^2 R r^2, Pappus), one centred on
+    the axis is a ball (half disc, 4/3 pi r^3); one that the axis cuts elsewhere raises BadInput.
+    """
+    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
+    lower, upper = centre - radius, centre + radius
+    volume = math.pi * radius**2
+    if request.axisymmetric:
+        if centre[0] == 0.0:
+            lower[0] = 0.0
+            volume = 4.0 / 3.0 * math.pi * radius**3
+        elif centre[0] >= radius:
+            volume *= 2.0 * math.pi * centre[0]
+        else:
+            raise request.refused(
+                f"the axis of symmetry cuts the circle (its centre has r = {centre[0]:.6g}, "
+                f"its radius is {radius:.6g})",
+                f"centre it on the axis (x = 0) or move its centre to x >= {radius:.6g}",
+            )
+    axes = anchored_axes(request, lower, upper)
+    inside = _within(axes, centre, radius, directions=(0, 1))
+    if request.axisymmetric:
+        inside &= axes[0] > 0.0
+    return cut_lattice(request, axes, inside, volume)
+
+
+def cylinder_points(shape: Cylinder, request: Request) -> BodyPoints:
+    """Points of a cylinder along x, y or z, `centre` in its lower end face: sub-cells inside it."""
+    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
+    along = "xyz".index(shape.axis)
+    lower, upper = centre - radius, centre + radius
+    lower[along], upper[along] = centre[along], centre[along] + shape.height
+    axes = anchored_axes(request, lower, upper)
+    across = tuple(i for i in range(3) if i != along)
+    margin = ON_SURFACE * shape.height
+    between = (axes[along] >= lower[along] - margin) & (axes[along] <= upper[along] + margin)
+    inside = _within(axes, centre, radius, across) & spread(between, along)
+    return cut_lattice(request, axes, inside, math.pi * radius**2 * float(shape.height))
+
+
+def sphere_points(shape: Sphere, request: Request) -> BodyPoints:
+    """Points of a sphere: the grid's sub-cells centred inside it."""
+    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
+    axes = anchored_axes(request, centre - radius, centre + radius)
+    inside = _within(axes, centre, radius, directions=(0, 1, 2))
+    return cut_lattice(request, axes, inside, 4.0 / 3.0 * math.pi * radius**3)
+
+
+def _within(
+    axes: list[FloatArray], centre: FloatArray, radius: float, directions: tuple[int, ...]
+) -> npt.NDArray[np.bool_]:
+    """Which lattice centres lie within `radius` of `centre`, measured along `directions`."""
+    squared = np.zeros((1,) * len(axes))
+    for i in directions:
+        squared = squared + spread((axes[i] - centre[i]) ** 2, i)
+    inside: npt.NDArray[np.bool_] = squared <= (radius * (1.0 + ON_SURFACE)) ** 2
+    return inside

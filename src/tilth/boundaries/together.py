@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All essential conditions of a step taken together: who holds what, and rigid motions left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from tilth.boundaries.protocol import Boundary, Flags, Floats
+from tilth.errors import BadInput
+from tilth.grid import ActiveGrid
+
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The held degrees of freedom of one step.
+
+    Attributes:
+        names: names of the boundaries.
+        holder: number of the first declared boundary that holds each degree of freedom, -1 if
+            none, shape (nodes, dim).
+        increment: prescribed displacement in the step [length], shape (nodes, dim).
+        touched: which boundaries hold any active node.
+    """
+
+    names: list[str]
+    holder: npt.NDArray[np.int64]
+    increment: Floats
+    touched: list[bool]
+
+    @classmethod
+    def gather(
+        cls, boundaries: list[Boundary], active: ActiveGrid, before: float, after: float
+    ) -> Conditions:
+        """Asks all boundaries; where two hold the same component they must agree.
+
+        Raises:
+            BadInput: names two boundaries that prescribe different values at one node.
+        """
+        holder = np.full((active.nodes, active.grid.dim), NOBODY)
+        increment = np.zeros(holder.shape)
+        touched = []
+        for number, boundary in enumerate(boundaries):
+            prescribed = boundary.prescribe(active, before, after)
+            both = prescribed.held & (holder != NOBODY)
+            differ = both & (prescribed.increment != increment)
+            if differ.any():
+                node, component = np.argwhere(differ)[0]
+                other = boundaries[holder[node, component]].name
+                place = ", ".join(f"{x:g}" for x in active.position[node])
+                raise BadInput(
+                    f"boundaries {other!r} and {boundary.name!r} prescribe different "
+                    f"{'xyz'[component]} displacements at the node ({place})",
+                    "restrict one of them with `range`, or give both the same motion",
+                    key=f"boundaries[{number}]",
+                )
+            new = prescribed.held & ~both
+            holder[new] = number
+            increment[new] = prescribed.increment[new]
+            touched.append(bool(prescribed.held.any()))
+        return cls([b.name for b in boundaries], holder, increment, touched)
+
+    @property
+    def held(self) -> Flags:
+        """Which degrees of freedom are prescribed, shape (nodes, dim)."""
+        return self.holder != NOBODY
+
+    def resultants(self, reaction: Floats) -> dict[str, Floats]:
+        """Returns the force of each boundary on the soil [force], shape (dim,), by name.
+
+        A component that two boundaries hold counts for the one declared first.
+        """
+        return {
+            name: np.where(self.holder == number, reaction, 0.0).sum(axis=0)
+            for number, name in enumerate(self.names)
+        }
+
+
+def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags) -> None:
+    """Checks that every connected part of the active grid is held against rigid motion.
+
+    Raises:
+        BadInput: the system would be singular; names the place and the motion that is free.
+    """
+    pattern = sp.csr_matrix(
+        (np.ones(len(active.column)), active.column, active.row_start),
+        shape=(active.nodes, active.nodes),
+    )
+    parts, label = connected_components(pattern, directed=False)
+    for part in range(parts):
+        nodes = np.flatnonzero(label == part)
+        position = active.position[nodes]
+        centre = position.mean(axis=0)
+        modes = _rigid_modes(position - centre, active.grid.cell_size, kind)
+        restricted = np.array([mode[held[nodes]] for _, mode in modes])
+        left = np.linalg.svd(restricted @ restricted.T)
+        null = left.U[:, left.S <= 1e-12 * len(nodes)]
+        if null.shape[1] == 0:
+            continue
+        names = [name for (name, _), row in zip(modes, null, strict=True) if abs(row).max() > 1e-6]
+        place = ", ".join(f"{x:g}" for x in centre)
+        raise BadInput(
+            f"the material around ({place}) is not held against {' and '.join(names)}: "
+            "the system of equations is singular",
+            "add an essential condition that holds it, on nodes of cells that it touches",
+            key="boundaries",
+        )
+
+
+def _rigid_modes(x: Floats, cell_size: Floats, kind: str) -> list[tuple[str, Floats]]:
+    """Rigid motions of nodes at `x` from their centre, in units of the cell."""
+    dim = x.shape[1]
+    modes = []
+    for k in range(dim):
+        if kind == "axisymmetric" and k == 0:
+            continue  # a radial displacement strains the hoop
+        translation = np.zeros(x.shape)
+        translation[:, k] = 1.0
+        modes.append((f"translation along {'xyz'[k]}", translation))
+    if kind == "axisymmetric":
+        return modes
+    scale = max(float(np.abs(x).max()), float(cell_size.max()))
+    for i, j in [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (0, 2)]:
+        rotation = np.zeros(x.shape)
+        rotation[:, i] = -x[:, j] / scale
+        rotation[:, j] = x[:, i] / scale
+        modes.append((f"rotation in the {'xyz'[i]}{'xyz'[j]} plane", rotation))
+    return modes

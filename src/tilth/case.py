@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a TOML case file to a validated model."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from tilth.errors import BadInput, Problem
+from tilth.model import FORMAT, Model
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+def load_case(path: str | Path) -> Model:
+    """Returns the model that a case file declares.
+
+    Paths in the file are relative to it. Raises `BadInput`, naming the file, for a file that
+    cannot be read or is not TOML, and for every wrong entry.
+    """
+    file = Path(path)
+    try:
+        entries = _parsed(_text_of(file))
+        _check_format(entries)
+        _resolve_mesh_files(entries, file.parent)
+        return Model.from_dict(entries)
+    except BadInput as error:
+        raise error.in_file(file) from None
+
+
+def _text_of(file: Path) -> str:
+    try:
+        return file.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        others = sorted(other.name for other in file.parent.glob("*.toml"))
+        found = f"case files in this folder: {', '.join(others)}" if others else "check the path"
+        raise BadInput("there is no such file", found) from None
+    except IsADirectoryError:
+        inside = sorted(other.name for other in file.glob("*.toml"))
+        found = f"case files in it: {', '.join(inside)}" if inside else "give the case file itself"
+        raise BadInput("is a folder, not a case file", found) from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise BadInput(f"cannot be read: {reason}", "check the path and its permissions") from None
+    except UnicodeDecodeError as error:
+        raise BadInput(
+            f"is not a text file in UTF-8: byte {error.start} is 0x{error.object[error.start]:02x}",
+            "a case file is TOML text; save it as UTF-8",
+        ) from None
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BadInput(
+            f"is not valid TOML: {error}",
+            "check quotes, brackets and commas there; a key may be given only once in a section",
+        ) from None
+
+
+def _check_format(entries: dict[str, Any]) -> None:
+    """Refuses another format at once: all else in such a file may have another meaning."""
+    line = f"write format = {FORMAT} in the first line"
+    if "format" not in entries:
+        raise BadInput("missing", line, key="format")
+    given = entries["format"]
+    if type(given) is not int or given != FORMAT:
+        problem = f"this version of tilth reads format {FORMAT} only"
+        raise BadInput(problem, line, key="format", value=given)
+
+
+def _resolve_mesh_files(entries: dict[str, Any], folder: Path) -> None:
+    """Makes the paths of mesh files absolute, and refuses those that do not exist."""
+    bodies = entries.get("bodies")
+    problems = []
+    for i, body in enumerate(bodies if isinstance(bodies, list) else []):
+        shape = body.get("shape") if isinstance(body, dict) else None
+        if not isinstance(shape, dict) or not isinstance(shape.get("file"), str):
+            continue
+        mesh = (folder / shape["file"]).resolve()
+        if not mesh.is_file():
+            remedy = f"the path is relative to the case file; looked for {mesh}"
+            key = f"bodies[{i}].shape.file"
+            problems.append(Problem(key, "there is no such file", remedy, shape["file"]))
+        shape["file"] = str(mesh)
+    if problems:
+        raise BadInput.of(problems)

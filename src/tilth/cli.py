@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line: reads arguments, calls the library, turns errors into exit codes."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from tilth import __version__
+from tilth.errors import (
+    EXIT_BAD_INPUT,
+    EXIT_BUG,
+    EXIT_DONE,
+    EXIT_INTERRUPTED,
+    ISSUE_TRACKER,
+    BadInput,
+    Interrupted,
+    TilthError,
+)
+
+_CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
+_FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+_THREADS = click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    help="Threads to compute with; all cores if not given. The results do not depend on it.",
+)
+_QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="tilth", message="%(prog)s %(version)s")
+def cli() -> None:
+    """Implicit material point method for large deformations of soil.
+
+    Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk; 2 the
+    input is wrong; 3 interrupted; 4 a bug in tilth.
+    """
+
+
+@cli.command()
+@_CASE
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the results; beside the case file and named after it if not given.",
+)
+@_THREADS
+@click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
+@_QUIET
+def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quiet: bool) -> None:
+    """Run the analysis of a case file.
+
+    Writes results.vtkhdf (for ParaView), history.csv, report.html and log.txt.
+    """
+    from tilth.case import load_case
+
+    model = load_case(case)
+    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
+    if folder.resolve() == case.parent.resolve():
+        raise BadInput(
+            f"the results cannot go into {folder}, the folder of the case file itself",
+            "choose another folder with --out",
+        )
+    from tilth import analysis
+
+    try:
+        analysis.run(model, folder, threads=threads, overwrite=overwrite, quiet=quiet)
+    except KeyboardInterrupt:
+        raise _interrupted(folder) from None
+    except BadInput as error:
+        raise error if error.file else error.in_file(case) from None
+
+
+@cli.command()
+@_CASE
+@click.option(
+    "--picture",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.png",
+    help="Picture of the set-up; CASE.setup.png beside the case file if not given.",
+)
+def check(case: Path, picture: Path | None) -> None:
+    """Validate a case file without running it, and draw its set-up."""
+    from tilth.case import load_case
+    from tilth.summary import print_summary
+
+    model = load_case(case)
+    from tilth.analysis import setup_of
+    from tilth.report.setup import draw_setup
+
+    file = case.with_suffix(".setup.png") if picture is None else picture
+    try:
+        setup = setup_of(model)
+        print_summary(model, setup)
+        draw_setup(setup).savefig(file)
+    except BadInput as error:
+        raise error if error.file else error.in_file(case) from None
+    except OSError as error:
+        if picture is None or error.filename is None:
+            raise
+        problem = f"the picture cannot be written to {error.filename}: {error.strerror}"
+        raise BadInput(problem, "choose another file with --picture") from None
+    click.echo(f"set-up drawn in {file}")
+
+
+@cli.command()
+@_FOLDER
+@_THREADS
+@_QUIET
+def resume(folder: Path, threads: int | None, quiet: bool) -> None:
+    """Go on with an interrupted run from its last complete step.
+
+    The result has the same bits as that of an uninterrupted run.
+    """
+    _must_be_folder(folder)
+    from tilth import analysis
+
+    try:
+        analysis.resume(folder, threads=threads, quiet=quiet)
+    except KeyboardInterrupt:
+        raise _interrupted(folder) from None
+
+
+@cli.command()
+@_FOLDER
+def report(folder: Path) -> None:
+    """Write report.html anew from the results of a run."""
+    _must_be_folder(folder)
+    from tilth.report.html import write_report
+
+    click.echo(f"report written to {write_report(folder)}")
+
+
+@cli.command()
+@click.argument("names", metavar="[NAME]...", nargs=-1)
+@click.option("--long", is_flag=True, help="Include the fine grids that take long.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.pass_context
+def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: bool) -> None:
+    """Compare with reference solutions: all problems, or those NAMEd.
+
+    Exit code 1 if any row is out of its tolerance.
+    """
+    from tilth.verification import run_verification
+
+    context.exit(run_verification(names, long=long, as_json=as_json))
+
+
+def _must_be_folder(folder: Path) -> None:
+    if folder.is_dir():
+        return
+    problem = "is a file, not a folder" if folder.exists() else "there is no such folder"
+    raise BadInput(problem, "name the folder of a tilth run").in_file(folder)
+
+
+def _interrupted(folder: Path) -> Interrupted:
+    from tilth.output.folder import CHECKPOINT
+
+    if (folder / CHECKPOINT).exists():
+        return Interrupted(f"interrupted; go on with: tilth resume {folder}")
+    return Interrupted("interrupted before the first checkpoint; start the run anew")
+
+
+def run_command(arguments: Sequence[str]) -> int:
+    """Returns the exit code of `tilth ARGUMENTS`, after reporting any error in plain words."""
+    try:
+        code = cli.main(list(arguments), prog_name="tilth", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        return EXIT_BAD_INPUT
+    except TilthError as error:
+        click.secho(str(error), err=True, fg="red" if error.exit_code != EXIT_INTERRUPTED else None)
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        return EXIT_INTERRUPTED
+    except Exception as error:  # the last resort: whatever else arrives here is a bug
+        click.secho(_bug_report(error, arguments), err=True, fg="red")
+        return EXIT_BUG
+    return code if isinstance(code, int) else EXIT_DONE
+
+
+def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
+    """Writes the traceback to a file; returns what to tell the user."""
+    details = "".join(traceback.format_exception(error))
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="tilth-bug-", suffix=".txt", encoding="utf-8", delete=False
+    ) as file:
+        file.write(f"tilth {__version__}, Python {platform.python_version()}, ")
+        file.write(f"{platform.platform()}\ntilth {' '.join(arguments)}\n\n{details}")
+    return (
+        f"a bug in tilth: {type(error).__name__}: {error}\n"
+        f"  please report it at {ISSUE_TRACKER}, with the case file and {file.name}"
+    )
+
+
+def main() -> None:
+    """Entry point of the `tilth` command."""
+    sys.exit(run_command(sys.argv[1:]))

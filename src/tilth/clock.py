@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Adaptive load steps: where an analysis stands in its schedule and how large the next step is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tilth.model import Schedule
+
+GROW_AFTER = 2
+"""Steps in a row that must converge before a step that was cut grows again."""
+
+
+@dataclass
+class Clock:
+    """Time of a schedule, advanced by accepted steps.
+
+    Regular times and output times are always hit exactly. A failed step is halved; after two
+    converged ones in a row the size doubles, up to the regular one.
+
+    Attributes:
+        step: number of accepted steps.
+        time: time reached.
+        size: size of the next step, unless an event comes first.
+        successes: steps accepted since the last cut.
+    """
+
+    schedule: Schedule
+    step: int = 0
+    time: float = 0.0
+    size: float = 0.0
+    successes: int = 0
+
+    def __post_init__(self) -> None:
+        regular = self.schedule.number_of_steps
+        events = {self.schedule.regular_time(k) for k in range(1, regular + 1)}
+        self._events = sorted(events | set(self.schedule.times_of_output()))
+        self._regular_size = self.schedule.first_step
+        if self.size == 0.0:
+            self.size = self._regular_size
+
+    @property
+    def done(self) -> bool:
+        """Whether the end of the schedule is reached."""
+        return self.time >= self.schedule.end
+
+    def next_time(self) -> float:
+        """Returns the time at the end of the step to try next."""
+        round_off = 1e-9 * self._regular_size
+        event = next(e for e in self._events if e > self.time)
+        if event - self.time <= self.size + round_off:
+            return event
+        return self.time + self.size
+
+    def accept(self, time: float) -> None:
+        """Records that the step to `time` has converged."""
+        self.step += 1
+        self.time = time
+        self.successes += 1
+        if self.successes >= GROW_AFTER and self.size < self._regular_size:
+            self.size = min(2.0 * self.size, self._regular_size)
+            self.successes = 0
+
+    def cut(self) -> bool:
+        """Halves the step that failed; returns whether it is still large enough to be tried."""
+        if not self.schedule.adaptive:
+            return False
+        self.size = 0.5 * (self.next_time() - self.time)
+        self.successes = 0
+        return self.size >= self.schedule.least_step * (1.0 - 1e-9)

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The named errors of tilth: what went wrong, how to put it right, and the exit code of each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Final
+
+ISSUE_TRACKER: Final = "the project's issue tracker"
+"""Where an exit code 4 asks the user to report a bug."""
+
+EXIT_DONE: Final = 0
+EXIT_ANALYSIS_FAILED: Final = 1
+EXIT_BAD_INPUT: Final = 2
+EXIT_INTERRUPTED: Final = 3
+EXIT_BUG: Final = 4
+
+
+class _NotGiven:
+    """Type of the marker for 'no value was given', since `None` can be a value."""
+
+    def __repr__(self) -> str:
+        return "NOT_GIVEN"
+
+
+NOT_GIVEN: Final = _NotGiven()
+
+
+class TilthError(Exception):
+    """Base of every error that tilth raises on purpose.
+
+    `message` says what went wrong, `remedy` (may be empty) what the user can do about it.
+    """
+
+    exit_code: ClassVar[int] = EXIT_BUG
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        super().__init__(message, remedy)
+        self.message = message
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  {self.remedy}" if self.remedy else self.message
+
+
+class AnalysisFailed(TilthError):
+    """The analysis could not be finished; the results so far are on disk."""
+
+    exit_code = EXIT_ANALYSIS_FAILED
+
+
+class Interrupted(TilthError):
+    """The user stopped the run; the last complete step is on disk and can be resumed."""
+
+    exit_code = EXIT_INTERRUPTED
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One wrong entry of the input.
+
+    `key` is the dotted key as it stands in the case file (`bodies[0].shape.lower`; empty where
+    the input as a whole is meant), `value` what was given there (`NOT_GIVEN` if nothing was).
+    """
+
+    key: str
+    problem: str
+    remedy: str = ""
+    value: Any = NOT_GIVEN
+
+    def __str__(self) -> str:
+        subject = self.key
+        if self.key and self.value is not NOT_GIVEN:
+            subject = f"{self.key} = {shown(self.value)}"
+        text = f"{subject}: {self.problem}" if subject else self.problem
+        return f"{text}\n  {self.remedy}" if self.remedy else text
+
+
+class BadInput(TilthError):
+    """The input is wrong: says in which file, at which key, what was given and what is right.
+
+    `problems` holds every wrong entry found; `key`, `value`, `problem` and `remedy` are those of
+    the first one.
+    """
+
+    exit_code = EXIT_BAD_INPUT
+
+    def __init__(
+        self,
+        problem: str,
+        remedy: str = "",
+        *,
+        key: str = "",
+        value: Any = NOT_GIVEN,
+        file: str | Path | None = None,
+        further: Sequence[Problem] = (),
+    ) -> None:
+        super().__init__(problem, remedy)
+        self.problem = problem
+        self.key = key
+        self.value = value
+        self.file = None if file is None else str(file)
+        self.problems = (Problem(key, problem, remedy, value), *further)
+
+    @classmethod
+    def of(cls, problems: Sequence[Problem], file: str | Path | None = None) -> BadInput:
+        """Returns one error that reports all `problems` (at least one)."""
+        first = problems[0]
+        return cls(
+            first.problem,
+            first.remedy,
+            key=first.key,
+            value=first.value,
+            file=file,
+            further=problems[1:],
+        )
+
+    def in_file(self, file: str | Path) -> BadInput:
+        """Returns the same error, naming `file` as the place of the mistake."""
+        return BadInput.of(self.problems, file)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return BadInput.of, (self.problems, self.file)
+
+    def __str__(self) -> str:
+        head = f"{self.file}: " if self.file else ""
+        if len(self.problems) == 1:
+            return f"{head}{self.problems[0]}"
+        entries = [str(problem).replace("\n", "\n  ") for problem in self.problems]
+        return "\n".join([f"{head}{len(entries)} entries are wrong", *(f"  {e}" for e in entries)])
+
+
+def shown(value: Any, width: int = 80) -> str:
+    """Returns `value` as a case file would write it, on one line, shortened to `width`."""
+    try:
+        text = json.dumps(value, ensure_ascii=False)
+    except (TypeError, ValueError):
+        text = " ".join(repr(value).split())
+    return text if len(text) <= width else text[: width - 4] + " ..."
+
+
+class StepFailed(TilthError):
+    """A load step that found no equilibrium and is to be undone: why, and at which point.
+
+    `residuals` holds the relative residual after each Newton iteration, `point` the permanent
+    number of the point that failed (None if no point is to blame).
+    """
+
+    exit_code = EXIT_ANALYSIS_FAILED
+
+    def __init__(
+        self, reason: str, *, point: int | None = None, residuals: Sequence[float] = ()
+    ) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.point = point
+        self.residuals = list(residuals)

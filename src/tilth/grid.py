@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The regular background grid, its active nodes, and the stencils of the material points on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.errors import StepFailed
+from tilth.points import MaterialPoints
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Regular grid without extent: nodes stand at `origin` + lattice index * `cell_size`.
+
+    Attributes:
+        origin: [length], shape (dim,).
+        cell_size: [length], shape (dim,), positive.
+        lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
+    """
+
+    origin: Floats
+    cell_size: Floats
+    lower: Floats | None = None
+    upper: Floats | None = None
+
+    @property
+    def dim(self) -> int:
+        """Number of directions: 2 or 3."""
+        return len(self.origin)
+
+    def first_point_outside(self, position: Floats) -> int | None:
+        """Returns the index of the first point beyond the limits, None if all are inside."""
+        if self.lower is None or self.upper is None:
+            return None
+        outside = ((position < self.lower) | (position > self.upper)).any(axis=1)
+        return int(outside.argmax()) if outside.any() else None
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """Basis values of one body's points, in groups of points that share all their nodes.
+
+    Attributes:
+        start: first point of each group, shape (groups + 1,).
+        first: lattice place of each group's first node, shape (groups, 3).
+        count: nodes per direction of each group, shape (groups, 3).
+        node_start, node: node numbers of each group, x fastest.
+        value_start: offset of each group's first value, shape (groups + 1,).
+        value: basis values S [-], flat: per point one value per node.
+        gradient: gradients [1/length], flat: per point (dim, nodes).
+        colour_start, order, bucket_start: order of parallel assembly (kernel/stencil.hpp).
+    """
+
+    start: Integers
+    first: Integers
+    count: npt.NDArray[np.int32]
+    node_start: Integers
+    node: npt.NDArray[np.int32]
+    value_start: Integers
+    value: Floats
+    gradient: Floats
+    colour_start: Integers
+    order: Integers
+    bucket_start: Integers
+
+
+@dataclass(frozen=True)
+class ActiveGrid:
+    """The part of the grid that the points touch in one step; thrown away after it.
+
+    Attributes:
+        grid: the regular grid.
+        key: sorted keys of the active nodes, shape (nodes,); x fastest.
+        stencils: one per body, in the order of the bodies.
+        row_start, column: pattern of the node-block matrix.
+        block_start, block_position: per body, where its groups' blocks stand in the pattern.
+        owned: first and one past the last node that this process owns (all, in a serial run).
+    """
+
+    grid: Grid
+    key: Integers
+    stencils: list[Stencil]
+    row_start: Integers
+    column: npt.NDArray[np.int32]
+    block_start: list[Integers]
+    block_position: list[npt.NDArray[np.int32]]
+    owned: tuple[int, int] = field(default=(0, 0))
+
+    @property
+    def nodes(self) -> int:
+        """Number of active nodes."""
+        return len(self.key)
+
+    @cached_property
+    def lattice(self) -> Integers:
+        """Lattice places of the active nodes, shape (nodes, 3)."""
+        return np.asarray(_core.lattice(self.key))
+
+    @cached_property
+    def position(self) -> Floats:
+        """Positions of the active nodes [length], shape (nodes, dim)."""
+        return self.grid.origin + self.lattice[:, : self.grid.dim] * self.grid.cell_size
+
+    @cached_property
+    def reach(self) -> int:
+        """Largest number of cells between two nodes that share a point."""
+        return max(int(stencil.count.max()) for stencil in self.stencils) - 1
+
+    @cached_property
+    def diagonal(self) -> Integers:
+        """Position of each node's diagonal block in the matrix, shape (nodes,)."""
+        rows = np.repeat(np.arange(self.nodes), np.diff(self.row_start))
+        return np.flatnonzero(rows == self.column)
+
+    def cells(self) -> Integers:
+        """Returns the nodes of every cell that a point's support covers, shape (cells, 2^dim).
+
+        Node order is VTK's of a quadrilateral or hexahedron.
+        """
+        dim = self.grid.dim
+        firsts = np.concatenate([stencil.first for stencil in self.stencils])
+        counts = np.concatenate([stencil.count for stencil in self.stencils])
+        found = []
+        for shift in np.ndindex(2, 2, 2 if dim == 3 else 1):
+            inside = (np.array(shift)[:dim] < counts[:, :dim] - 1).all(axis=1)
+            found.append(_core.node_keys(np.ascontiguousarray(firsts[inside] + np.array(shift))))
+        corner = np.asarray(_core.lattice(np.unique(np.concatenate(found))))
+        square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+        corners = square if dim == 2 else np.concatenate([square, square + [0, 0, 1]])
+        keys = [_core.node_keys(np.ascontiguousarray(corner + place)) for place in corners]
+        return np.searchsorted(self.key, np.stack(keys, axis=1))
+
+
+def locate(points: MaterialPoints, grid: Grid) -> ActiveGrid:
+    """Sorts the points by support and returns the active grid with all basis values.
+
+    Raises:
+        StepFailed: if a point is beyond the limits or the reach of the grid.
+    """
+    outside = grid.first_point_outside(points.position)
+    if outside is not None:
+        raise StepFailed("a point left the limits of the grid", point=int(points.point_id[outside]))
+    supports = []
+    for body in points.bodies:
+        keys = np.empty(body.stop - body.start, dtype=np.int64)
+        part = points.part(body)
+        beyond = _core.support_keys(
+            body.basis, part.position, part.half_length, grid.origin, grid.cell_size, keys
+        )
+        if beyond:
+            first = int(part.point_id[int((keys == -1).argmax())])
+            raise StepFailed("a point is too far from the grid's origin", point=first)
+        if not (keys[1:] >= keys[:-1]).all():
+            order = np.argsort(keys, kind="stable")
+            points.permute(body, order)
+            keys = keys[order]
+        supports.append(_core.group_points(grid.dim, keys))
+    firsts = [first for _, first, _ in supports]
+    counts = [count for _, _, count in supports]
+    key = np.asarray(_core.active_nodes(np.concatenate(firsts), np.concatenate(counts)))
+    stencils = [
+        _stencil(points, i, grid, key, *support) for i, support in enumerate(supports)
+    ]
+    offsets = np.cumsum([0] + [len(stencil.node) for stencil in stencils])
+    node_start = np.concatenate(
+        [s.node_start[:-1] + o for s, o in zip(stencils, offsets, strict=False)] + [offsets[-1:]]
+    )
+    row_start, column = _core.block_pattern(
+        len(key), node_start, np.concatenate([stencil.node for stencil in stencils])
+    )
+    blocks = [_core.block_positions(s.node_start, s.node, row_start, column) for s in stencils]
+    return ActiveGrid(
+        grid=grid,
+        key=key,
+        stencils=stencils,
+        row_start=row_start,
+        column=column,
+        block_start=[start for start, _ in blocks],
+        block_position=[position for _, position in blocks],
+        owned=(0, len(key)),
+    )
+
+
+def _stencil(
+    points: MaterialPoints,
+    body: int,
+    grid: Grid,
+    key: Integers,
+    start: Integers,
+    first: Integers,
+    count: npt.NDArray[np.int32],
+) -> Stencil:
+    nodes = count.prod(axis=1, dtype=np.int64)
+    node_start = np.concatenate([[0], np.cumsum(nodes)])
+    value_start = np.concatenate([[0], np.cumsum(nodes * np.diff(start))])
+    value = np.empty(value_start[-1])
+    gradient = np.empty(value_start[-1] * grid.dim)
+    part = points.part(points.bodies[body])
+    _core.basis_values(
+        points.bodies[body].basis, start, first, count, value_start, part.position,
+        part.half_length, grid.origin, grid.cell_size, value, gradient,
+    )  # fmt: skip
+    colour_start, order, bucket_start = _core.colour_groups(first, count)
+    return Stencil(
+        start=start,
+        first=first,
+        count=count,
+        node_start=node_start,
+        node=_core.group_nodes(first, count, key, node_start),
+        value_start=value_start,
+        value=value,
+        gradient=gradient,
+        colour_start=colour_start,
+        order=order,
+        bucket_start=bucket_start,
+    )

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The declared model of a problem: what a user writes, validated and frozen."""
+
+from tilth.model.bodies import Body
+from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
+from tilth.model.fields import AXES, Axis, factor_at, per_direction
+from tilth.model.loads import BodyForce, Load, PointForce
+from tilth.model.materials import HenckyElastic, Material, VonMises
+from tilth.model.model import FORMAT, Model
+from tilth.model.schedule import Schedule
+from tilth.model.settings import Analysis, Grid, Kind, Limits, Output, Units
+from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Shape, Sphere
+from tilth.model.track import Track
+
+__all__ = [
+    "AXES",
+    "FORMAT",
+    "AffineBoundary",
+    "Analysis",
+    "Axis",
+    "Body",
+    "BodyForce",
+    "Boundary",
+    "Box",
+    "Circle",
+    "Cylinder",
+    "Grid",
+    "HenckyElastic",
+    "Kind",
+    "Limits",
+    "Load",
+    "Material",
+    "Mesh",
+    "Model",
+    "NodeBoundary",
+    "Output",
+    "PlaneBoundary",
+    "PointForce",
+    "Polygon",
+    "Schedule",
+    "Shape",
+    "Sphere",
+    "Track",
+    "Units",
+    "VonMises",
+    "factor_at",
+    "per_direction",
+]

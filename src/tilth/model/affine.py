@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether an affine motion is possible: det F > 0 on its path, and a real logarithm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+_ROUND_OFF = 1e-12
+
+
+def affine_problem(
+    deformation_gradient: Sequence[Sequence[float]], path: str, least: float, greatest: float
+) -> str:
+    """Returns what makes the motion impossible for factors from `least` to `greatest`, or "".
+
+    Linear path: det(I + f (F - I)) vanishes at f = -1 / mu for a real eigenvalue mu of F - I.
+    Exponential path: F has a real principal logarithm unless an eigenvalue is real and negative.
+    """
+    rows = [len(row) for row in deformation_gradient]
+    if rows != [len(rows)] * len(rows):
+        return "must be a square matrix"
+    matrix = np.array(deformation_gradient, dtype=float)
+    if np.linalg.det(matrix) <= 0.0:
+        return f"its determinant is {np.linalg.det(matrix):g}, but must be greater than 0"
+    if path == "exponential":
+        eigenvalues = np.linalg.eigvals(matrix)
+        if any(abs(e.imag) <= _ROUND_OFF * abs(e) and e.real < 0.0 for e in eigenvalues):
+            return "has no real logarithm, which the exponential path needs"
+        return ""
+    for mu in np.linalg.eigvals(matrix - np.eye(len(matrix))):
+        if abs(mu.imag) <= _ROUND_OFF * abs(mu) and mu.real != 0.0:
+            singular = -1.0 / float(mu.real)
+            if least <= singular <= greatest:
+                return f"det F vanishes on the linear path, at factor {singular:g}"
+    return ""

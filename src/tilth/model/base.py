@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Base class of everything a user declares: frozen, no unknown keys, errors in plain words."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from itertools import pairwise
+from textwrap import dedent
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+
+from tilth.errors import BadInput, Problem
+from tilth.model.problems import problems_of, rejection, suggestion
+
+
+class Declared(BaseModel):
+    """A frozen, validated declaration; a wrong entry raises `BadInput`, naming key and value."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    if not TYPE_CHECKING:  # type checkers read the signature off the fields
+
+        def __init__(self, /, **entries: Any) -> None:
+            try:
+                self.__pydantic_validator__.validate_python(entries, self_instance=self)
+            except ValidationError as error:
+                raise BadInput.of(_named(type(self), problems_of(error, entries))) from None
+
+        # Nested tables must be checked in place, not through this wrapper: so their keys are full.
+        __init__.__pydantic_base_init__ = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_are_known_and_complete(cls, data: Any) -> Any:
+        """Refuses unknown keys, with a suggestion, and names missing ones, with their meaning."""
+        if not isinstance(data, dict):
+            return data
+        fields = cls.model_fields
+        unknown = [key for key in data if key not in fields]
+        missing = [key for key, field in fields.items() if field.is_required() and key not in data]
+        problems = []
+        for key in unknown:
+            likely = suggestion(key, [name for name in fields if name not in data])
+            if likely in missing:
+                missing.remove(likely)
+            remedy = f"did you mean `{likely}`?" if likely else f"known here: {', '.join(fields)}"
+            problems.append(Problem(str(key), "unknown key", remedy, data[key]))
+        for key in missing:
+            problems.append(Problem(key, "missing", f"give `{key}`: {meaning_of(cls, key)}"))
+        if problems:
+            raise rejection(problems)
+        return data
+
+
+def chosen_by(discriminator: str, *classes: type[Declared]) -> BeforeValidator:
+    """Returns a check that a table says by its key `discriminator` which of `classes` it is."""
+    choices = ", ".join(f'"{cls.model_fields[discriminator].default}"' for cls in classes)
+
+    def names_its_kind(entries: Any) -> Any:
+        if isinstance(entries, dict) and discriminator not in entries:
+            raise rejection([Problem(discriminator, "missing", f"choose from {choices}")])
+        return entries
+
+    return BeforeValidator(names_its_kind)
+
+
+def meaning_of(cls: type[Declared], key: str) -> str:
+    """Returns the text below the field `key` in the source of `cls`, "" where there is none.
+
+    Read when it is asked for: to do so for every field would slow each start of the program.
+    """
+    owner = next(base for base in cls.__mro__ if key in inspect.get_annotations(base))
+    try:
+        body = ast.parse(dedent(inspect.getsource(owner))).body[0]
+    except OSError:
+        return ""
+    assert isinstance(body, ast.ClassDef)
+    for field, below in pairwise(body.body):
+        is_key = isinstance(field, ast.AnnAssign) and ast.unparse(field.target) == key
+        if is_key and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+            return " ".join(str(below.value.value).split())
+    return ""
+
+
+def _named(cls: type[Declared], problems: list[Problem]) -> list[Problem]:
+    """Returns the problems with the class name before the key, unless it is the whole model."""
+    if cls.__name__ == "Model":
+        return problems
+    return [
+        Problem(".".join(filter(None, (cls.__name__, p.key))), p.problem, p.remedy, p.value)
+        for p in problems
+    ]

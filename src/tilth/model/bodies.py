@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A body: shape, material, basis and how it is divided into material points."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.fields import CountPerDirection, CountVector, Name, PositivePerDirection
+from tilth.model.problems import rejection
+from tilth.model.shapes import Box, Shape
+
+DomainUpdate = Literal[
+    "fixed", "determinant", "deformation_gradient", "right_stretch", "left_stretch", "corners"
+]
+
+
+class Body(Declared):
+    """A body of one material; divided by exactly one of points_per_cell, points and spacing."""
+
+    name: Name
+    """Name of the body; unique."""
+    material: Name
+    """Name of its material, as declared in `materials`."""
+    shape: Shape
+    """Shape in the undeformed state: a box, polygon, circle, cylinder, sphere or mesh."""
+    basis: Literal["linear", "gimp"]
+    """Basis functions of its points: "linear" (standard MPM) or "gimp"."""
+    domain_update: DomainUpdate | None = None
+    """How the domains of "gimp" points follow the deformation; "right_stretch" if not given.
+
+    None with the linear basis, whose points have no domain.
+    """
+    points_per_cell: CountPerDirection | None = None
+    """Material points per cell of the grid and direction: one number, or one per direction."""
+    points: CountVector | None = None
+    """Material points of a box along each of its own (rotated) axes, shape (dimension,)."""
+    spacing: PositivePerDirection | None = None
+    """Distance of material points [length] along the body's own axes, > 0."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gimp_follows_the_right_stretch(cls, entries: Any) -> Any:
+        if isinstance(entries, dict) and entries.get("basis") == "gimp":
+            return {"domain_update": "right_stretch", **entries}
+        return entries
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        problems = []
+        ways = ("points_per_cell", "points", "spacing")
+        given = [way for way in ways if getattr(self, way) is not None]
+        if len(given) != 1:
+            what = f"{' and '.join(given)} given together" if given else "missing"
+            remedy = "give exactly one of `points_per_cell`, `points` and `spacing`"
+            problems.append(Problem(given[-1] if given else ways[0], what, remedy))
+        elif self.points is not None and not isinstance(self.shape, Box):
+            remedy = "give `points_per_cell` or `spacing` instead"
+            problems.append(Problem("points", "is for a box only", remedy, self.points))
+        if self.basis == "linear" and self.domain_update is not None:
+            remedy = 'leave it out, or choose basis = "gimp"'
+            problems.append(
+                Problem("domain_update", "the linear basis has none", remedy, self.domain_update)
+            )
+        if self.basis == "gimp" and self.domain_update is None:
+            remedy = "leave the key out for right_stretch"
+            problems.append(Problem("domain_update", "gimp needs a rule", remedy, None))
+        if problems:
+            raise rejection(problems)
+        return self

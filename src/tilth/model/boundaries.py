@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Essential boundary conditions: on grid planes, at single nodes, or an affine motion of all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from tilth.errors import Problem
+from tilth.model.affine import affine_problem
+from tilth.model.base import Declared, chosen_by
+from tilth.model.fields import AXES, AsTuple, Axis, Matrix, Name, Real, Table, Vector
+from tilth.model.problems import reject, rejection
+
+
+def _interval(value: Sequence[float]) -> Sequence[float]:
+    if len(value) != 2 or value[0] > value[1]:
+        raise reject("must be two increasing coordinates", "such as [0, 1]")
+    return value
+
+
+def _some(value: Any) -> Any:
+    if not value:
+        raise reject("must not be empty", "leave it out, or name at least one axis")
+    return value
+
+
+def _distinct(value: tuple[Axis, ...]) -> tuple[Axis, ...]:
+    if len(set(value)) != len(value):
+        raise reject("names an axis twice")
+    return value
+
+
+def _axes(value: Any) -> Any:
+    if isinstance(value, str):
+        raise reject("must be a list of axes", f'such as ["{value}"]')
+    return value
+
+
+Interval = Annotated[Vector, AfterValidator(_interval)]
+Ranges = Annotated[Mapping[Axis, Interval], AfterValidator(_some)]
+Displacement = Annotated[Mapping[Axis, Real], AfterValidator(_some)]
+Components = Annotated[
+    Sequence[Axis],
+    BeforeValidator(_axes),
+    AsTuple,
+    AfterValidator(_some),
+    AfterValidator(_distinct),
+]
+
+
+class _NodalBoundary(Declared):
+    name: Name
+    """Name of the boundary; unique."""
+    components: Components | None = None
+    """With condition "fixed": the displacement components that are zero; all if not given."""
+    displacement: Displacement | None = None
+    """With condition "prescribed": components at factor 1 [length]; those not named are free."""
+    factor: Table | None = None
+    """With condition "prescribed": rows (time, factor); 0 to 1 over the schedule if not given."""
+
+    @model_validator(mode="after")
+    def _entries_fit_the_condition(self) -> Any:
+        problems = []
+        condition = getattr(self, "condition")  # noqa: B009
+        if condition == "prescribed" and self.displacement is None:
+            remedy = "give the components at factor 1, such as displacement = { y = -0.1 }"
+            problems.append(Problem("displacement", "missing", remedy))
+        for key in ("displacement", "factor"):
+            value = getattr(self, key)
+            if condition != "prescribed" and value is not None:
+                what = f'has no meaning with condition = "{condition}"'
+                problems.append(Problem(key, what, 'choose condition = "prescribed"', value))
+        if condition != "fixed" and self.components is not None:
+            what = f'has no meaning with condition = "{condition}"'
+            problems.append(Problem("components", what, "leave it out", self.components))
+        problems += starts_from_zero(self.factor)
+        if problems:
+            raise rejection(problems)
+        return self
+
+
+def _held(
+    displacement: Mapping[Axis, float] | None, components: Sequence[Axis] | None, dimension: int
+) -> dict[int, float]:
+    if displacement is not None:
+        return {AXES.index(axis): value for axis, value in displacement.items()}
+    return {AXES.index(axis): 0.0 for axis in components or AXES[:dimension]}
+
+
+def starts_from_zero(table: Sequence[Sequence[float]] | None) -> list[Problem]:
+    """Returns a problem where a motion would start with a jump at time 0."""
+    if table is None or table[0][1] == 0.0:
+        return []
+    what = "a displacement starts from the undeformed state, so its first factor must be 0"
+    return [Problem("factor", what, "start the table with [0, 0]", table)]
+
+
+class PlaneBoundary(_NodalBoundary):
+    """Condition on the nodes of a grid line (2D) or grid plane (3D)."""
+
+    type: Literal["plane"] = "plane"
+    axis: Axis
+    """Axis that the line or plane is normal to."""
+    at: Real
+    """Coordinate along `axis` [length]; must be that of a grid line."""
+    range: Ranges | None = None
+    """Part of it, axis -> [least, greatest] coordinate [length]; all of it if not given."""
+    condition: Literal["roller", "fixed", "prescribed"]
+    """One of "roller" (normal component zero), "fixed" (as on a node) and "prescribed"."""
+
+    def held(self, dimension: int) -> dict[int, float]:
+        """Returns the held directions (0 is x) with their displacement at factor 1 [length]."""
+        if self.condition == "roller":
+            return {AXES.index(self.axis): 0.0}
+        return _held(self.displacement, self.components, dimension)
+
+
+class NodeBoundary(_NodalBoundary):
+    """Condition on a single grid node."""
+
+    type: Literal["node"] = "node"
+    at: Vector
+    """Coordinates of the node [length], shape (dimension,); must be those of a grid node."""
+    condition: Literal["fixed", "prescribed"]
+    """One of "fixed" (all, or the `components` named, are zero) and "prescribed"."""
+
+    def held(self, dimension: int) -> dict[int, float]:
+        """Returns the held directions (0 is x) with their displacement at factor 1 [length]."""
+        return _held(self.displacement, self.components, dimension)
+
+
+class AffineBoundary(Declared):
+    """Motion x = F(t) X prescribed on every active node; stands alone.
+
+    With the factor f(t): F(t) = I + f (F - I) on the linear path, exp(f ln F) on the exponential.
+    """
+
+    type: Literal["affine"] = "affine"
+    name: Name
+    """Name of the boundary; unique."""
+    deformation_gradient: Matrix
+    """F at factor 1 [-], shape (dimension, dimension); in axisymmetry [[F_rr, 0], [0, F_zz]]."""
+    path: Literal["linear", "exponential"]
+    """Path from the identity to F: "linear" or "exponential"."""
+    factor: Table | None = None
+    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+
+    @model_validator(mode="after")
+    def _motion_is_possible(self) -> Any:
+        problems = starts_from_zero(self.factor)
+        factors = [0.0, 1.0] if self.factor is None else [row[1] for row in self.factor]
+        what = affine_problem(self.deformation_gradient, self.path, min(factors), max(factors))
+        if what:
+            remedy = "give a motion that keeps det F > 0 on its whole path"
+            problems.append(
+                Problem("deformation_gradient", what, remedy, self.deformation_gradient)
+            )
+        if problems:
+            raise rejection(problems)
+        return self
+
+
+Boundary = Annotated[
+    PlaneBoundary | NodeBoundary | AffineBoundary,
+    Field(discriminator="type"),
+    chosen_by("type", PlaneBoundary, NodeBoundary, AffineBoundary),
+]

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks between the entries of a model: names that refer to each other, and what needs what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from tilth.errors import Problem
+from tilth.model.boundaries import AffineBoundary
+from tilth.model.fields import AXES
+from tilth.model.loads import BodyForce, PointForce
+from tilth.model.placement import geometry_problems
+from tilth.model.problems import dotted, unknown_name
+from tilth.model.sizes import size_problems
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+
+def problems_between_entries(model: Model) -> list[Problem]:
+    """Returns what is wrong between the entries of a model; geometry only once sizes are right."""
+    problems = [
+        *_repeated_names(model),
+        *_unknown_references(model),
+        *_densities(model),
+        *size_problems(model),
+    ]
+    if not problems:
+        problems = [*_affine_stands_alone(model), *_held_directions(model)]
+        problems += geometry_problems(model)
+    return problems
+
+
+def _repeated_names(model: Model) -> Iterator[Problem]:
+    for section in ("bodies", "boundaries", "track"):
+        names: Sequence[str] = [entry.name for entry in getattr(model, section)]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                first = f"{section}[{names.index(name)}]"
+                yield Problem(
+                    f"{section}[{i}].name",
+                    f"is the name of {first} already",
+                    "give each its own name",
+                    name,
+                )
+
+
+def _unknown_references(model: Model) -> Iterator[Problem]:
+    bodies = [body.name for body in model.bodies]
+    boundaries = [boundary.name for boundary in model.boundaries]
+    for i, body in enumerate(model.bodies):
+        if body.material not in model.materials:
+            words = unknown_name("material", body.material, model.materials)
+            yield Problem(f"bodies[{i}].material", *words, body.material)
+    for i, load in enumerate(model.loads):
+        if isinstance(load, PointForce) and load.body not in bodies:
+            yield Problem(f"loads[{i}].body", *unknown_name("body", load.body, bodies), load.body)
+    for i, track in enumerate(model.track):
+        if track.body is not None and track.body not in bodies:
+            words = unknown_name("body", track.body, bodies)
+            yield Problem(f"track[{i}].body", *words, track.body)
+        if track.boundary is not None and track.boundary not in boundaries:
+            words = unknown_name("boundary", track.boundary, boundaries)
+            yield Problem(f"track[{i}].boundary", *words, track.boundary)
+
+
+def _densities(model: Model) -> Iterator[Problem]:
+    """A body force acts on mass, so every material it acts on needs a density."""
+    if not any(isinstance(load, BodyForce) for load in model.loads):
+        return
+    used = {body.material for body in model.bodies}
+    for name, material in model.materials.items():
+        if name in used and material.density is None:
+            yield Problem(
+                dotted(("materials", name, "density")),
+                "missing",
+                "give the density [mass / length^3]: a body force acts on this material",
+            )
+
+
+def _affine_stands_alone(model: Model) -> Iterator[Problem]:
+    affine = [i for i, b in enumerate(model.boundaries) if isinstance(b, AffineBoundary)]
+    if affine and len(model.boundaries) > 1:
+        yield Problem(
+            f"boundaries[{affine[0]}].type",
+            "an affine motion moves every node and cannot be combined with other boundaries",
+            "keep either the affine motion or the other boundaries",
+            "affine",
+        )
+
+
+def _held_directions(model: Model) -> Iterator[Problem]:
+    """Without a condition in a direction the soil moves freely along it: a singular system."""
+    if not model.boundaries:
+        yield Problem(
+            "boundaries",
+            "there is no essential condition at all, so the system would be singular: "
+            "nothing keeps the soil from moving as a rigid body",
+            "add at least one [[boundaries]], such as a roller on the base",
+        )
+        return
+    held: set[int] = set()
+    for boundary in model.boundaries:
+        if isinstance(boundary, AffineBoundary):
+            return
+        held.update(boundary.held(model.dimension))
+    free = [AXES[i] for i in range(model.dimension) if i not in held]
+    if model.analysis.kind == "axisymmetric" and "x" in free:
+        free.remove("x")  # the hoop strain resists a uniform radial motion
+    for axis in free:
+        yield Problem(
+            "boundaries",
+            f"no essential condition holds the {axis} direction, so the system would be singular: "
+            f"the soil can move freely along {axis}",
+            f"hold {axis} on at least one plane or node, such as by a roller normal to {axis}",
+        )

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Field types: numbers, vectors and tables that take no text for a number and no NaN or infinity.
+
+Vectors and tables may be given as list, tuple or NumPy array; they are stored as tuples.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import AfterValidator, PlainValidator
+
+from tilth.errors import Problem
+from tilth.model.problems import reject
+
+Axis = Literal["x", "y", "z"]
+AXES: tuple[Axis, ...] = ("x", "y", "z")
+
+_Item = TypeVar("_Item")
+
+
+def _real(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise reject("must be a number", _unquoted(value))
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise reject("must be a finite number")
+    return number
+
+
+def _unquoted(value: Any) -> str:
+    if not isinstance(value, str):
+        return ""
+    try:
+        float(value)
+    except ValueError:
+        return ""
+    return "write it without quotes"
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise reject("must be a whole number", "write it without a decimal point")
+    return int(value)
+
+
+def _positive(value: Any) -> float:
+    if (number := _real(value)) > 0.0:
+        return number
+    raise reject("must be greater than zero")
+
+
+def _not_negative(value: Any) -> float:
+    if (number := _real(value)) >= 0.0:
+        return number
+    raise reject("must not be negative")
+
+
+def _fraction(value: Any) -> float:
+    if 0.0 < (number := _real(value)) <= 1.0:
+        return number
+    raise reject("must be greater than 0 and at most 1")
+
+
+def _count(value: Any) -> int:
+    if (number := _whole(value)) >= 1:
+        return number
+    raise reject("must be at least 1")
+
+
+def _count_or_zero(value: Any) -> int:
+    if (number := _whole(value)) >= 0:
+        return number
+    raise reject("must not be negative")
+
+
+def _flag(value: Any) -> bool:
+    if isinstance(value, bool):
+        return value
+    raise reject("must be true or false", "write true or false without quotes")
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise reject("must be a text", "put it in quotes")
+    if not value.isprintable():
+        raise reject("must be one line of printable characters")
+    return value
+
+
+def _name(value: Any) -> str:
+    if text := _text(value).strip():
+        return text
+    raise reject("must not be empty")
+
+
+def as_list(value: Any) -> list[Any] | None:
+    """Returns the entries of a list, tuple or NumPy array; None for anything else."""
+    if isinstance(value, (list, tuple)):
+        return list(value)
+    if hasattr(value, "tolist") and isinstance(value.tolist(), list):
+        return list(value.tolist())
+    return None
+
+
+def _vector_of(item: Callable[[Any], _Item]) -> Callable[[Any], tuple[_Item, ...]]:
+    def vector(value: Any) -> tuple[_Item, ...]:
+        entries = as_list(value)
+        if not entries:
+            raise reject("must be a list of numbers, one per direction", "such as [1, 2]")
+        return tuple(item(entry) for entry in entries)
+
+    return vector
+
+
+def _per_direction_of(item: Callable[[Any], _Item]) -> Callable[[Any], _Item | tuple[_Item, ...]]:
+    def per_direction(value: Any) -> _Item | tuple[_Item, ...]:
+        return item(value) if as_list(value) is None else _vector_of(item)(value)
+
+    return per_direction
+
+
+def _matrix(value: Any) -> tuple[tuple[float, ...], ...]:
+    rows = as_list(value)
+    if not rows or any(as_list(row) is None for row in rows):
+        raise reject("must be a list of rows of numbers", "such as [[1, 0], [0, 1]]")
+    return tuple(_vector_of(_real)(row) for row in rows)
+
+
+def _table(value: Any) -> tuple[tuple[float, float], ...]:
+    example = "give rows of (time, factor) such as [[0, 0], [1, 1]]"
+    rows = as_list(value)
+    if rows is None or any(len(as_list(row) or ()) != 2 for row in rows):
+        raise reject("must be a list of rows of two numbers", example)
+    if len(rows) < 2:
+        raise reject("needs at least two rows", example)
+    table = [(_real(time), _real(factor)) for time, factor in rows]
+    if table[0][0] != 0.0:
+        raise reject("the first time must be 0", example)
+    for (before, _), (after, _) in pairwise(table):
+        if after <= before:
+            raise reject(
+                f"the times must increase from row to row, but {after:g} follows {before:g}",
+                "sort the rows by time and keep one row per time",
+            )
+    return tuple(table)
+
+
+def _times(value: Any) -> tuple[float, ...]:
+    times = _vector_of(_real)(value)
+    if times[0] <= 0.0:
+        raise reject("the times must be greater than 0", "the initial state is always written")
+    if any(after <= before for before, after in pairwise(times)):
+        raise reject("the times must increase from entry to entry")
+    return times
+
+
+Real = Annotated[float, PlainValidator(_real)]
+Positive = Annotated[float, PlainValidator(_positive)]
+NotNegative = Annotated[float, PlainValidator(_not_negative)]
+Fraction = Annotated[float, PlainValidator(_fraction)]
+Count = Annotated[int, PlainValidator(_count)]
+CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]
+Flag = Annotated[bool, PlainValidator(_flag)]
+Text = Annotated[str, PlainValidator(_text)]
+Name = Annotated[str, PlainValidator(_name)]
+Vector = Annotated[Sequence[float], PlainValidator(_vector_of(_real))]
+CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
+PositivePerDirection = Annotated[
+    float | Sequence[float], PlainValidator(_per_direction_of(_positive))
+]
+CountPerDirection = Annotated[int | Sequence[int], PlainValidator(_per_direction_of(_count))]
+Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
+Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
+Times = Annotated[Sequence[float], PlainValidator(_times)]
+
+
+AsTuple = AfterValidator(tuple)
+"""Stores a sequence of declarations as a tuple, so that nothing in a model can be changed."""
+
+
+def per_direction(value: float | Sequence[float], dimension: int) -> tuple[float, ...]:
+    """Returns `value` for each direction, shape (dimension,): a single number is repeated."""
+    if isinstance(value, Sequence):
+        return tuple(value)
+    return (value,) * dimension
+
+
+def factor_at(table: Sequence[Sequence[float]], time: float) -> float:
+    """Returns the factor of a (time, factor) table: piecewise linear, constant beyond its rows."""
+    if time <= table[0][0]:
+        return table[0][1]
+    for (t0, f0), (t1, f1) in pairwise(table):
+        if time == t1:
+            return f1
+        if time < t1:
+            return f0 + (f1 - f0) * (time - t0) / (t1 - t0)
+    return table[-1][1]
+
+
+def extent_problems(lower: Sequence[float], upper: Sequence[float]) -> list[Problem]:
+    """Returns what is wrong with two opposite corners given as `lower` and `upper`."""
+    if len(lower) != len(upper):
+        what = f"has {len(lower)} components, but `upper` has {len(upper)}"
+        return [Problem("lower", what, "give one per direction", lower)]
+    if any(high <= low for low, high in zip(lower, upper, strict=True)):
+        return [Problem("upper", "must exceed `lower` in every direction", value=upper)]
+    return []

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads: body forces and point forces, each scaled by a table of load factors over time."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from tilth.model.base import Declared, chosen_by
+from tilth.model.fields import Name, Table, Vector
+
+
+class BodyForce(Declared):
+    """Force on all mass, such as gravity."""
+
+    type: Literal["body_force"] = "body_force"
+    acceleration: Vector
+    """Force per mass at factor 1 [length / time^2], shape (dimension,)."""
+    factor: Table | None = None
+    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+
+
+class PointForce(Declared):
+    """Dead force that moves with the material points nearest to a place at the start."""
+
+    type: Literal["point_force"] = "point_force"
+    body: Name
+    """Name of the body the force acts on."""
+    at: Vector
+    """Place [length], shape (dimension,); points equally near it, within 1e-6 cell, share."""
+    force: Vector
+    """Force at factor 1 [force], shape (dimension,); its direction stays."""
+    factor: Table | None = None
+    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+
+
+Load = Annotated[
+    BodyForce | PointForce,
+    Field(discriminator="type"),
+    chosen_by("type", BodyForce, PointForce),
+]

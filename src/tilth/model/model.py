@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The whole declared problem: what a case file holds, and what Python builds in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
+
+from tilth.errors import BadInput
+from tilth.model.base import Declared
+from tilth.model.bodies import Body
+from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
+from tilth.model.checks import problems_between_entries
+from tilth.model.fields import AsTuple, Name, Text, factor_at, per_direction
+from tilth.model.loads import BodyForce, Load, PointForce
+from tilth.model.materials import Material
+from tilth.model.problems import problems_of, reject, rejection
+from tilth.model.schedule import Schedule
+from tilth.model.settings import Analysis, Grid, Output, Units
+from tilth.model.track import Track
+
+Loaded = PlaneBoundary | NodeBoundary | AffineBoundary | BodyForce | PointForce
+
+
+FORMAT = 1
+"""Version of the case file's schema that this tilth reads."""
+
+
+def _format(value: Any) -> int:
+    if type(value) is int and value == FORMAT:
+        return value
+    problem = f"this version of tilth reads format {FORMAT} only"
+    raise reject(problem, f"write format = {FORMAT} in the first line")
+
+
+def _one(value: Any) -> Any:
+    if not value:
+        raise reject("must hold at least one entry")
+    return value
+
+
+class Model(Declared):
+    """A declared, validated and frozen problem; the same names as in the case file.
+
+    Units are the user's, consistent. Tension is positive; y is up in 2D, z is up in 3D; in
+    axisymmetry x is the radius and y the axis. Raises `BadInput` naming every wrong entry.
+    """
+
+    format: Annotated[int, PlainValidator(_format)] = FORMAT
+    """Version of the case file's schema."""
+    title: Text = ""
+    """Title, shown in the report."""
+    units: Units = Units()
+    """Labels of the units."""
+    analysis: Analysis
+    """a section [analysis] with the kind of analysis."""
+    grid: Grid
+    """a section [grid] with the background grid's cell_size."""
+    materials: Annotated[Mapping[Name, Material], AfterValidator(_one)]
+    """a section [materials.NAME] for each material."""
+    bodies: Annotated[Sequence[Body], AsTuple, AfterValidator(_one)]
+    """a section [[bodies]] for each body."""
+    boundaries: Annotated[Sequence[Boundary], AsTuple] = ()
+    """Essential conditions, at least one."""
+    loads: Annotated[Sequence[Load], AsTuple] = ()
+    """Body forces and point forces."""
+    schedule: Schedule
+    """a section [schedule] with the number of steps or the step_size."""
+    track: Annotated[Sequence[Track], AsTuple] = ()
+    """Tracked quantities, a column of history.csv each."""
+    output: Output = Output()
+    """What is written beside the results."""
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        if problems := problems_between_entries(self):
+            raise rejection(problems)
+        return self
+
+    @property
+    def dimension(self) -> int:
+        """Number of grid directions: 2 in plane strain and axisymmetry, 3 in 3D."""
+        return 3 if self.analysis.kind == "3d" else 2
+
+    @property
+    def cell_size(self) -> tuple[float, ...]:
+        """Edge lengths of a grid cell [length], shape (dimension,)."""
+        return per_direction(self.grid.cell_size, self.dimension)
+
+    @property
+    def origin(self) -> tuple[float, ...]:
+        """A node of the grid [length], shape (dimension,)."""
+        return tuple(self.grid.origin or (0.0,) * self.dimension)
+
+    def factor(self, item: Loaded, time: float) -> float:
+        """Returns the load factor [-] of a boundary or load at `time`.
+
+        Without a table of its own it grows linearly from 0 to 1 over the schedule.
+        """
+        table = getattr(item, "factor", None) or ((0.0, 0.0), (self.schedule.end, 1.0))
+        return factor_at(table, time)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the model as a dictionary that JSON holds without loss; see `from_dict`."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+    @classmethod
+    def from_dict(cls, entries: Mapping[str, Any]) -> Model:
+        """Returns the model of such a dictionary, or of a case file's; raises `BadInput`."""
+        try:
+            return cls.model_validate(dict(entries))
+        except ValidationError as error:
+            raise BadInput.of(problems_of(error, entries)) from None

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks where things lie: conditions on grid lines, bodies inside the limits and at r >= 0."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tilth.errors import Problem
+from tilth.model.boundaries import NodeBoundary, PlaneBoundary
+from tilth.model.fields import AXES
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+ON_GRID_LINE = 1e-9
+"""Distance from a grid line, as a fraction of a cell, below which a place lies on it."""
+
+
+def geometry_problems(model: Model) -> list[Problem]:
+    """Returns every boundary off the grid lines and every body out of bounds."""
+    return [*_off_grid_lines(model), *_out_of_bounds(model)]
+
+
+def _off_grid_lines(model: Model) -> Iterator[Problem]:
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, PlaneBoundary):
+            wrong = _nearest_lines(model, AXES.index(boundary.axis), boundary.at)
+            if wrong:
+                yield Problem(f"boundaries[{i}].at", "is not on a grid line", wrong, boundary.at)
+        elif isinstance(boundary, NodeBoundary):
+            lines = [_nearest_lines(model, j, at) for j, at in enumerate(boundary.at)]
+            if any(lines):
+                remedy = "; ".join(line for line in lines if line)
+                yield Problem(f"boundaries[{i}].at", "is not a grid node", remedy, boundary.at)
+
+
+def _nearest_lines(model: Model, direction: int, at: float) -> str:
+    """Returns a remedy naming the nearest two grid lines, or "" for a place on a grid line."""
+    origin, size = model.origin[direction], model.cell_size[direction]
+    number = (at - origin) / size
+    if abs(number - round(number)) <= ON_GRID_LINE:
+        return ""
+    below, above = (origin + n * size for n in (math.floor(number), math.floor(number) + 1))
+    return f"the nearest grid lines are {AXES[direction]} = {below:.9g} and {above:.9g}"
+
+
+def _out_of_bounds(model: Model) -> Iterator[Problem]:
+    limits = model.grid.limits
+    slack = [ON_GRID_LINE * size for size in model.cell_size]
+    for i, body in enumerate(model.bodies):
+        bounds = body.shape.bounds()
+        if bounds is None:
+            continue
+        lower, upper = bounds
+        if model.analysis.kind == "axisymmetric" and lower[0] < -slack[0]:
+            what = f"the body reaches x = {lower[0]:g}, but x is the radius in axisymmetry"
+            yield Problem(f"bodies[{i}].shape", what, "keep the body at x >= 0")
+        if limits is None:
+            continue
+        for j, axis in enumerate(AXES[: model.dimension]):
+            least, greatest = limits.lower[j], limits.upper[j]
+            if lower[j] < least - slack[j] or upper[j] > greatest + slack[j]:
+                what = (
+                    f'the body "{body.name}" is outside the grid limits: it reaches from {axis} = '
+                    f"{lower[j]:g} to {upper[j]:g}, the grid from {least:g} to {greatest:g}"
+                )
+                remedy = "move or shrink the body, or widen `grid.limits`"
+                yield Problem(f"bodies[{i}].shape", what, remedy)

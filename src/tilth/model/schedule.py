@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The schedule: pseudo-time of the loading, its steps and output times."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pydantic import model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.fields import Count, Flag, Fraction, Positive, Times
+from tilth.model.problems import rejection
+
+_ROUND_OFF = 1e-9
+
+
+class Schedule(Declared):
+    """Time runs from 0 to `end`, in steps given by exactly one of `steps` and `step_size`.
+
+    Results are written at the start, at the end and at the times given by at most one of
+    `output_times`, `outputs` and `output_every` (10 equally spaced outputs if none is given).
+    """
+
+    end: Positive = 1.0
+    """Time at the end, the argument of the tables of load factors, > 0."""
+    steps: Count | None = None
+    """Number of equal steps."""
+    step_size: Positive | None = None
+    """Size of the steps in time, > 0; the last one is shorter where they do not add up."""
+    adaptive: Flag = True
+    """Whether a step that fails is undone and halved, and steps grow back afterwards."""
+    minimum_step: Fraction = 1.0 / 1024.0
+    """Least step as a fraction of the first one; a smaller one ends the analysis."""
+    output_times: Times | None = None
+    """Times of output, increasing, in (0, end]; the end is added where missing."""
+    outputs: Count | None = None
+    """Number of outputs, equally spaced in time; the last is at the end."""
+    output_every: Count | None = None
+    """Regular steps from one output to the next."""
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        problems = []
+        if (self.steps is None) == (self.step_size is None):
+            what = "missing" if self.steps is None else "given together with `step_size`"
+            problems.append(Problem("steps", what, "give exactly one of `steps` and `step_size`"))
+        elif self.step_size is not None and self.step_size > self.end:
+            what = f"is larger than the whole schedule, which ends at {self.end:g}"
+            problems.append(Problem("step_size", what, value=self.step_size))
+        ways = ("output_times", "outputs", "output_every")
+        given = [way for way in ways if getattr(self, way) is not None]
+        if len(given) > 1:
+            remedy = "give at most one of `output_times`, `outputs` and `output_every`"
+            what = f"given together with `{given[0]}`"
+            problems.append(Problem(given[1], what, remedy, getattr(self, given[1])))
+        if self.output_times is not None and self.output_times[-1] > self.end:
+            what = f"the schedule ends at {self.end:g}"
+            remedy = "give times in (0, end]"
+            problems.append(Problem("output_times", what, remedy, self.output_times))
+        if problems:
+            raise rejection(problems)
+        return self
+
+    @property
+    def number_of_steps(self) -> int:
+        """Number of regular steps."""
+        if self.steps is not None:
+            return self.steps
+        assert self.step_size is not None
+        return max(1, math.ceil(self.end / self.step_size - _ROUND_OFF))
+
+    @property
+    def first_step(self) -> float:
+        """Size of the first regular step in time."""
+        return self.regular_time(1)
+
+    @property
+    def least_step(self) -> float:
+        """Size of the least step in time that adaptive stepping may take."""
+        return self.minimum_step * self.first_step
+
+    def regular_time(self, step: int) -> float:
+        """Returns the time at the end of the regular step number `step` (0: the start)."""
+        if step >= self.number_of_steps:
+            return self.end
+        if self.step_size is not None:
+            return step * self.step_size
+        return self.end * step / self.number_of_steps
+
+    def times_of_output(self) -> tuple[float, ...]:
+        """Returns the times of output after the start, increasing; the last is `end`."""
+        if self.output_times is not None:
+            times = tuple(self.output_times)
+            return times if times[-1] == self.end else (*times, self.end)
+        if self.output_every is not None:
+            regular = range(self.output_every, self.number_of_steps, self.output_every)
+            return (*(self.regular_time(step) for step in regular), self.end)
+        count = self.outputs or 10
+        return (*(self.end * k / count for k in range(1, count)), self.end)

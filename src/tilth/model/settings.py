@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Units, analysis, background grid and output settings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, model_validator
+
+from tilth.model.base import Declared
+from tilth.model.fields import (
+    Count,
+    CountOrZero,
+    Flag,
+    Fraction,
+    PositivePerDirection,
+    Text,
+    Vector,
+    extent_problems,
+)
+from tilth.model.problems import reject, rejection, suggestion
+
+Kind = Literal["plane_strain", "axisymmetric", "3d"]
+
+
+class Units(Declared):
+    """Labels of the user's consistent units, shown in every output; they convert nothing."""
+
+    length: Text = "m"
+    """Label of lengths and displacements."""
+    force: Text = "N"
+    """Label of forces (per unit length in plane strain, per full circle in axisymmetry)."""
+    stress: Text = "Pa"
+    """Label of stresses and moduli."""
+    mass: Text = "kg"
+    """Label of masses."""
+    time: Text = ""
+    """Label of the schedule's time; empty where it only orders the loading."""
+
+
+class Analysis(Declared):
+    """What is analysed and how accurately its equilibrium is solved."""
+
+    kind: Kind
+    """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis) or "3d"."""
+    tolerance: Fraction = 1e-9
+    """Newton's iteration ends where the residual, relative to the forces, is below this [-]."""
+    maximum_iterations: Count = 15
+    """Newton iterations after which a step counts as not converged."""
+    line_search: Flag = False
+    """Whether Newton's step is shortened where the full one does not reduce the residual."""
+    solver: Literal["auto", "superlu", "pardiso"] = "auto"
+    """Linear solver; "auto" takes the fastest one installed."""
+
+
+class Limits(Declared):
+    """Box that the material may not leave; coordinates [length], shape (dimension,)."""
+
+    lower: Vector
+    """Least coordinates [length], one per direction."""
+    upper: Vector
+    """Greatest coordinates [length], one per direction."""
+
+    @model_validator(mode="after")
+    def _upper_above_lower(self) -> Any:
+        if problems := extent_problems(self.lower, self.upper):
+            raise rejection(problems)
+        return self
+
+
+class Grid(Declared):
+    """Regular background grid; unbounded unless `limits` are given."""
+
+    origin: Vector | None = None
+    """A grid node [length], shape (dimension,); zeros where not given."""
+    cell_size: PositivePerDirection
+    """Edge length of a cell [length], > 0: one number, or one per direction."""
+    limits: Limits | None = None
+    """Box that no material point may leave."""
+
+
+COLOURS = (
+    "displacement",
+    *(f"displacement_{axis}" for axis in "xyz"),
+    "cauchy_stress",
+    *(
+        f"cauchy_stress_{part}"
+        for part in ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
+    ),
+    "plastic_strain",
+    "volume",
+)
+
+
+def _colour(value: str) -> str:
+    if value in COLOURS:
+        return value
+    likely = suggestion(value, COLOURS)
+    remedy = f'did you mean "{likely}"? ' if likely else ""
+    raise reject("no field of this name", f"{remedy}choose from {', '.join(COLOURS)}")
+
+
+class Output(Declared):
+    """What is written beside the results at the output times."""
+
+    checkpoint_every: CountOrZero = 1
+    """Steps from one checkpoint to the next; 0 writes none, so that no run can be resumed."""
+    deformation_gradient: Flag = False
+    """Whether the deformation gradient of the points is written to the results."""
+    colour_by: Annotated[Text, AfterValidator(_colour)] = "displacement"
+    """Field that colours the report's pictures; a vector without component by its magnitude."""
+    report: Flag = True
+    """Whether report.html is written at the end of the run."""

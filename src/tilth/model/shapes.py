@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Shapes of bodies: coordinates [length] in the undeformed state, angles in degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared, chosen_by
+from tilth.model.fields import AXES, Axis, Matrix, Name, Positive, Real, Vector, extent_problems
+from tilth.model.problems import rejection
+
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+"""Least and greatest coordinates [length], each of shape (dimension,)."""
+
+
+class Box(Declared):
+    """Rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
+
+    type: Literal["box"] = "box"
+    lower: Vector
+    """Corner of least coordinates before the rotation [length], one per direction."""
+    upper: Vector
+    """Opposite corner before the rotation [length], one per direction."""
+    angle: Real = 0.0
+    """Rotation about the `lower` corner [degrees], anticlockwise seen against the axis."""
+    axis: Axis | None = None
+    """Axis of the rotation, in 3D only, where a rotated box needs it."""
+
+    @model_validator(mode="after")
+    def _has_extent(self) -> Any:
+        if problems := extent_problems(self.lower, self.upper):
+            raise rejection(problems)
+        return self
+
+    @property
+    def dimension(self) -> int:
+        """Number of directions the corners are given in."""
+        return len(self.lower)
+
+    @property
+    def axes(self) -> tuple[tuple[float, ...], ...]:
+        """Unit vectors of the box's own axes as rows, shape (dimension, dimension)."""
+        n = self.dimension
+        axes = [[float(i == j) for j in range(n)] for i in range(n)]
+        if self.angle:
+            cosine, sine = _cos_sin(self.angle)
+            turned = 2 if n == 2 or self.axis is None else AXES.index(self.axis)
+            first, second = (turned + 1) % 3, (turned + 2) % 3
+            axes[first][first], axes[first][second] = cosine, sine
+            axes[second][first], axes[second][second] = -sine, cosine
+        return tuple(tuple(axis) for axis in axes)
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box of the rotated box."""
+        edges = [high - low for low, high in zip(self.lower, self.upper, strict=True)]
+        corners = []
+        for corner in product(*((0.0, edge) for edge in edges)):
+            offset = [
+                sum(c * e[i] for c, e in zip(corner, self.axes, strict=True))
+                for i in range(self.dimension)
+            ]
+            corners.append([low + o for low, o in zip(self.lower, offset, strict=True)])
+        return _bounds_of(corners)
+
+
+class Polygon(Declared):
+    """Simple polygon in the plane of a 2D analysis; its vertices in either sense of rotation."""
+
+    type: Literal["polygon"] = "polygon"
+    vertices: Matrix
+    """Corners in order [length], shape (n, 2), n >= 3; the last is joined to the first."""
+
+    @model_validator(mode="after")
+    def _is_simple(self) -> Any:
+        corners = self.vertices
+        problem = ""
+        if any(len(corner) != 2 for corner in corners):
+            problem = "each vertex must have two coordinates"
+        elif len(corners) < 3:
+            problem = "needs at least three vertices"
+        elif self.area == 0.0:
+            problem = "encloses no area"
+        elif _crosses_itself(corners):
+            problem = "the edges cross or touch each other"
+        if problem:
+            remedy = "give the corners in order around the body, each once"
+            raise rejection([Problem("vertices", problem, remedy, corners)])
+        return self
+
+    @property
+    def dimension(self) -> int:
+        """Number of directions: 2."""
+        return 2
+
+    @property
+    def area(self) -> float:
+        """Enclosed area [length^2] (Gauss's area formula), whatever the sense of rotation."""
+        x0, y0 = self.vertices[0]
+        moved = [(x - x0, y - y0) for x, y in self.vertices]
+        pairs = zip(moved, moved[1:] + moved[:1], strict=True)
+        return 0.5 * abs(sum(x1 * y2 - x2 * y1 for (x1, y1), (x2, y2) in pairs))
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        return _bounds_of(self.vertices)
+
+
+class Circle(Declared):
+    """Disc in the plane of a 2D analysis (in axisymmetry: a torus, or a ball on the axis)."""
+
+    type: Literal["circle"] = "circle"
+    centre: Vector
+    """Centre [length], shape (2,)."""
+    radius: Positive
+    """Radius [length], > 0."""
+
+    @property
+    def dimension(self) -> int:
+        """Number of directions: 2."""
+        return 2
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        return _around(self.centre, [self.radius] * 2)
+
+
+class Cylinder(Declared):
+    """Solid cylinder along a coordinate axis (3D)."""
+
+    type: Literal["cylinder"] = "cylinder"
+    centre: Vector
+    """Centre of the lower end face [length], shape (3,)."""
+    radius: Positive
+    """Radius [length], > 0."""
+    axis: Axis
+    """Direction in which the cylinder rises from its centre."""
+    height: Positive
+    """Length along the axis [length], > 0."""
+
+    @property
+    def dimension(self) -> int:
+        """Number of directions: 3."""
+        return 3
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        along = AXES.index(self.axis)
+        reach = [0.0 if i == along else self.radius for i in range(3)]
+        lower, upper = _around(self.centre, reach)
+        rise = [self.height if i == along else 0.0 for i in range(3)]
+        return lower, tuple(high + r for high, r in zip(upper, rise, strict=True))
+
+
+class Sphere(Declared):
+    """Ball (3D)."""
+
+    type: Literal["sphere"] = "sphere"
+    centre: Vector
+    """Centre [length], shape (3,)."""
+    radius: Positive
+    """Radius [length], > 0."""
+
+    @property
+    def dimension(self) -> int:
+        """Number of directions: 3."""
+        return 3
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        return _around(self.centre, [self.radius] * 3)
+
+
+class Mesh(Declared):
+    """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D)."""
+
+    type: Literal["mesh"] = "mesh"
+    file: Name
+    """Path of the .msh file; in a case file relative to it."""
+
+    @property
+    def dimension(self) -> None:
+        """Known only once the file is read."""
+        return None
+
+    def bounds(self) -> None:
+        """Returns None: known only once the file is read."""
+        return None
+
+
+Shape = Annotated[
+    Box | Polygon | Circle | Cylinder | Sphere | Mesh,
+    Field(discriminator="type"),
+    chosen_by("type", Box, Polygon, Circle, Cylinder, Sphere, Mesh),
+]
+
+
+def _cos_sin(degrees: float) -> tuple[float, float]:
+    """Returns cosine and sine, exact at multiples of a right angle."""
+    quarter, rest = divmod(degrees, 90.0)
+    cosine, sine = math.cos(math.radians(rest)), math.sin(math.radians(rest))
+    for _ in range(int(quarter) % 4):
+        cosine, sine = -sine, cosine
+    return cosine, sine
+
+
+def _bounds_of(corners: Sequence[Sequence[float]]) -> Bounds:
+    columns = list(zip(*corners, strict=True))
+    return tuple(min(c) for c in columns), tuple(max(c) for c in columns)
+
+
+def _around(centre: Sequence[float], reach: Sequence[float]) -> Bounds:
+    pairs = list(zip(centre, reach, strict=True))
+    return tuple(c - r for c, r in pairs), tuple(c + r for c, r in pairs)
+
+
+def _crosses_itself(corners: Sequence[Sequence[float]]) -> bool:
+    """Whether two edges that are not neighbours meet, or neighbours fold back on each other."""
+    n = len(corners)
+    edges = [(corners[i], corners[(i + 1) % n]) for i in range(n)]
+    for i in range(n):
+        for j in range(i + 1, n):
+            if j == i + 1 or (i == 0 and j == n - 1):
+                first, second = (i, j) if j == i + 1 else (j, i)
+                (a, b), d = edges[first], edges[second][1]
+                if _turn(a, b, d) == 0.0 and _ahead(a, b, d) <= _ahead(a, b, b):
+                    return True
+            elif _segments_meet(*edges[i], *edges[j]):
+                return True
+    return False
+
+
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _ahead(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[0] - a[0]) + (b[1] - a[1]) * (c[1] - a[1])
+
+
+def _segments_meet(
+    a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Sequence[float]
+) -> bool:
+    if _turn(a, b, c) * _turn(a, b, d) > 0.0 or _turn(c, d, a) * _turn(c, d, b) > 0.0:
+        return False
+    return all(
+        max(min(a[i], b[i]), min(c[i], d[i])) <= min(max(a[i], b[i]), max(c[i], d[i]))
+        for i in range(2)
+    )

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks that vectors, shapes and axes fit the dimension of the analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tilth.errors import Problem
+from tilth.model.bodies import Body
+from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
+from tilth.model.fields import AXES
+from tilth.model.loads import BodyForce
+from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Sphere
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+_SHAPES_OF = {2: (Box, Polygon, Circle, Mesh), 3: (Box, Cylinder, Sphere, Mesh)}
+
+
+def size_problems(model: Model) -> list[Problem]:
+    """Returns every entry that does not fit the dimension of the analysis."""
+    kind, dimension = model.analysis.kind, model.dimension
+    problems = [p for key, value in _vectors(model) for p in _length(key, value, dimension, kind)]
+    problems += [p for key, axes in _axes(model) for p in _axis(key, axes, dimension, kind)]
+    for i, body in enumerate(model.bodies):
+        problems += _shape(f"bodies[{i}].shape", body, dimension, kind)
+    for i, boundary in enumerate(model.boundaries):
+        key = f"boundaries[{i}]"
+        if isinstance(boundary, AffineBoundary):
+            problems += _affine(f"{key}.deformation_gradient", boundary, dimension, kind)
+        if isinstance(boundary, PlaneBoundary) and boundary.axis in (boundary.range or {}):
+            what = f"is the axis the plane is normal to, where `at` = {boundary.at:g} says all"
+            problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
+    return problems
+
+
+def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
+    """Yields every entry that may be a vector with one component per direction."""
+    yield "grid.origin", model.grid.origin
+    yield "grid.cell_size", model.grid.cell_size
+    if model.grid.limits is not None:
+        yield "grid.limits.lower", model.grid.limits.lower
+        yield "grid.limits.upper", model.grid.limits.upper
+    for i, body in enumerate(model.bodies):
+        for way in ("points_per_cell", "points", "spacing"):
+            yield f"bodies[{i}].{way}", getattr(body, way)
+        if isinstance(body.shape, Box):
+            yield f"bodies[{i}].shape.lower", body.shape.lower
+            yield f"bodies[{i}].shape.upper", body.shape.upper
+        elif not isinstance(body.shape, Polygon | Mesh) and body.shape.dimension == model.dimension:
+            yield f"bodies[{i}].shape.centre", body.shape.centre
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, NodeBoundary):
+            yield f"boundaries[{i}].at", boundary.at
+    for i, load in enumerate(model.loads):
+        if isinstance(load, BodyForce):
+            yield f"loads[{i}].acceleration", load.acceleration
+        else:
+            yield f"loads[{i}].at", load.at
+            yield f"loads[{i}].force", load.force
+    for i, track in enumerate(model.track):
+        yield f"track[{i}].at", track.at
+
+
+def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
+    """Yields every entry that names axes or components."""
+    for i, boundary in enumerate(model.boundaries):
+        key = f"boundaries[{i}]"
+        if isinstance(boundary, AffineBoundary):
+            continue
+        yield f"{key}.components", boundary.components or ()
+        yield f"{key}.displacement", boundary.displacement or {}
+        if isinstance(boundary, PlaneBoundary):
+            yield f"{key}.axis", boundary.axis
+            yield f"{key}.range", boundary.range or {}
+    for i, track in enumerate(model.track):
+        yield f"track[{i}].axis", track.axis or ()
+        if track.component in AXES or track.component in ("yz", "xz"):
+            yield f"track[{i}].component", track.component or ""
+
+
+def _length(key: str, value: Any, dimension: int, kind: str) -> Iterator[Problem]:
+    if isinstance(value, Sequence) and len(value) != dimension:
+        what = f"must have {dimension} components, not {len(value)}"
+        yield Problem(key, what, f"{kind} has the directions {', '.join(AXES[:dimension])}", value)
+
+
+def _axis(key: str, axes: Iterable[str], dimension: int, kind: str) -> Iterator[Problem]:
+    if dimension == 2 and any("z" in axis for axis in axes):
+        value = axes if isinstance(axes, str | dict) else list(axes)
+        what = "names the z direction"
+        yield Problem(key, what, f"{kind} has the directions x, y", value)
+
+
+def _shape(key: str, body: Body, dimension: int, kind: str) -> Iterator[Problem]:
+    shape = body.shape
+    if not isinstance(shape, _SHAPES_OF[dimension]):
+        choices = ", ".join(f'"{s.__name__.lower()}"' for s in _SHAPES_OF[dimension])
+        what = f'does not exist with analysis.kind = "{kind}"'
+        yield Problem(f"{key}.type", what, f"choose from {choices}", shape.type)
+    if isinstance(shape, Box):
+        if dimension == 2 and shape.axis is not None:
+            remedy = "leave it out: `angle` turns the box in the plane"
+            yield Problem(f"{key}.axis", "is for 3D only", remedy, shape.axis)
+        if dimension == 3 and shape.angle and shape.axis is None:
+            yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
+
+
+def _affine(key: str, boundary: AffineBoundary, dimension: int, kind: str) -> Iterator[Problem]:
+    matrix = boundary.deformation_gradient
+    if len(matrix) != dimension:
+        what = f"is a {len(matrix)} x {len(matrix)} matrix"
+        remedy = f'analysis.kind = "{kind}" needs {dimension} x {dimension}'
+        yield Problem(key, what, remedy, matrix)
+    elif kind == "axisymmetric" and (matrix[0][1] != 0.0 or matrix[1][0] != 0.0):
+        what = "couples radius and axis"
+        yield Problem(key, what, "give [[F_rr, 0], [0, F_zz]]; the hoop follows the radius", matrix)
+    elif kind == "axisymmetric" and matrix[0][0] <= 0.0:
+        yield Problem(key, "turns the radius inside out", "give F_rr > 0 and F_zz > 0", matrix)

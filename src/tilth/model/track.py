@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tracked quantities: one column of history.csv each."""
+
+from __future__ import annotations
+
+from typing import Any, Final, Literal
+
+from pydantic import model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.fields import Axis, Name, Real, Text, Vector
+from tilth.model.problems import rejection, suggestion
+
+Quantity = Literal["reaction", "displacement", "stress", "top_height", "run_out", "energy"]
+
+_AXES = ("x", "y", "z")
+_COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
+    "reaction": _AXES,
+    "displacement": (*_AXES, "magnitude"),
+    "stress": ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises"),
+}
+_REQUIRED: Final[dict[str, tuple[str, ...]]] = {
+    "reaction": ("boundary", "component"),
+    "displacement": ("at", "component"),
+    "stress": ("at", "component"),
+    "top_height": ("of",),
+    "run_out": ("axis", "of"),
+    "energy": ("kind",),
+}
+_OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
+    "displacement": ("body",),
+    "stress": ("body",),
+    "top_height": ("body",),
+    "run_out": ("body",),
+}
+_FIRST_COLUMNS = ("step", "time", "iterations")
+
+
+class Track(Declared):
+    """A quantity that is recorded after every step; the keys it takes depend on `quantity`.
+
+    | quantity | takes |
+    | --- | --- |
+    | reaction | `boundary`, `component` x, y, z: force of the boundary on the soil |
+    | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
+    | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy); optional `body` |
+    | top_height | `of` "points" or "domains": greatest coordinate upwards; optional `body` |
+    | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
+    | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
+    """
+
+    name: Name
+    """Name of the column in history.csv; unique."""
+    quantity: Quantity
+    """What is recorded."""
+    boundary: Name | None = None
+    """Boundary whose reaction is recorded."""
+    at: Vector | None = None
+    """Place [length], shape (dimension,): the material point nearest to it at the start."""
+    body: Name | None = None
+    """Body that the points belong to; any if not given."""
+    component: Name | None = None
+    """Component; tension positive."""
+    axis: Axis | None = None
+    """Axis along which the run-out is measured."""
+    of: Literal["points", "domains"] | None = None
+    """Whether the points' centres or the outer edges of their domains are meant."""
+    kind: Literal["elastic", "external_work", "plastic_dissipation"] | None = None
+    """Which energy is recorded [force length]."""
+    scale: Real = 1.0
+    """Factor on the recorded value."""
+    unit: Text | None = None
+    """Label of the unit after scaling; that of `[units]` if not given."""
+
+    @model_validator(mode="after")
+    def _entries_fit_the_quantity(self) -> Any:
+        required = _REQUIRED[self.quantity]
+        allowed = (*required, *_OPTIONAL.get(self.quantity, ()))
+        problems = [
+            Problem(key, "missing", f'quantity = "{self.quantity}" needs {_listed(required)}')
+            for key in required
+            if getattr(self, key) is None
+        ]
+        for key in ("boundary", "at", "body", "component", "axis", "of", "kind"):
+            value = getattr(self, key)
+            if value is not None and key not in allowed:
+                what = f'has no meaning with quantity = "{self.quantity}"'
+                problems.append(Problem(key, what, f"it takes {_listed(allowed)}", value))
+        choices = _COMPONENTS.get(self.quantity, ())
+        if choices and self.component is not None and self.component not in choices:
+            likely = suggestion(self.component, choices)
+            remedy = f'did you mean "{likely}"? ' if likely else ""
+            remedy += "choose from " + ", ".join(f'"{choice}"' for choice in choices)
+            problems.append(Problem("component", "not one of the choices", remedy, self.component))
+        if self.name in _FIRST_COLUMNS:
+            what = "is the name of a column that history.csv always has"
+            problems.append(Problem("name", what, "choose another name", self.name))
+        if problems:
+            raise rejection(problems)
+        return self
+
+
+def _listed(keys: tuple[str, ...]) -> str:
+    return " and ".join(f"`{key}`" for key in keys)

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The checkpoint: arrays and plain data in one file, bit-exact, never half-written."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from ..errors import BadInput
+from .files import replace_durably
+
+META = "meta.json"
+
+
+def write_checkpoint(
+    path: Path | str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
+) -> None:
+    """Write named arrays and JSON data to ``path``, replacing an older checkpoint at once.
+
+    A kill at any moment leaves the old or the new one, whole. The file is a zip archive of ``.npy``
+    members (as NumPy's ``.npz``, uncompressed, with check sums) and ``meta.json``. Floats in
+    ``meta`` keep all their bits. Object arrays are refused with ``ValueError``.
+    """
+    path = Path(path)
+    new = path.with_name(f"{path.name}.new")
+    with zipfile.ZipFile(new, "w", zipfile.ZIP_STORED) as archive:
+        archive.writestr(META, json.dumps(meta))
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                npy.write_array(member, np.asarray(values), allow_pickle=False)
+    replace_durably(new, path)
+
+
+def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """The arrays and the plain data of a checkpoint.
+
+    Raises ``BadInput`` where there is none, or where it is damaged (its check sum is tested).
+    """
+    path = Path(path)
+    arrays: dict[str, NDArray[Any]] = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            meta = json.loads(archive.read(META))
+            for name in archive.namelist():
+                if name != META:
+                    with archive.open(name) as member:
+                        values = npy.read_array(member, allow_pickle=False)
+                        if member.read(1):
+                            raise ValueError(f"{name} is longer than its header says")
+                        arrays[name.removesuffix(".npy")] = values
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist: there is nothing to resume, run anew") from None
+    except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
+        raise BadInput(f"{path} is damaged ({error}): run the case anew") from error
+    return arrays, meta

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The folder of a run, and the names of the files tilth writes there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import BadInput
+
+RESULTS = "results.vtkhdf"
+HISTORY = "history.csv"
+REPORT = "report.html"
+LOG = "log.txt"
+CHECKPOINT = "checkpoint.npz"
+MODEL = "model.json"
+SETUP = "setup.png"
+
+OWN_FILES = (
+    RESULTS,
+    f".{Path(RESULTS).stem}.shadow*",
+    HISTORY,
+    f".{HISTORY}.new",
+    REPORT,
+    LOG,
+    "checkpoint*",
+    MODEL,
+    SETUP,
+)
+"""Patterns of the files that tilth itself writes into the folder of a run."""
+
+
+def prepare_output_folder(
+    path: Path | str, overwrite: bool, protect: Sequence[Path | str] = ()
+) -> Path:
+    """Make the folder of a run, or empty it of an earlier run's files; returns it.
+
+    Raises ``BadInput`` where it has anything in it and ``overwrite`` is false, or where it cannot
+    be made. With ``overwrite`` only tilth's own files are removed, never anything else, and never
+    those in ``protect`` (the case file that is about to be run).
+    """
+    protected = {Path(file).resolve() for file in protect}
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise BadInput(f"{folder} is a file, not a folder: choose another --out") from None
+    except OSError as error:
+        raise BadInput(
+            f"the output folder {folder} cannot be made ({error.strerror}): choose another --out"
+        ) from error
+    if not overwrite and any(folder.iterdir()):
+        raise BadInput(
+            f"the output folder {folder} is not empty: use --overwrite to replace an earlier run, "
+            "or choose another with --out"
+        )
+    for pattern in OWN_FILES:
+        for file in folder.glob(pattern):
+            if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
+                file.unlink()
+    return folder

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``log.txt``: the story of a run for an engineer, and what the report reads from it."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from ..errors import BadInput
+
+WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
+_RESIDUALS_PER_LINE = 6
+_INDENT = " " * 34
+_DURATION = re.compile(r"time taken:\s+([0-9.]+) s")
+
+
+class RunLog:
+    """Writes the log line by line; each line can be read as soon as it is written.
+
+    ``warnings`` holds the text of all warnings of this run so far. With ``resume`` the log of the
+    stopped run is continued and its warnings are taken over.
+    """
+
+    def __init__(self, path: Path | str, resume: bool = False) -> None:
+        self.path = Path(path)
+        self.warnings: list[str] = []
+        self._cuts = 0
+        self._steps = 0
+        self._iterations = 0
+        self._start = time.perf_counter()
+        if resume:
+            _drop_half_line(self.path)
+            earlier = read_log(self.path)
+            self.warnings += earlier.warnings
+            self._cuts = len(earlier.cuts)
+        self._file = self.path.open("a" if resume else "w", encoding="utf-8")
+
+    def header(
+        self, *, version: str, title: str, threads: int, points: int, cells: int, last_step: int = 0
+    ) -> None:
+        """Write who computes what with how much; ``last_step`` > 0 says that a run is resumed."""
+        rows = [
+            ("case", title or "(no title)"),
+            ("date", datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")),
+            ("threads", str(threads)),
+            ("points", f"{points:,}"),
+            ("active cells", f"{cells:,}"),
+        ]
+        if last_step:
+            rows.append(("resumed", f"after step {last_step}"))
+        self._write(f"tilth {version}")
+        for name, value in rows:
+            self._write(f"  {name + ':':<14}{value}")
+        self._write("")
+        self._write(f"{'step':>6}  {'time':>12}  {'step size':>10}  relative residual of Newton")
+
+    def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
+        """Write one converged step and the residuals of its iterations, the first guess first."""
+        start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "
+        numbers = [f"{residual:.2e}" for residual in residuals]
+        for first in range(0, max(len(numbers), 1), _RESIDUALS_PER_LINE):
+            self._write((start + "  ".join(numbers[first : first + _RESIDUALS_PER_LINE])).rstrip())
+            start = _INDENT
+        self._steps += 1
+        self._iterations += max(len(residuals) - 1, 0)
+
+    def warning(self, text: str) -> None:
+        """Write a warning; it also appears in the report."""
+        self.warnings.append(_one_line(text))
+        self._write(f"{WARNING}{self.warnings[-1]}")
+
+    def cut(self, step: int, time: float, step_size: float, reason: str) -> None:
+        """Write that ``step`` towards ``time`` was undone and is tried again with ``step_size``."""
+        self._cuts += 1
+        self._write(
+            f"{CUT}step {step} to time {time:.6g} undone ({_one_line(reason)}); "
+            f"new step size {step_size:.3e}"
+        )
+
+    def finish(self, failure: str | None, parts: Mapping[str, float]) -> None:
+        """Write the summary; ``failure`` says why the run ended before the end of the schedule.
+
+        ``parts`` is the wall-clock time [s] by part of the computation.
+        """
+        seconds = time.perf_counter() - self._start
+        rows = [
+            ("steps", str(self._steps)),
+            ("iterations", str(self._iterations)),
+            ("step cuts", str(self._cuts)),
+            ("warnings", str(len(self.warnings))),
+            ("time taken", f"{seconds:.2f} s"),
+            *((f"  {name}", f"{share:.2f} s") for name, share in parts.items()),
+        ]
+        self._write("")
+        end = "the end of the schedule is reached"
+        self._write(f"{FINISHED}{end}" if failure is None else f"{STOPPED}{_one_line(failure)}")
+        for name, value in rows:
+            self._write(f"  {name + ':':<14}{value}")
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _write(self, line: str) -> None:
+        self._file.write(line + "\n")
+        self._file.flush()
+
+
+@dataclass
+class LogContents:
+    """What the report needs of a log."""
+
+    warnings: list[str] = field(default_factory=list)
+    cuts: list[str] = field(default_factory=list)
+    """One sentence per undone step."""
+    last_residuals: list[float] = field(default_factory=list)
+    """Relative residuals of the last converged step, first guess first."""
+    last_step: int = 0
+    finished: bool = False
+    failure: str | None = None
+    """Why the run stopped; None where it goes on, was killed or finished."""
+    seconds: float | None = None
+    """Wall-clock time of all finished parts of the run; None where none has finished."""
+    facts: dict[str, str] = field(default_factory=dict)
+    """The header of the (last part of the) run: version, date, threads, points, active cells."""
+
+
+def read_log(path: Path | str) -> LogContents:
+    """Read back what :class:`RunLog` wrote. Raises ``BadInput`` where the file is missing."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}") from error
+    lines = text.splitlines()
+    if text and not text.endswith("\n"):
+        lines.pop()
+    log = LogContents()
+    in_step = False
+    for line in lines:
+        was_step, in_step = in_step, False
+        words = line.split()
+        if line.startswith("tilth "):
+            log.facts = {"tilth": words[1]}
+            log.finished, log.failure = False, None
+        elif line.startswith(WARNING):
+            log.warnings.append(line.removeprefix(WARNING))
+        elif line.startswith(CUT):
+            log.cuts.append(line.removeprefix(CUT))
+        elif line.startswith(FINISHED):
+            log.finished = True
+        elif line.startswith(STOPPED):
+            log.failure = line.removeprefix(STOPPED)
+        elif match := _DURATION.search(line):
+            log.seconds = (log.seconds or 0.0) + float(match[1])
+        elif line.startswith("  ") and words and words[0].isdigit():
+            log.last_step, log.last_residuals = int(words[0]), [float(w) for w in words[3:]]
+            in_step = True
+        elif was_step and line.startswith(_INDENT):
+            log.last_residuals += [float(word) for word in words]
+            in_step = True
+        elif line.startswith("  ") and ": " in line:
+            name, value = line.strip().split(":", 1)
+            log.facts.setdefault(name, value.strip())
+    # a step that was lost in a kill and done again may say the same twice
+    log.warnings = list(dict.fromkeys(log.warnings))
+    log.cuts = list(dict.fromkeys(log.cuts))
+    return log
+
+
+def _drop_half_line(path: Path) -> None:
+    """Remove what a killed run began to write after its last complete line."""
+    if path.exists():
+        content = path.read_bytes()
+        os.truncate(path, content.rfind(b"\n") + 1)
+    else:
+        path.touch()
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

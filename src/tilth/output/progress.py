@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The progress bar of ``tilth run``."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress as RichProgress
+    from rich.progress import TaskID
+    from typing_extensions import Self
+
+
+class Progress:
+    """Shows how far a run is; use it as a context.
+
+    On a terminal it is a live line; elsewhere (a file, a queue system) a plain line at most every
+    ``seconds_between_lines``; with ``quiet`` nothing is printed. ``end`` is the end of the
+    schedule and ``points`` the number of material points.
+    """
+
+    def __init__(
+        self,
+        end: float,
+        points: int,
+        *,
+        start: float = 0.0,
+        quiet: bool = False,
+        console: Console | None = None,
+        seconds_between_lines: float = 5.0,
+    ) -> None:
+        self._start, self._end, self._points = start, end, points
+        self._quiet = quiet
+        self._console = console
+        self._seconds_between_lines = seconds_between_lines
+        self._began = self._last_line = time.perf_counter()
+        self._now = start
+        self._step = 0
+        self._live: tuple[RichProgress, TaskID] | None = None
+
+    def __enter__(self) -> Self:
+        if self._quiet:
+            return self
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as RichProgress
+
+        self._console = self._console or Console(stderr=True)
+        if not self._console.is_terminal:
+            return self
+        bar = RichProgress(
+            TextColumn("step {task.fields[step]:>4}"),
+            BarColumn(bar_width=24),
+            TextColumn("time {task.fields[now]}"),
+            TextColumn("{task.fields[newton]:<20}"),
+            TextColumn(f"{self._points:,} points"),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}"),
+            console=self._console,
+            transient=False,
+        )
+        task = bar.add_task(
+            "", total=1.0, step=self._step, now=self._time_text(), newton="", left=""
+        )
+        bar.start()
+        self._live = (bar, task)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._live is not None:
+            self._live[0].stop()
+            self._live = None
+
+    def iteration(self, step: int, iteration: int, residual: float) -> None:
+        """A Newton iteration of ``step`` was done, with this relative residual."""
+        self._step = step
+        if self._live is not None:
+            bar, task = self._live
+            newton = f"Newton {iteration:>2} {residual:.1e}"
+            bar.update(task, step=step, newton=newton, left=self._left_text())
+
+    def step_done(self, step: int, time_reached: float, iterations: int) -> None:
+        """``step`` is complete and the schedule has reached this time."""
+        self._step, self._now = step, time_reached
+        if self._quiet or self._console is None:
+            return
+        if self._live is not None:
+            bar, task = self._live
+            bar.update(
+                task,
+                completed=self._share(),
+                step=step,
+                now=self._time_text(),
+                left=self._left_text(),
+            )
+            return
+        clock = time.perf_counter()
+        at_end = self._share() >= 1.0
+        if at_end or clock - self._last_line >= self._seconds_between_lines:
+            self._last_line = clock
+            self._console.print(
+                f"step {step}, time {self._time_text()}, {iterations} Newton iterations, "
+                f"{self._points:,} points, {_clock(clock - self._began)} elapsed"
+                + (f", {left}" if (left := self._left_text()) and not at_end else ""),
+                soft_wrap=True,
+                highlight=False,
+            )
+
+    def message(self, text: str) -> None:
+        """Print a line (a warning, a step cut) above the bar."""
+        if not self._quiet and self._console is not None:
+            self._console.print(text, soft_wrap=True, highlight=False, markup=False)
+
+    def _share(self) -> float:
+        return (self._now - self._start) / (self._end - self._start)
+
+    def _time_text(self) -> str:
+        return f"{self._now:.4g}/{self._end:.4g}"
+
+    def _left_text(self) -> str:
+        """Estimate from the share of the schedule done; empty as long as there is none."""
+        share = self._share()
+        if share <= 0.0:
+            return ""
+        elapsed = time.perf_counter() - self._began
+        return f"{_clock(elapsed * (1.0 - share) / share)} left"
+
+
+def _clock(seconds: float) -> str:
+    whole = int(seconds + 0.5)
+    hours, minutes = divmod(whole // 60, 60)
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}"

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One output of an analysis: the material points and the grid at one moment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """What is written to ``results.vtkhdf`` at one output time.
+
+    Point arrays have one row per material point, in the order of the permanent ``point_id``
+    (row ``i`` is the point with ``point_id == i`` in every snapshot of a run). ``n`` is the number
+    of points, ``m`` of active nodes, ``c`` of active cells, ``dim`` is 2 or 3. Units are the
+    user's; tension is positive; tensors are in VTK's symmetric order xx yy zz xy yz xz with tensor
+    (not engineering) shear components.
+
+    The arrays belong to the snapshot: whoever makes one must not change them afterwards.
+    """
+
+    step: int
+    """Number of the load step that was completed; 0 is the initial state."""
+    time: float
+    """Time of the schedule (argument of the load factor)."""
+    position: FloatArray
+    """Current place of the points [length], shape (n, dim)."""
+    body_id: IntArray
+    """Number of the body each point belongs to, shape (n,)."""
+    point_fields: Mapping[str, NDArray[Any]]
+    """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
+    tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
+    ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
+    of the point's domain), on request ``deformation_gradient`` [-]."""
+    node_position: FloatArray
+    """Place of the active nodes [length], shape (m, dim)."""
+    cells: IntArray
+    """Rows of ``node_position`` that span each active cell, shape (c, 2**dim), in the order of
+    VTK's quadrilateral (2D) or hexahedron (3D)."""
+    node_fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Node fields by full name: ``displacement`` [length] of the last step (m, dim), ``reaction``
+    [force] of the boundary on the soil (m, dim)."""
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions, 2 or 3."""
+        return int(self.position.shape[1])

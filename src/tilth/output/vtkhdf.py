@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writing and reading ``results.vtkhdf``, safe against a kill at any moment.
+
+The visible file is never opened for writing. A hidden shadow file lags behind it by one output;
+an append writes the missing and the new output to the shadow, waits for the disk and exchanges the
+names of the two. So the visible file always holds every finished output, and each output is
+written twice, however many there are.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import BadInput
+from .files import exchange_durably, replace_durably
+from .snapshot import Snapshot
+from .vtkhdf_layout import append_snapshot, create_file, read_snapshot
+
+
+class ResultsWriter:
+    """Appends snapshots to a new temporal VTKHDF file.
+
+    ``units`` are labels (keys ``length``, ``force``, ``stress``, ``mass``, ``time``); they and
+    ``title`` are kept in the file for the report.
+    """
+
+    def __init__(self, path: Path | str, *, title: str = "", units: Mapping[str, str]) -> None:
+        self.path = Path(path)
+        self._shadow = shadow_path(self.path)
+        self._title = title
+        self._units = dict(units)
+        self._last: tuple[int, float] | None = None
+        self._behind: list[Snapshot] | None = []
+        """Snapshots the shadow lacks; None where the shadow cannot be used."""
+        if self.path.exists():
+            raise BadInput(f"{self.path} exists already: resume that run or choose another folder")
+        self._remove_shadow()
+
+    @classmethod
+    def resume(cls, path: Path | str, last_step: int) -> ResultsWriter:
+        """Go on with the results at ``path``, first dropping outputs after ``last_step``."""
+        path = Path(path)
+        results = read_results(path)
+        keep = sum(step <= last_step for step in results.steps)
+        writer = cls.__new__(cls)
+        writer.path, writer._shadow = path, shadow_path(path)
+        writer._title, writer._units = results.title, results.units
+        writer._last = (results.steps[keep - 1], results.times[keep - 1]) if keep else None
+        writer._behind = None
+        writer._remove_shadow()
+        if keep == 0:
+            path.unlink()
+        elif keep < len(results.steps):
+            with _open_to_write(writer._shadow) as file:
+                create_file(file, results.dim, results.title, results.units)
+                for index in range(keep):
+                    append_snapshot(file, results.snapshot(index))
+            replace_durably(writer._shadow, path)
+        return writer
+
+    def append(self, snapshot: Snapshot) -> None:
+        """Write one output; when this returns it is on the disk in the visible file.
+
+        The steps must increase. Raises ``ValueError`` for a snapshot that does not fit the run.
+        """
+        if self._last is not None and not (
+            snapshot.step > self._last[0] and snapshot.time >= self._last[1]
+        ):
+            raise ValueError(
+                f"output of step {snapshot.step}, time {snapshot.time} after that of "
+                f"step {self._last[0]}, time {self._last[1]}"
+            )
+        file, missing = self._open_shadow()
+        self._behind = None
+        with file:
+            if "tilth" not in file:
+                create_file(file, snapshot.dim, self._title, self._units)
+            for each in [*missing, snapshot]:
+                append_snapshot(file, each)
+        exchange_durably(self._shadow, self.path)
+        self._behind = [snapshot]
+        self._last = (snapshot.step, snapshot.time)
+
+    def close(self) -> None:
+        """Remove the hidden file; the results stay."""
+        self._remove_shadow()
+        self._behind = None
+
+    def _open_shadow(self) -> tuple[Any, list[Snapshot]]:
+        """The open shadow and what it lacks of the visible file; a fresh copy where needed."""
+        if self._behind is not None:
+            try:
+                return _open_to_write(self._shadow), self._behind
+            except OSError:  # another program still has open what was the visible file
+                pass
+        self._remove_shadow()
+        if self.path.exists():
+            shutil.copyfile(self.path, self._shadow)
+        return _open_to_write(self._shadow), []
+
+    def _remove_shadow(self) -> None:
+        self._shadow.unlink(missing_ok=True)
+        self._shadow.with_name(f"{self._shadow.name}.old").unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class Results:
+    """The table of contents of a results file; the outputs themselves are read when asked for."""
+
+    path: Path
+    dim: int
+    title: str
+    units: dict[str, str]
+    steps: list[int]
+    """Step number of each output."""
+    times: list[float]
+    """Time of each output."""
+
+    def snapshot(self, index: int) -> Snapshot:
+        """Output number ``index`` (0 is the initial state, -1 the last), bit for bit."""
+        with _open_to_read(self.path) as file:
+            return read_snapshot(file, range(len(self.steps))[index])
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        return (self.snapshot(index) for index in range(len(self.steps)))
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+
+def read_results(path: Path | str) -> Results:
+    """The contents of a results file. Raises ``BadInput`` where there is none that can be read."""
+    path = Path(path)
+    with _open_to_read(path) as file:
+        if "tilth" not in file or "VTKHDF" not in file:
+            raise BadInput(f"{path} was not written by tilth: name the folder of a tilth run")
+        info = file["tilth"]
+        return Results(
+            path=path,
+            dim=int(info.attrs["dim"]),
+            title=str(info.attrs["title"]),
+            units=json.loads(info.attrs["units"]),
+            steps=[int(step) for step in info["step"]],
+            times=[float(time) for time in file["VTKHDF/points/Steps/Values"]],
+        )
+
+
+def shadow_path(path: Path) -> Path:
+    """The hidden file beside the results ``path``."""
+    return path.with_name(f".{path.stem}.shadow{path.suffix}")
+
+
+def _open_to_write(path: Path) -> Any:
+    import h5py
+
+    return h5py.File(path, "a", libver=("earliest", "v110"))
+
+
+def _open_to_read(path: Path) -> Any:
+    import h5py
+
+    try:
+        return h5py.File(path, "r")
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist: name the folder of a tilth run") from None
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read as HDF5: {error}") from error

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The layout of ``results.vtkhdf``: VTKHDF 2.2, temporal PartitionedDataSetCollection.
+
+Source: VTK documentation, "VTKHDF format specification". Each block is an unstructured grid whose
+arrays grow with every output; the group ``Steps`` holds, per output, where its rows begin. One
+output is one part. The points keep their count, so their vertices, ``point_id`` and ``body_id``
+are written once and all outputs refer to that part. Next to the group ``VTKHDF`` the group
+``tilth`` keeps the step numbers and the unit labels; VTK ignores it.
+
+The reader of VTK 9.7 asks the root of a collection for ``Steps/NSteps`` and shows the first output
+for every time where it finds none, although the format has the steps in the blocks only. The link
+``Steps`` to the block ``grid``, which carries ``NSteps`` for that, makes all readers since VTK 9.4
+show the right output; the price is an empty third member of the collection.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .snapshot import Snapshot
+
+VTK_VERTEX, VTK_QUAD, VTK_HEXAHEDRON = 1, 9, 12
+VERSION = (2, 2)
+BLOCKS = ("points", "grid")
+STATIC_FIELDS = ("point_id", "body_id")
+
+
+def create_file(file: Any, dim: int, title: str, units: Mapping[str, str]) -> None:
+    """Lay out the empty results in the open, writable ``h5py.File``."""
+    import h5py
+
+    info = file.create_group("tilth")
+    info.attrs["dim"] = dim
+    info.attrs["title"] = title
+    info.attrs["units"] = json.dumps(dict(units))
+    root = file.create_group("VTKHDF", track_order=True)
+    _set_type(root, "PartitionedDataSetCollection")
+    root["Steps"] = h5py.SoftLink("/VTKHDF/grid")
+    for index, name in enumerate(BLOCKS):
+        block = root.create_group(name)
+        _set_type(block, "UnstructuredGrid")
+        block.attrs["Index"] = index
+        block.create_group("PointData")
+        steps = block.create_group("Steps")
+        steps.attrs["NSteps"] = 0
+        steps.create_group("PointDataOffsets")
+    root["grid"].attrs["NSteps"] = 0
+    assembly = root.create_group("Assembly", track_order=True)
+    for name in BLOCKS:
+        assembly.create_group(name, track_order=True)[name] = h5py.SoftLink(f"/VTKHDF/{name}")
+
+
+def append_snapshot(file: Any, snapshot: Snapshot) -> None:
+    """Append one output to the open, writable ``h5py.File``."""
+    n = len(snapshot.position)
+    point_fields = {
+        "point_id": np.arange(n, dtype=np.int64),
+        "body_id": np.asarray(snapshot.body_id, dtype=np.int64),
+        **snapshot.point_fields,
+    }
+    vertices = np.arange(n, dtype=np.int64)[:, None]
+    cell_type = VTK_QUAD if snapshot.dim == 2 else VTK_HEXAHEDRON
+    root = file["VTKHDF"]
+    _append_block(
+        root["points"], snapshot.time, snapshot.position, vertices, VTK_VERTEX, point_fields
+    )
+    _append_block(
+        root["grid"],
+        snapshot.time,
+        snapshot.node_position,
+        np.asarray(snapshot.cells, dtype=np.int64).reshape(-1, 2**snapshot.dim),
+        cell_type,
+        snapshot.node_fields,
+    )
+    root["grid"].attrs["NSteps"] = root["grid/Steps"].attrs["NSteps"]
+    _append(file["tilth"], "step", np.array([snapshot.step], dtype=np.int64))
+
+
+def read_snapshot(file: Any, index: int) -> Snapshot:
+    """Output number ``index`` of the open ``h5py.File``, exactly as it was appended."""
+    dim = int(file["tilth"].attrs["dim"])
+    points, grid = file["VTKHDF/points"], file["VTKHDF/grid"]
+    position, point_fields = _read_block(points, index, dim)
+    node_position, node_fields = _read_block(grid, index, dim)
+    part = grid["Steps/PartOffsets"][index]
+    first = grid["Steps/ConnectivityIdOffsets"][index, 0]
+    count = grid["NumberOfConnectivityIds"][part]
+    body_id = point_fields.pop("body_id")
+    del point_fields["point_id"]
+    return Snapshot(
+        step=int(file["tilth/step"][index]),
+        time=float(points["Steps/Values"][index]),
+        position=position,
+        body_id=body_id,
+        point_fields=point_fields,
+        node_position=node_position,
+        cells=grid["Connectivity"][first : first + count].reshape(-1, 2**dim),
+        node_fields=node_fields,
+    )
+
+
+def _append_block(
+    block: Any,
+    time: float,
+    position: NDArray[np.float64],
+    cells: NDArray[np.int64],
+    cell_type: int,
+    fields: Mapping[str, NDArray[Any]],
+) -> None:
+    """Append one output of one block; ``cells`` has one row of node numbers per cell."""
+    steps, data = block["Steps"], block["PointData"]
+    index = int(steps.attrs["NSteps"])
+    if index > 0 and set(data) != set(fields):
+        raise ValueError(f"fields {sorted(fields)} differ from the first output's {sorted(data)}")
+    reuse = cell_type == VTK_VERTEX and index > 0
+    if reuse:
+        part = int(steps["PartOffsets"][index - 1])
+        reuse = int(block["NumberOfPoints"][part]) == len(position)
+    if reuse:
+        cell_start = int(steps["CellOffsets"][index - 1, 0])
+        connectivity_start = int(steps["ConnectivityIdOffsets"][index - 1, 0])
+    else:
+        part = _append(block, "NumberOfPoints", _row(len(position)))
+        _append(block, "NumberOfCells", _row(len(cells)))
+        _append(block, "NumberOfConnectivityIds", _row(cells.size))
+        offsets = np.arange(len(cells) + 1, dtype=np.int64) * cells.shape[1]
+        _append(block, "Offsets", offsets)
+        cell_start = _append(block, "Types", np.full(len(cells), cell_type, dtype=np.uint8))
+        connectivity_start = _append(block, "Connectivity", cells.reshape(-1))
+    for name, values in fields.items():
+        if reuse and name in STATIC_FIELDS:
+            start = int(steps["PointDataOffsets"][name][index - 1])
+        else:
+            start = _append(data, name, _to_vtk(np.asarray(values)))
+        _append(steps["PointDataOffsets"], name, _row(start))
+    _append(steps, "PointOffsets", _row(_append(block, "Points", _to_vtk(position))))
+    _append(steps, "CellOffsets", _row(cell_start)[:, None])
+    _append(steps, "ConnectivityIdOffsets", _row(connectivity_start)[:, None])
+    _append(steps, "PartOffsets", _row(part))
+    _append(steps, "NumberOfParts", _row(1))
+    _append(steps, "Values", np.array([time], dtype=np.float64))
+    steps.attrs["NSteps"] = index + 1
+
+
+def _read_block(
+    block: Any, index: int, dim: int
+) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
+    """Points and fields of one output of one block, shapes as in :class:`Snapshot`."""
+    steps = block["Steps"]
+    count = int(block["NumberOfPoints"][steps["PartOffsets"][index]])
+    first = int(steps["PointOffsets"][index])
+    position = block["Points"][first : first + count]
+    fields = {}
+    for name, values in block["PointData"].items():
+        first = int(steps["PointDataOffsets"][name][index])
+        fields[name] = _from_vtk(values[first : first + count], dim)
+    return np.ascontiguousarray(position[:, :dim]), fields
+
+
+def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:
+    """VTK's components: plane vectors get a third component 0, 3x3 tensors become 9 columns."""
+    if values.ndim == 3:
+        return values.reshape(len(values), -1)
+    if values.ndim == 2 and values.shape[1] == 2:
+        return np.pad(values, ((0, 0), (0, 1)))
+    return values
+
+
+def _from_vtk(values: NDArray[Any], dim: int) -> NDArray[Any]:
+    """The inverse of :func:`_to_vtk`."""
+    if values.ndim == 2 and values.shape[1] == 9:
+        return values.reshape(-1, 3, 3)
+    if values.ndim == 2 and values.shape[1] == 3:
+        return np.ascontiguousarray(values[:, :dim])
+    return values
+
+
+def _append(group: Any, name: str, rows: NDArray[Any]) -> int:
+    """Append ``rows`` to a growing dataset, made when absent; returns the first new row."""
+    if name not in group:
+        chunk = 64 if len(rows) == 1 else min(max(len(rows), 1024), 65536)
+        group.create_dataset(
+            name,
+            shape=(0, *rows.shape[1:]),
+            maxshape=(None, *rows.shape[1:]),
+            chunks=(chunk, *rows.shape[1:]),
+            dtype=rows.dtype,
+        )
+    dataset = group[name]
+    start = int(dataset.shape[0])
+    if len(rows) > 0:
+        dataset.resize(start + len(rows), axis=0)
+        dataset[start:] = rows
+    return start
+
+
+def _row(value: int) -> NDArray[np.int64]:
+    return np.array([value], dtype=np.int64)
+
+
+def _set_type(group: Any, name: str) -> None:
+    """The two attributes by which VTK knows a group; the type must be a fixed-length string."""
+    group.attrs["Version"] = VERSION
+    group.attrs["Type"] = np.bytes_(name)

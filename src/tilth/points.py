@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`MaterialPoints`: the whole state of the soil, as a structure of arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class PointRange:
+    """One body's points: a contiguous range of the arrays, with one basis and one material.
+
+    Attributes:
+        name: the body's name.
+        start, stop: range of the points.
+        basis: name of the basis.
+        domain_update: rule by which domains follow the deformation; None without domains.
+        material: name of the constitutive model.
+        parameters: its parameters in the order of the core's list, shape (count,).
+        density: mass per initial volume [mass/length^3]; 0 if none was declared.
+    """
+
+    name: str
+    start: int
+    stop: int
+    basis: str
+    domain_update: str | None
+    material: str
+    parameters: Floats
+    density: float
+
+
+@dataclass
+class MaterialPoints:
+    """State of all material points; n points, dim directions, tension positive.
+
+    Within a body the order of the points follows the grid and changes from step to step;
+    `point_id` is permanent. Symmetric tensors: xx yy zz xy yz xz, tensor components; in
+    axisymmetry xx is radial, yy axial and zz the hoop component.
+
+    Attributes:
+        bodies: the ranges of the bodies.
+        point_id: permanent number, shape (n,).
+        position: [length], shape (n, dim).
+        displacement: from the initial position [length], shape (n, dim).
+        initial_volume: [length^dim; length^3 per full circle in axisymmetry], shape (n,).
+        deformation_gradient: true F [-], shape (n, 3, 3).
+        elastic_strain: elastic logarithmic strain [-], shape (n, 6).
+        stress: Cauchy stress [stress], shape (n, 6).
+        plastic: equivalent plastic strain [-] and dissipated energy per initial volume
+            [stress], shape (n, 2).
+        state: further internal variables of the materials, shape (n, columns).
+        initial_half_length, half_length: half the side lengths of the points' domains along
+            the grid's axes [length], shape (n, dim).
+    """
+
+    bodies: list[PointRange]
+    point_id: Integers
+    position: Floats
+    displacement: Floats
+    initial_volume: Floats
+    deformation_gradient: Floats
+    elastic_strain: Floats
+    stress: Floats
+    plastic: Floats
+    state: Floats
+    initial_half_length: Floats
+    half_length: Floats
+
+    @classmethod
+    def at_rest(
+        cls,
+        bodies: list[PointRange],
+        position: Floats,
+        initial_volume: Floats,
+        half_length: Floats,
+        state_columns: int,
+    ) -> MaterialPoints:
+        """Returns undeformed, stress-free points numbered in the order given."""
+        n = len(position)
+        return cls(
+            bodies=bodies,
+            point_id=np.arange(n),
+            position=np.ascontiguousarray(position, dtype=np.float64),
+            displacement=np.zeros_like(position),
+            initial_volume=np.ascontiguousarray(initial_volume, dtype=np.float64),
+            deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
+            elastic_strain=np.zeros((n, 6)),
+            stress=np.zeros((n, 6)),
+            plastic=np.zeros((n, 2)),
+            state=np.zeros((n, state_columns)),
+            initial_half_length=np.ascontiguousarray(half_length, dtype=np.float64),
+            half_length=np.array(half_length, dtype=np.float64),
+        )
+
+    def __len__(self) -> int:
+        return len(self.point_id)
+
+    @classmethod
+    def array_names(cls) -> list[str]:
+        """Returns the names of the per-point arrays."""
+        return [f.name for f in fields(cls) if f.name != "bodies"]
+
+    def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        """Returns the per-point arrays by name: with `bodies`, all there is to store."""
+        return {name: getattr(self, name) for name in self.array_names()}
+
+    def part(self, body: PointRange) -> MaterialPoints:
+        """Returns one body's points: views of the arrays, no copies."""
+        views = {name: array[body.start : body.stop] for name, array in self.arrays().items()}
+        return MaterialPoints(bodies=[body], **views)  # type: ignore[arg-type]
+
+    def permute(self, body: PointRange, order: Integers) -> None:
+        """Reorders one body's points: `order[i]` says which point comes to place i."""
+        for array in self.arrays().values():
+            array[body.start : body.stop] = array[body.start : body.stop][order]
+
+    @property
+    def body_id(self) -> Integers:
+        """Number of each point's body, shape (n,)."""
+        return np.repeat(
+            np.arange(len(self.bodies)), [body.stop - body.start for body in self.bodies]
+        )
+
+    @property
+    def mass(self) -> Floats:
+        """Mass of each point [mass, per unit length or full circle in 2D], shape (n,)."""
+        density = np.array([body.density for body in self.bodies])
+        return density[self.body_id] * self.initial_volume
+
+    @property
+    def volume(self) -> Floats:
+        """Current volume of each point, det F times the initial one, shape (n,)."""
+        return np.linalg.det(self.deformation_gradient) * self.initial_volume
+
+    def index_of(self, point_ids: Integers) -> Integers:
+        """Returns where the points of these permanent numbers stand now."""
+        where = np.empty(len(self), dtype=np.int64)
+        where[self.point_id] = np.arange(len(self))
+        return where[point_ids]

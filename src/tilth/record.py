@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is written of an analysis while it runs: results, history, log and checkpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import __version__
+from tilth.clock import Clock
+from tilth.errors import StepFailed, TilthError
+from tilth.grid import ActiveGrid
+from tilth.model import Model
+from tilth.output import (
+    HistoryWriter,
+    Progress,
+    ResultsWriter,
+    RunLog,
+    Snapshot,
+    write_checkpoint,
+)
+from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS
+from tilth.simulation import Simulation, StepResult, initial_points
+from tilth.track import Tracker
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass
+class Recorder:
+    """Writes the files of a run; each finished step is on disk when the next one begins."""
+
+    folder: Path
+    simulation: Simulation
+    tracker: Tracker
+    results: ResultsWriter
+    history: HistoryWriter
+    log: RunLog
+    work: float = 0.0
+    _progress: Progress | None = None
+
+    @classmethod
+    def start(
+        cls, folder: Path, simulation: Simulation, active: ActiveGrid, threads: int
+    ) -> Recorder:
+        """Begins the files of a new run and writes the initial state."""
+        model = simulation.model
+        tracker = Tracker(model, simulation.points)
+        recorder = cls(
+            folder=folder,
+            simulation=simulation,
+            tracker=tracker,
+            results=ResultsWriter(folder / RESULTS, title=model.title, units=_units(model)),
+            history=HistoryWriter(folder / HISTORY, tracker.columns),
+            log=RunLog(folder / LOG),
+        )
+        recorder._header(len(active.cells()), threads, 0)
+        recorder.results.append(snapshot(simulation, active, None, 0, 0.0))
+        recorder.history.append(0, 0.0, 0, tracker.values(simulation, None, 0.0))
+        return recorder
+
+    @classmethod
+    def resume(
+        cls, folder: Path, simulation: Simulation, meta: dict[str, Any], threads: int
+    ) -> Recorder:
+        """Goes on with the files of a run, dropping what was written after the checkpoint."""
+        model, step = simulation.model, meta["clock"]["step"]
+        tracker = Tracker(model, initial_points(model))
+        recorder = cls(
+            folder=folder,
+            simulation=simulation,
+            tracker=tracker,
+            results=ResultsWriter.resume(folder / RESULTS, step),
+            history=HistoryWriter.resume(folder / HISTORY, step, tracker.columns),
+            log=RunLog(folder / LOG, resume=True),
+            work=meta["work"],
+        )
+        from tilth.grid import locate
+
+        cells = len(locate(simulation.points, simulation.grid).cells())
+        recorder._header(cells, threads, step)
+        return recorder
+
+    def _header(self, cells: int, threads: int, last_step: int) -> None:
+        self.log.header(
+            version=__version__,
+            title=self.simulation.model.title,
+            threads=threads,
+            points=len(self.simulation.points),
+            cells=cells,
+            last_step=last_step,
+        )
+
+    @contextmanager
+    def recording(self, clock: Clock, quiet: bool) -> Iterator[Progress]:
+        """Shows progress; closes all files however the run ends, and logs why."""
+        end = self.simulation.model.schedule.end
+        progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
+        failure: str | None = "the run was interrupted by an unexpected error"
+        try:
+            with progress:
+                self._progress = progress
+                self._say_warnings()
+                yield progress
+            failure = None
+        except TilthError as error:
+            failure = error.message
+            raise
+        except KeyboardInterrupt:
+            failure = f"interrupted by the user after step {clock.step}"
+            raise
+        finally:
+            self.log.finish(failure, self.simulation.timers.wall)
+            self.log.close()
+            self.results.close()
+            self.history.close()
+
+    def step(self, clock: Clock, size: float, result: StepResult) -> None:
+        """Records a converged step."""
+        equilibrium = result.equilibrium
+        self.work += result.work
+        self.log.step(clock.step, clock.time, size, equilibrium.residuals)
+        self._say_warnings()
+        model = self.simulation.model
+        with self.simulation.timers.measure("rest"):
+            values = self.tracker.values(self.simulation, result, self.work)
+            self.history.append(clock.step, clock.time, equilibrium.iterations, values)
+            if clock.time in model.schedule.times_of_output():
+                self.results.append(
+                    snapshot(self.simulation, result.active, result, clock.step, clock.time)
+                )
+            every = model.output.checkpoint_every
+            if every and (clock.step % every == 0 or clock.done):
+                self._checkpoint(clock)
+
+    def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
+        """Records that the step towards `time` was undone; `clock` knows the new step size."""
+        residuals = " ".join(f"{r:.1e}" for r in failure.residuals)
+        reason = f"{failure.reason}; residuals {residuals}" if residuals else failure.reason
+        self.log.cut(clock.step + 1, time, clock.size, reason)
+        if self._progress is not None:
+            self._progress.message(
+                f"step {clock.step + 1} to time {time:.6g} undone: {failure.reason}"
+            )
+
+    def _say_warnings(self) -> None:
+        for text in self.simulation.warnings:
+            self.log.warning(text)
+            if self._progress is not None:
+                self._progress.message(f"warning: {text}")
+        self.simulation.warnings.clear()
+
+    def _checkpoint(self, clock: Clock) -> None:
+        meta = {
+            "version": __version__,
+            "clock": {
+                "step": clock.step,
+                "time": clock.time,
+                "size": clock.size,
+                "successes": clock.successes,
+            },
+            "work": self.work,
+        }
+        write_checkpoint(self.folder / CHECKPOINT, self.simulation.points.arrays(), meta)
+
+
+def snapshot(
+    simulation: Simulation,
+    active: ActiveGrid,
+    result: StepResult | None,
+    step: int,
+    time: float,
+) -> Snapshot:
+    """Returns the state for the results file, points in the order of their permanent numbers."""
+    points = simulation.points
+    order = points.index_of(np.arange(len(points)))
+    fields = {
+        "displacement": points.displacement[order],
+        "cauchy_stress": points.stress[order],
+        "plastic_strain": points.plastic[order, 0],
+        "volume": points.volume[order],
+        "domain": points.half_length[order],
+    }
+    if simulation.model.output.deformation_gradient:
+        fields["deformation_gradient"] = points.deformation_gradient[order]
+    still = np.zeros(active.position.shape)
+    return Snapshot(
+        step=step,
+        time=time,
+        position=points.position[order],
+        body_id=points.body_id[order],
+        point_fields=fields,
+        node_position=active.position,
+        cells=active.cells(),
+        node_fields={
+            "displacement": still if result is None else result.equilibrium.displacement,
+            "reaction": still if result is None else result.equilibrium.reaction,
+        },
+    )
+
+
+def _units(model: Model) -> dict[str, str]:
+    return {name: str(label) for name, label in model.units.model_dump().items()}

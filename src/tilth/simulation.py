@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A model made ready to compute: points, grid, boundaries and loads, advanced step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.bodies import discretise
+from tilth.boundaries import Conditions, make_boundaries
+from tilth.boundaries.together import require_no_rigid_motion
+from tilth.domains import bound_domains
+from tilth.grid import ActiveGrid, Grid, locate
+from tilth.loads import Loads
+from tilth.model import Model
+from tilth.points import MaterialPoints, PointRange
+from tilth.soil import Soil
+from tilth.solvers import choose_solver
+from tilth.step import Equilibrium, Newton, solve_step
+from tilth.support import Springs
+from tilth.timers import Timers
+
+Floats = npt.NDArray[np.float64]
+
+ROUND_OFF = 1e-14
+"""Residual forces below this share of Young's modulus times a cell's face count as zero."""
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What is known after a converged step.
+
+    Attributes:
+        active: the grid of the step.
+        equilibrium: nodal displacement and reaction, residuals.
+        resultants: force of each boundary on the soil [force], shape (dim,), by name.
+        work: work of loads and boundaries on the soil in the step [force length].
+    """
+
+    active: ActiveGrid
+    equilibrium: Equilibrium
+    resultants: dict[str, Floats]
+    work: float
+
+
+class Simulation:
+    """The state of an analysis in memory.
+
+    Args:
+        model: the declared problem.
+        points: points to go on with (from a checkpoint); made from the bodies if None.
+
+    Attributes:
+        points: the material points, changed by `advance`.
+        timers: time spent in basis, stress, assembly, solve and rest.
+        warnings: texts not yet reported; the caller empties the list.
+
+    Raises:
+        BadInput: a body without points, conditions that leave a rigid motion or contradict.
+    """
+
+    def __init__(self, model: Model, points: MaterialPoints | None = None) -> None:
+        self.model = model
+        self.timers = Timers()
+        self.warnings: list[str] = []
+        self.kind = model.analysis.kind
+        limits = model.grid.limits
+        self.grid = Grid(
+            origin=np.array(model.origin, dtype=float),
+            cell_size=np.array(model.cell_size, dtype=float),
+            lower=None if limits is None else np.array(limits.lower, dtype=float),
+            upper=None if limits is None else np.array(limits.upper, dtype=float),
+        )
+        self.boundaries = make_boundaries(model)
+        self._solver = choose_solver(model.analysis.solver)
+        initial = initial_points(model)
+        self.loads = Loads(model, initial)
+        self.points = initial if points is None else points
+        self.soil = Soil(self.points, self.kind, self.timers)
+        self._said: set[str] = set()
+        self._newton = Newton(
+            tolerance=model.analysis.tolerance,
+            maximum_iterations=model.analysis.maximum_iterations,
+            line_search=model.analysis.line_search,
+            round_off=ROUND_OFF
+            * max(float(body.parameters[0]) for body in self.points.bodies)
+            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
+        )
+        self._note_bounds(bound_domains(self.points, self.grid))
+
+    def check(self) -> ActiveGrid:
+        """Locates the points and checks the conditions of the first step; returns the grid.
+
+        Raises:
+            BadInput: contradicting conditions, or a rigid motion that none of them holds.
+        """
+        active = locate(self.points, self.grid)
+        schedule = self.model.schedule
+        conditions = Conditions.gather(self.boundaries, active, 0.0, schedule.regular_time(1))
+        require_no_rigid_motion(active, self.kind, conditions.held)
+        self._note_untouched(conditions)
+        return active
+
+    def advance(
+        self,
+        before: float,
+        after: float,
+        on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+    ) -> StepResult:
+        """Takes the step from time `before` to `after`; changes the state only if it converges.
+
+        Raises:
+            StepFailed: no equilibrium, an inverted point, a point that left the grid.
+        """
+        with self.timers.measure("basis"):
+            active = locate(self.points, self.grid)
+        conditions = Conditions.gather(self.boundaries, active, before, after)
+        self._note_untouched(conditions)
+        self.soil.begin_step()
+        force_before = self.soil.scatter(active, self.loads.force(self.points, before))
+        force = self.soil.scatter(active, self.loads.force(self.points, after))
+        equilibrium = solve_step(
+            self.soil, active, conditions, force_before, force, Springs.of(self.soil, active),
+            self._solver, self._newton, self.timers, on_iteration,
+        )  # fmt: skip
+        self.soil.advance(active, equilibrium.displacement)
+        self._note_bounds(bound_domains(self.points, self.grid))
+        mean_force = 0.5 * (
+            force_before + force + equilibrium.initial_reaction + equilibrium.reaction
+        )
+        return StepResult(
+            active=active,
+            equilibrium=equilibrium,
+            resultants=conditions.resultants(equilibrium.reaction),
+            work=float((mean_force * equilibrium.displacement).sum()),
+        )
+
+    def _note(self, key: str, text: str) -> None:
+        if key not in self._said:
+            self._said.add(key)
+            self.warnings.append(text)
+
+    def _note_untouched(self, conditions: Conditions) -> None:
+        for name, touched in zip(conditions.names, conditions.touched, strict=True):
+            if not touched:
+                self._note(name, f"boundary {name!r} touches no node of a cell with material")
+
+    def _note_bounds(self, held: dict[str, int]) -> None:
+        texts = {
+            "floor": "were kept at the least size, 0.001 of a cell",
+            "cap": "were kept at the size of a cell: they no longer tile the material; "
+            "more points per cell, or another domain_update, avoid this",
+        }
+        for key, count in held.items():
+            if count:
+                self._note(key, f"the domains of {count} material points {texts[key]}")
+
+
+def initial_points(model: Model) -> MaterialPoints:
+    """Returns the undeformed material points of all bodies of a model."""
+    known = _core.materials()
+    bodies, parts, start = [], [], 0
+    for body in model.bodies:
+        part = discretise(
+            body, model.analysis.kind, model.dimension, model.origin, model.cell_size
+        )
+        material = model.materials[body.material]
+        names, _ = known[material.model]
+        bodies.append(
+            PointRange(
+                name=body.name,
+                start=start,
+                stop=start + len(part.position),
+                basis=body.basis,
+                domain_update=body.domain_update,
+                material=material.model,
+                parameters=np.array([material.parameter(name) for name in names]),
+                density=material.density or 0.0,
+            )
+        )
+        parts.append(part)
+        start += len(part.position)
+    return MaterialPoints.at_rest(
+        bodies,
+        np.concatenate([part.position for part in parts]),
+        np.concatenate([part.volume for part in parts]),
+        np.concatenate([part.half_length for part in parts]),
+        max(1, *(columns for _, columns in known.values())),
+    )

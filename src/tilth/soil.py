@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The soil's answer to a nodal displacement: stress update, internal force, stiffness.
+
+Every method loops over the bodies and hands flat arrays to a kernel of the core. The arrays of
+the trial state are allocated once and reused by all steps.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.errors import StepFailed
+from tilth.grid import ActiveGrid
+from tilth.points import MaterialPoints
+from tilth.timers import Timers
+
+Floats = npt.NDArray[np.float64]
+
+_FAILURES = {
+    1: "a material point inverted (det F <= 0)",
+    2: "the return mapping of a material point did not converge",
+}
+
+
+class Soil:
+    """Material points together with the trial state of the current step.
+
+    Args:
+        points: the points; changed by `advance` only.
+        kind: "plane_strain", "axisymmetric" or "3d".
+        timers: where the time of the kernels is booked.
+    """
+
+    def __init__(self, points: MaterialPoints, kind: str, timers: Timers) -> None:
+        self.points = points
+        self.kind = kind
+        self._timers = timers
+        n = len(points)
+        self._deformation = np.empty((n, 6))
+        self._increment = np.empty((n, 9))
+        self._strain = np.empty((n, 6))
+        self._plastic = np.empty((n, 2))
+        self._state = np.empty_like(points.state)
+        self._response = np.empty((n, _core.response_size(kind)))
+
+    def begin_step(self) -> None:
+        """Prepares what depends on the state at the start of the step; points must be sorted."""
+        with self._timers.measure("stress"):
+            _core.elastic_deformation(self.kind, self.points.elastic_strain, self._deformation)
+
+    def update(self, active: ActiveGrid, displacement: Floats) -> None:
+        """Updates the trial state for the step's nodal displacement [length], (nodes, dim).
+
+        Raises:
+            StepFailed: if a point inverts or its return mapping fails.
+        """
+        points = self.points
+        with self._timers.measure("stress"):
+            for body, stencil in zip(points.bodies, active.stencils, strict=True):
+                s = slice(body.start, body.stop)
+                point, status = _core.stress_update(
+                    self.kind, body.material, body.parameters, stencil, displacement,
+                    points.position[s], self._deformation[s], points.plastic[s], points.state[s],
+                    self._increment[s], self._strain[s], self._plastic[s], self._state[s],
+                    self._response[s],
+                )  # fmt: skip
+                if status:
+                    number = int(points.point_id[body.start + point])
+                    raise StepFailed(_FAILURES[status], point=number)
+
+    def internal_force(self, active: ActiveGrid) -> Floats:
+        """Returns the internal force of the trial state [force], shape (nodes, dim)."""
+        force = np.zeros((active.nodes, active.grid.dim))
+        with self._timers.measure("assembly"):
+            for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+                s = slice(body.start, body.stop)
+                _core.internal_force(
+                    self.kind, stencil, self.points.initial_volume[s], self.points.position[s],
+                    self._response[s], force,
+                )  # fmt: skip
+        return force
+
+    def stiffness(self, active: ActiveGrid, matrix: Floats) -> None:
+        """Fills `matrix` (blocks, dim, dim) with d internal_force / d displacement [force/length]."""
+        with self._timers.measure("assembly"):
+            matrix.fill(0.0)
+            for i, (body, stencil) in enumerate(
+                zip(self.points.bodies, active.stencils, strict=True)
+            ):
+                s = slice(body.start, body.stop)
+                _core.stiffness(
+                    self.kind, stencil, active.block_start[i], active.block_position[i],
+                    self.points.initial_volume[s], self.points.position[s], self._response[s],
+                    matrix,
+                )  # fmt: skip
+
+    def scatter(self, active: ActiveGrid, vector: Floats) -> Floats:
+        """Returns sum_p S_ap vector_p of a quantity of the points, (n, k) -> (nodes, k)."""
+        nodal = np.zeros((active.nodes, *vector.shape[1:]))
+        with self._timers.measure("assembly"):
+            for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+                part = np.ascontiguousarray(vector[body.start : body.stop], dtype=np.float64)
+                _core.scatter(stencil, part, nodal)
+        return nodal
+
+    def interpolate(self, active: ActiveGrid, nodal: Floats) -> Floats:
+        """Returns sum_a S_ap nodal_a at the points, shape (n, dim)."""
+        vector = np.empty((len(self.points), nodal.shape[1]))
+        for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+            _core.interpolate(stencil, nodal, vector[body.start : body.stop])
+        return vector
+
+    def advance(self, active: ActiveGrid, displacement: Floats) -> None:
+        """Makes the trial state the state of the points and moves them with the grid."""
+        points = self.points
+        with self._timers.measure("rest"):
+            for body in points.bodies:
+                if body.domain_update == "corners":
+                    part = points.part(body)
+                    _core.move_domain_faces(
+                        part.position, active.key, displacement, active.grid.origin,
+                        active.grid.cell_size, part.half_length,
+                    )  # fmt: skip
+            moved = self.interpolate(active, displacement)
+            points.position += moved
+            points.displacement += moved
+            _core.advance(
+                self.kind, self._increment, self._response, points.deformation_gradient,
+                points.stress,
+            )  # fmt: skip
+            points.elastic_strain, self._strain = self._strain, points.elastic_strain
+            points.plastic, self._plastic = self._plastic, points.plastic
+            points.state, self._state = self._state, points.state
+            for body in points.bodies:
+                if body.domain_update not in (None, "fixed", "corners"):
+                    part = points.part(body)
+                    _core.stretch_domains(
+                        self.kind, body.domain_update, part.deformation_gradient,
+                        part.initial_half_length, part.half_length,
+                    )  # fmt: skip
+
+    def elastic_energy(self) -> float:
+        """Returns the elastic strain energy of all points [force length]."""
+        total = 0.0
+        for body in self.points.bodies:
+            part = self.points.part(body)
+            density = np.empty(len(part))
+            _core.elastic_energy(body.material, body.parameters, part.elastic_strain, density)
+            total += float(density @ part.initial_volume)
+        return total

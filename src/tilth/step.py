@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One load step: Newton's iteration for the equilibrium of the grid (docs/theory/mechanics.md)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.boundaries import Conditions
+from tilth.comm import Communicator, Serial, norm
+from tilth.errors import StepFailed
+from tilth.grid import ActiveGrid
+from tilth.soil import Soil
+from tilth.solvers import LinearSystem, Solver, SolveFailed
+from tilth.support import Springs
+from tilth.timers import Timers
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Settings of the iteration.
+
+    Attributes:
+        tolerance: largest residual relative to the forces [-].
+        maximum_iterations: iterations after which the step counts as failed.
+        line_search: whether steps that do not reduce the residual are shortened.
+        round_off: residual [force] that round-off alone explains; it always counts as converged.
+    """
+
+    tolerance: float
+    maximum_iterations: int
+    line_search: bool
+    round_off: float
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged step.
+
+    Attributes:
+        displacement: of the nodes in the step [length], shape (nodes, dim).
+        reaction: force of the boundaries on the soil [force], shape (nodes, dim); zero elsewhere.
+        initial_reaction: the same at the start of the step, on this step's grid.
+        residuals: relative residual of the first guess and after each iteration.
+    """
+
+    displacement: Floats
+    reaction: Floats
+    initial_reaction: Floats
+    residuals: list[float]
+
+    @property
+    def iterations(self) -> int:
+        """Number of linear solves."""
+        return len(self.residuals) - 1
+
+
+def solve_step(
+    soil: Soil,
+    active: ActiveGrid,
+    conditions: Conditions,
+    force_before: Floats,
+    force: Floats,
+    springs: Springs,
+    solver: Solver,
+    newton: Newton,
+    timers: Timers,
+    on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+    comm: Communicator = Serial(),
+) -> Equilibrium:
+    """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
+
+    Args:
+        force_before, force: external force at the start and the end of the step, (nodes, dim).
+        on_iteration: is told the iteration and its relative residual.
+
+    Raises:
+        StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
+    """
+    held = conditions.held
+    own = slice(*active.owned)
+    displacement = np.zeros_like(force)
+    residuals: list[float] = []
+
+    def evaluate(u: Floats) -> tuple[Floats, float, float]:
+        """Internal force, norm of the residual on the free nodes, and that over the forces'."""
+        soil.update(active, u)
+        internal = soil.internal_force(active) + springs.force(u)
+        rest = internal - force
+        free = norm(comm, np.where(held, 0.0, rest)[own])
+        reaction = norm(comm, np.where(held, rest, 0.0)[own])
+        size = max(norm(comm, force[own]), norm(comm, internal[own]), reaction)
+        return internal, free, free / size if size > 0.0 else 0.0
+
+    internal, size, relative = evaluate(displacement)
+    initial_reaction = np.where(held, internal - force_before, 0.0)
+    moving = bool(conditions.increment.any())
+    system: LinearSystem | None = None
+    while True:
+        residuals.append(relative)
+        on_iteration(len(residuals) - 1, relative)
+        if not math.isfinite(relative):
+            raise StepFailed("the residual is not a number", residuals=residuals)
+        balanced = relative <= newton.tolerance or size <= newton.round_off
+        if balanced and not moving:
+            reaction = np.where(held, internal - force, 0.0)
+            return Equilibrium(displacement, reaction, initial_reaction, residuals)
+        if len(residuals) > newton.maximum_iterations:
+            reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
+            raise StepFailed(reason, residuals=residuals)
+        if system is None:
+            with timers.measure("assembly"):
+                system = LinearSystem(active, held)
+        soil.stiffness(active, system.blocks)
+        springs.add_stiffness(active, system.blocks)
+        change = np.zeros_like(displacement)
+        right_side = force - internal
+        if moving:
+            change = np.where(held, conditions.increment, 0.0)
+            right_side = right_side - system.times(change)
+        if len(system.free):
+            with timers.measure("solve"):
+                try:
+                    solver.setup(system.matrix())
+                    solution = solver.solve(right_side.ravel()[system.free])
+                except SolveFailed as error:
+                    raise StepFailed(str(error), residuals=residuals) from error
+            change.ravel()[system.free] = solution.x
+        search = newton.line_search and not moving
+        shares = (1.0, 0.5, 0.25, 0.125) if search else (1.0,)
+        displacement, (internal, size, relative) = _best(
+            evaluate, displacement, change, shares, size, residuals
+        )
+        moving = False
+
+
+def _best(
+    evaluate: Callable[[Floats], tuple[Floats, float, float]],
+    displacement: Floats,
+    change: Floats,
+    shares: tuple[float, ...],
+    size: float,
+    residuals: list[float],
+) -> tuple[Floats, tuple[Floats, float, float]]:
+    """Takes the first share of `change` that lowers the residual's `size`, else the last one."""
+    for share in shares:
+        last = share == shares[-1]
+        trial = displacement + share * change
+        try:
+            result = evaluate(trial)
+        except StepFailed as failure:
+            if last:
+                raise StepFailed(
+                    failure.reason, point=failure.point, residuals=residuals
+                ) from failure
+            continue
+        if last or result[1] <= (1.0 - 1e-4 * share) * size:
+            return trial, result
+    raise AssertionError("a line search tries at least one step")

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The short account of a case that `tilth check` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from tilth.model import (
+    AXES,
+    AffineBoundary,
+    Body,
+    BodyForce,
+    Boundary,
+    Load,
+    Material,
+    Model,
+    PlaneBoundary,
+    Track,
+)
+from tilth.report.setup import Setup
+
+
+def print_summary(model: Model, setup: Setup, console: Console | None = None) -> None:
+    """Prints bodies, points, cells, materials, conditions, loads and steps of `model`.
+
+    `setup` holds its material points before the first step.
+    """
+    console = console or Console(highlight=False)
+    table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), title_justify="left")
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    section = ""
+    for heading, text in _rows(model, setup):
+        table.add_row("" if heading == section else heading, escape(text))
+        section = heading
+    console.print(table)
+
+
+def _rows(model: Model, setup: Setup) -> Iterator[tuple[str, str]]:
+    unit = model.units
+    if model.title:
+        yield "title", model.title
+    yield "analysis", model.analysis.kind.replace("_", " ")
+    limits = "unbounded" if model.grid.limits is None else "limited"
+    sizes = " x ".join(f"{size:g}" for size in model.cell_size)
+    yield "grid", f"{limits}, cells of {sizes} {unit.length}"
+    for i, body in enumerate(model.bodies):
+        yield "bodies", _body(body, np.count_nonzero(setup.body_id == i))
+    cells = np.unique(np.floor((setup.position - setup.origin) / setup.cell_size), axis=0)
+    yield "points", f"{len(setup.position)} in {len(cells)} cells"
+    for name, material in model.materials.items():
+        yield "materials", _material(name, material, model)
+    for boundary in model.boundaries:
+        yield "boundaries", _boundary(boundary, model)
+    for load in model.loads:
+        yield "loads", _load(load, model)
+    schedule = model.schedule
+    adaptive = "adaptive" if schedule.adaptive else "of fixed size"
+    yield (
+        "schedule",
+        f"{schedule.number_of_steps} steps to time {schedule.end:g}, {adaptive}; "
+        f"{len(schedule.times_of_output())} outputs",
+    )
+    for track in model.track:
+        yield "tracked", _track(track)
+
+
+def _body(body: Body, points: int) -> str:
+    update = f", domains by {body.domain_update}" if body.domain_update else ""
+    return (
+        f"{body.name}: {body.shape.type} of {body.material}, {points} points, "
+        f"{body.basis} basis{update}"
+    )
+
+
+def _material(name: str, material: Material, model: Model) -> str:
+    stress = model.units.stress
+    parts = [
+        f"Young's modulus {material.young_modulus:g} {stress}",
+        f"Poisson's ratio {material.poisson_ratio:g}",
+    ]
+    if material.model == "von_mises":
+        parts.append(f"yield stress {material.initial_yield_stress:g} {stress}")
+        parts.append(f"hardening modulus {material.hardening_modulus:g} {stress}")
+    if material.density is not None:
+        parts.append(f"density {material.density:g} {model.units.mass}/{model.units.length}^3")
+    return f"{name}: {material.model}, {', '.join(parts)}"
+
+
+def _boundary(boundary: Boundary, model: Model) -> str:
+    if isinstance(boundary, AffineBoundary):
+        rows = "; ".join(_vector(row) for row in boundary.deformation_gradient)
+        return f"{boundary.name}: affine motion to F = [{rows}], {boundary.path} path"
+    if isinstance(boundary, PlaneBoundary):
+        place = f"on {boundary.axis} = {boundary.at:g}"
+        for axis, (least, greatest) in (boundary.range or {}).items():
+            place += f", {least:g} <= {axis} <= {greatest:g}"
+    else:
+        place = f"at the node {_vector(boundary.at)}"
+    held = ", ".join(
+        f"u{AXES[i]} = {value:g}" for i, value in boundary.held(model.dimension).items()
+    )
+    return f"{boundary.name}: {boundary.condition} {place}: {held}"
+
+
+def _load(load: Load, model: Model) -> str:
+    end = f"factor {model.factor(load, model.schedule.end):g} at the end"
+    if isinstance(load, BodyForce):
+        return f"body force, acceleration {_vector(load.acceleration)}, {end}"
+    force = f"{_vector(load.force)} {model.units.force}"
+    return f"point force {force} on {load.body} at {_vector(load.at)}, {end}"
+
+
+def _track(track: Track) -> str:
+    what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
+    where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
+    place = f" at {_vector(track.at)}" if track.at else ""
+    return f"{track.name}: {what.replace('_', ' ')}{where}{place}"
+
+
+def _vector(components: Iterable[float]) -> str:
+    return "[" + ", ".join(f"{c:g}" for c in components) + "]"

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tracked quantities: what a column of the history is after each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.loads import nearest_points
+from tilth.model import Model, Track
+from tilth.model.fields import AXES
+from tilth.points import MaterialPoints
+from tilth.simulation import Simulation, StepResult
+
+Floats = npt.NDArray[np.float64]
+
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+
+class Tracker:
+    """Evaluates the tracked quantities of a model.
+
+    Args:
+        model: the declared problem.
+        initial: its points before the first step, which decide which point is nearest to a place.
+
+    Attributes:
+        columns: (name, unit label) of each quantity.
+    """
+
+    def __init__(self, model: Model, initial: MaterialPoints) -> None:
+        self._model = model
+        self.columns = [(track.name, unit_of(track, model)) for track in model.track]
+        self._evaluate = [self._evaluation(track, initial) for track in model.track]
+
+    def values(self, simulation: Simulation, result: StepResult | None, work: float) -> list[float]:
+        """Returns the quantities after a step (`result` None: before the first one).
+
+        `work` is the external work since the start [force length].
+        """
+        return [
+            track.scale * evaluate(simulation, result, work)
+            for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
+        ]
+
+    def _evaluation(
+        self, track: Track, initial: MaterialPoints
+    ) -> Callable[[Simulation, StepResult | None, float], float]:
+        if track.quantity == "reaction":
+            return lambda simulation, result, work: _reaction(track, result)
+        if track.quantity in ("displacement", "stress"):
+            ids = nearest_points(initial, track.at or (), self._model.cell_size, track.body)
+            array = "displacement" if track.quantity == "displacement" else "stress"
+
+            def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
+                values: Floats = getattr(simulation.points, array)
+                chosen = values[simulation.points.index_of(ids)].mean(axis=0)
+                return _component(chosen, track.component or "")
+
+            return of_points
+        if track.quantity in ("top_height", "run_out"):
+            axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
+            return lambda simulation, result, work: _extent(track, simulation.points, axis)
+        return lambda simulation, result, work: _energy(track, simulation, work)
+
+
+def unit_of(track: Track, model: Model) -> str:
+    """Returns the label of a tracked quantity's unit."""
+    units = model.units
+    if track.unit is not None:
+        return track.unit
+    per_length = f"/{units.length}" if model.analysis.kind == "plane_strain" else ""
+    if track.quantity == "reaction":
+        return units.force + per_length
+    if track.quantity == "stress":
+        return units.stress
+    if track.quantity == "energy":
+        return f"{units.force} {units.length}{per_length}"
+    return units.length
+
+
+def _reaction(track: Track, result: StepResult | None) -> float:
+    if result is None:
+        return 0.0
+    return float(result.resultants[track.boundary or ""][AXES.index(track.component)])  # type: ignore[arg-type]
+
+
+def _component(value: Floats, name: str) -> float:
+    """Component of a vector, or of a symmetric tensor in six components."""
+    if name == "magnitude":
+        return float(np.linalg.norm(value))
+    if name == "mean":
+        return float(value[:3].mean())
+    if name == "von_mises":
+        deviator = value.copy()
+        deviator[:3] -= value[:3].mean()
+        return float(np.sqrt(1.5 * (deviator[:3] ** 2).sum() + 3.0 * (deviator[3:] ** 2).sum()))
+    return float(value[(AXES if len(value) < 6 else TENSOR).index(name)])  # type: ignore[arg-type]
+
+
+def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
+    chosen = slice(None)
+    if track.body is not None:
+        body = next(b for b in points.bodies if b.name == track.body)
+        chosen = slice(body.start, body.stop)
+    reach = points.position[chosen, axis]
+    if track.of == "domains":
+        reach = reach + points.half_length[chosen, axis]
+    return float(reach.max())
+
+
+def _energy(track: Track, simulation: Simulation, work: float) -> float:
+    if track.kind == "external_work":
+        return work
+    if track.kind == "elastic":
+        return simulation.soil.elastic_energy()
+    points = simulation.points
+    return float(points.plastic[:, 1] @ points.initial_volume)
