@@ -8,10 +8,10 @@
 
 namespace tilth {
 
-inline constexpr int key_bits = 20;                                   // per direction
+inline constexpr int key_bits = 20;  // per direction
 inline constexpr std::int64_t key_bias = std::int64_t{1} << (key_bits - 1);
 inline constexpr std::int64_t key_mask = (std::int64_t{1} << key_bits) - 1;
-inline constexpr std::int64_t key_reach = key_bias - 8;               // largest lattice index kept
+inline constexpr std::int64_t key_reach = key_bias - 8;  // largest lattice index kept
 
 using Lattice = std::array<std::int64_t, 3>;
 

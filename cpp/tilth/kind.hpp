@@ -9,8 +9,8 @@ namespace tilth {
 
 template <int Dim, bool Hoop>
 struct Kind {
-  static constexpr int dim = Dim;        // unknowns of a node, directions of the grid
-  static constexpr bool hoop = Hoop;     // axisymmetry: circumferential strain u_r / r
+  static constexpr int dim = Dim;     // unknowns of a node, directions of the grid
+  static constexpr bool hoop = Hoop;  // axisymmetry: circumferential strain u_r / r
   static constexpr bool in_plane = Dim == 2;
 };
 

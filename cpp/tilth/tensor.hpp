@@ -27,7 +27,8 @@ TILTH_FUNCTION void jacobi_rotation(double a[3][3], double v[3][3], int p, int q
   const double off = a[p][q];
   if (off == 0.0) return;
   const double theta = (a[q][q] - a[p][p]) / (2.0 * off);
-  const double t = (theta >= 0.0 ? 1.0 : -1.0) / (std::fabs(theta) + std::sqrt(1.0 + theta * theta));
+  const double t =
+      (theta >= 0.0 ? 1.0 : -1.0) / (std::fabs(theta) + std::sqrt(1.0 + theta * theta));
   const double c = 1.0 / std::sqrt(1.0 + t * t);
   const double s = t * c;
   a[p][p] -= t * off;
@@ -55,7 +56,7 @@ TILTH_FUNCTION Spectrum spectrum(const double component[6]) {
                     {component[3], component[1], component[4]},
                     {component[5], component[4], component[2]}};
   Spectrum result{};
-  double(*v)[3] = result.vector;
+  double (*v)[3] = result.vector;
   v[0][0] = v[1][1] = v[2][2] = 1.0;
   if constexpr (InPlane) {
     jacobi_rotation(a, v, 0, 1, 2);

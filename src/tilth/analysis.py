@@ -13,11 +13,12 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.clock import Clock
-from tilth.errors import AnalysisFailed, BadInput, StepFailed
+from tilth.errors import AnalysisFailed, StepFailed
 from tilth.model import Model
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
 from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
 from tilth.points import MaterialPoints
+from tilth.present import load_model, write_report
 from tilth.record import Recorder
 from tilth.simulation import Simulation, initial_points
 
@@ -84,14 +85,8 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
     """
     folder = Path(out)
     used = set_threads(threads)
-    try:
-        entries = json.loads((folder / MODEL).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(
-            f"{folder / MODEL} cannot be read: {error}", "name the folder of a tilth run"
-        ) from error
+    model = load_model(folder)
     arrays, meta = read_checkpoint(folder / CHECKPOINT)
-    model = Model.from_dict(entries)
     points = MaterialPoints(bodies=initial_points(model).bodies, **arrays)
     simulation = Simulation(model, points)
     clock = Clock(model.schedule, **meta["clock"])
@@ -130,8 +125,6 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
             recorder.step(clock, after - before, result)
             progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
     if simulation.model.output.report:
-        from tilth.report.html import write_report
-
         with simulation.timers.measure("rest"):
             write_report(recorder.folder)
     return Result(

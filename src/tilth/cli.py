@@ -77,6 +77,8 @@ def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quie
         raise _interrupted(folder) from None
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
+    if not quiet:
+        click.echo(f"results in {folder}")
 
 
 @cli.command()
@@ -93,7 +95,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.summary import print_summary
 
     model = load_case(case)
-    from tilth.analysis import setup_of
+    from tilth.present import setup_of
     from tilth.report.setup import draw_setup
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -127,6 +129,8 @@ def resume(folder: Path, threads: int | None, quiet: bool) -> None:
         analysis.resume(folder, threads=threads, quiet=quiet)
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
+    if not quiet:
+        click.echo(f"results in {folder}")
 
 
 @cli.command()
@@ -134,7 +138,7 @@ def resume(folder: Path, threads: int | None, quiet: bool) -> None:
 def report(folder: Path) -> None:
     """Write report.html anew from the results of a run."""
     _must_be_folder(folder)
-    from tilth.report.html import write_report
+    from tilth.present import write_report
 
     click.echo(f"report written to {write_report(folder)}")
 

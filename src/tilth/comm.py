@@ -26,6 +26,10 @@ class Serial:
         return value
 
 
+SERIAL = Serial()
+"""The communicator of a serial run."""
+
+
 def norm(comm: Communicator, owned: npt.NDArray[np.float64]) -> float:
     """Returns the Euclidean norm of a vector of which each process holds its own part."""
     return math.sqrt(comm.sum(float(np.dot(owned.ravel(), owned.ravel()))))

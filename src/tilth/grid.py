@@ -135,7 +135,8 @@ class ActiveGrid:
             found.append(_core.node_keys(np.ascontiguousarray(firsts[inside] + np.array(shift))))
         corner = np.asarray(_core.lattice(np.unique(np.concatenate(found))))
         square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
-        corners = square if dim == 2 else np.concatenate([square, square + [0, 0, 1]])
+        above = square + np.array([0, 0, 1])
+        corners = square if dim == 2 else np.concatenate([square, above])
         keys = [_core.node_keys(np.ascontiguousarray(corner + place)) for place in corners]
         return np.searchsorted(self.key, np.stack(keys, axis=1))
 
@@ -167,9 +168,7 @@ def locate(points: MaterialPoints, grid: Grid) -> ActiveGrid:
     firsts = [first for _, first, _ in supports]
     counts = [count for _, _, count in supports]
     key = np.asarray(_core.active_nodes(np.concatenate(firsts), np.concatenate(counts)))
-    stencils = [
-        _stencil(points, i, grid, key, *support) for i, support in enumerate(supports)
-    ]
+    stencils = [_stencil(points, i, grid, key, *support) for i, support in enumerate(supports)]
     offsets = np.cumsum([0] + [len(stencil.node) for stencil in stencils])
     node_start = np.concatenate(
         [s.node_start[:-1] + o for s, o in zip(stencils, offsets, strict=False)] + [offsets[-1:]]

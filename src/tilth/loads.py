@@ -31,12 +31,16 @@ def nearest_points(
 
 
 class Loads:
-    """The loads of a model on its points."""
+    """The loads of a model on its points.
+
+    Attributes:
+        on_points: each point force with the permanent numbers of the points that carry it.
+    """
 
     def __init__(self, model: Model, points: MaterialPoints) -> None:
         self._model = model
         self._on_mass = [load for load in model.loads if isinstance(load, BodyForce)]
-        self._on_points = [
+        self.on_points = [
             (load, nearest_points(points, load.at, model.cell_size, load.body))
             for load in model.loads
             if isinstance(load, PointForce)
@@ -55,7 +59,7 @@ class Loads:
             force = points.mass[:, None] * self.acceleration(time)
         else:
             force = np.zeros(points.position.shape)
-        for load, ids in self._on_points:
+        for load, ids in self.on_points:
             share = self._model.factor(load, time) / len(ids)
             force[points.index_of(ids)] += share * np.asarray(load.force)
         return force

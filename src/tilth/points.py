@@ -87,16 +87,16 @@ class MaterialPoints:
         return cls(
             bodies=bodies,
             point_id=np.arange(n),
-            position=np.ascontiguousarray(position, dtype=np.float64),
+            position=np.array(position, dtype=np.float64, order="C"),
             displacement=np.zeros_like(position),
-            initial_volume=np.ascontiguousarray(initial_volume, dtype=np.float64),
+            initial_volume=np.array(initial_volume, dtype=np.float64, order="C"),
             deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
             elastic_strain=np.zeros((n, 6)),
             stress=np.zeros((n, 6)),
             plastic=np.zeros((n, 2)),
             state=np.zeros((n, state_columns)),
-            initial_half_length=np.ascontiguousarray(half_length, dtype=np.float64),
-            half_length=np.array(half_length, dtype=np.float64),
+            initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
+            half_length=np.array(half_length, dtype=np.float64, order="C"),
         )
 
     def __len__(self) -> int:
@@ -137,7 +137,7 @@ class MaterialPoints:
     @property
     def volume(self) -> Floats:
         """Current volume of each point, det F times the initial one, shape (n,)."""
-        return np.linalg.det(self.deformation_gradient) * self.initial_volume
+        return np.asarray(np.linalg.det(self.deformation_gradient) * self.initial_volume)
 
     def index_of(self, point_ids: Integers) -> Integers:
         """Returns where the points of these permanent numbers stand now."""

@@ -14,6 +14,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, make_boundaries
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.domains import bound_domains
+from tilth.errors import BadInput, StepFailed
 from tilth.grid import ActiveGrid, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model
@@ -98,7 +99,14 @@ class Simulation:
         Raises:
             BadInput: contradicting conditions, or a rigid motion that none of them holds.
         """
-        active = locate(self.points, self.grid)
+        try:
+            active = locate(self.points, self.grid)
+        except StepFailed as failure:
+            raise BadInput(
+                f"{failure.reason} before the first step (point {failure.point})",
+                "move the body, or widen grid.limits",
+                key="bodies",
+            ) from failure
         schedule = self.model.schedule
         conditions = Conditions.gather(self.boundaries, active, 0.0, schedule.regular_time(1))
         require_no_rigid_motion(active, self.kind, conditions.held)
@@ -165,9 +173,7 @@ def initial_points(model: Model) -> MaterialPoints:
     known = _core.materials()
     bodies, parts, start = [], [], 0
     for body in model.bodies:
-        part = discretise(
-            body, model.analysis.kind, model.dimension, model.origin, model.cell_size
-        )
+        part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         material = model.materials[body.material]
         names, _ = known[material.model]
         bodies.append(

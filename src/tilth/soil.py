@@ -83,7 +83,7 @@ class Soil:
         return force
 
     def stiffness(self, active: ActiveGrid, matrix: Floats) -> None:
-        """Fills `matrix` (blocks, dim, dim) with d internal_force / d displacement [force/length]."""
+        """Fills `matrix` (blocks, dim, dim) with the derivative of the force [force/length]."""
         with self._timers.measure("assembly"):
             matrix.fill(0.0)
             for i, (body, stencil) in enumerate(

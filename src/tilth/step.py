@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.boundaries import Conditions
-from tilth.comm import Communicator, Serial, norm
+from tilth.comm import SERIAL, Communicator, norm
 from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.soil import Soil
-from tilth.solvers import LinearSystem, Solver, SolveFailed
+from tilth.solvers import LinearSystem, SolveFailed, Solver
 from tilth.support import Springs
 from tilth.timers import Timers
 
@@ -72,7 +72,7 @@ def solve_step(
     newton: Newton,
     timers: Timers,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
-    comm: Communicator = Serial(),
+    comm: Communicator = SERIAL,
 ) -> Equilibrium:
     """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
 

@@ -50,7 +50,7 @@ def _rows(model: Model, setup: Setup) -> Iterator[tuple[str, str]]:
     sizes = " x ".join(f"{size:g}" for size in model.cell_size)
     yield "grid", f"{limits}, cells of {sizes} {unit.length}"
     for i, body in enumerate(model.bodies):
-        yield "bodies", _body(body, np.count_nonzero(setup.body_id == i))
+        yield "bodies", _body(body, int(np.count_nonzero(setup.body_id == i)))
     cells = np.unique(np.floor((setup.position - setup.origin) / setup.cell_size), axis=0)
     yield "points", f"{len(setup.position)} in {len(cells)} cells"
     for name, material in model.materials.items():

@@ -23,6 +23,4 @@ class Timers:
             yield
         finally:
             self.wall[name] = self.wall.get(name, 0.0) + time.perf_counter() - wall
-            self.processor[name] = (
-                self.processor.get(name, 0.0) + time.process_time() - processor
-            )
+            self.processor[name] = self.processor.get(name, 0.0) + time.process_time() - processor

@@ -84,7 +84,7 @@ def unit_of(track: Track, model: Model) -> str:
 def _reaction(track: Track, result: StepResult | None) -> float:
     if result is None:
         return 0.0
-    return float(result.resultants[track.boundary or ""][AXES.index(track.component)])  # type: ignore[arg-type]
+    return float(result.resultants[track.boundary or ""][AXES.index(track.component)])
 
 
 def _component(value: Floats, name: str) -> float:
@@ -97,7 +97,7 @@ def _component(value: Floats, name: str) -> float:
         deviator = value.copy()
         deviator[:3] -= value[:3].mean()
         return float(np.sqrt(1.5 * (deviator[:3] ** 2).sum() + 3.0 * (deviator[3:] ** 2).sum()))
-    return float(value[(AXES if len(value) < 6 else TENSOR).index(name)])  # type: ignore[arg-type]
+    return float(value[(AXES if len(value) < 6 else TENSOR).index(name)])
 
 
 def _extent(track: Track, points: MaterialPoints, axis: int) -> float:

@@ -38,28 +38,32 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   require_size(strain, 6 * n, "strain");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
-  const kernel::StressArrays arrays{position.data(),       elastic_deformation.data(), plastic_before.data(),
-                                    state_before.data(),   increment.data(),           strain.data(),
-                                    plastic.data(),        state.data(),               response.data(),
-                                    static_cast<std::int64_t>(state.shape(1))};
+  const kernel::StressArrays arrays{
+      position.data(),       elastic_deformation.data(),
+      plastic_before.data(), state_before.data(),
+      increment.data(),      strain.data(),
+      plastic.data(),        state.data(),
+      response.data(),       static_cast<std::int64_t>(state.shape(1))};
   kernel::Failure failure;
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     material::with_material(material_name, parameters.data(), [&](auto material) {
-      failure = kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(), arrays);
+      failure =
+          kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(), arrays);
     });
   });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }
 
-void internal_force(const std::string& kind_name, nb::handle stencil_handle, ConstDoubles initial_volume,
-                    ConstDoubles position, ConstDoubles response, Doubles force) {
+void internal_force(const std::string& kind_name, nb::handle stencil_handle,
+                    ConstDoubles initial_volume, ConstDoubles position, ConstDoubles response,
+                    Doubles force) {
   const StencilView stencil(stencil_handle);
   require_size(initial_volume, stencil.points(), "initial_volume");
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::internal_force<decltype(kind)>(stencil, initial_volume.data(), position.data(), response.data(),
-                                           force.data());
+    kernel::internal_force<decltype(kind)>(stencil, initial_volume.data(), position.data(),
+                                           response.data(), force.data());
   });
 }
 
@@ -72,8 +76,8 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   const kernel::BlockPositions blocks{block_start.data(), block_position.data()};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(), response.data(),
-                                      matrix.data());
+    kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
+                                      response.data(), matrix.data());
   });
 }
 
@@ -100,17 +104,19 @@ void advance(const std::string& kind_name, ConstDoubles increment, ConstDoubles 
   require_size(cauchy, 6 * points, "cauchy");
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::advance<decltype(kind)>(points, increment.data(), response.data(), deformation_gradient.data(),
-                                    cauchy.data());
+    kernel::advance<decltype(kind)>(points, increment.data(), response.data(),
+                                    deformation_gradient.data(), cauchy.data());
   });
 }
 
-void stretch_domains(const std::string& kind_name, const std::string& rule, ConstDoubles deformation_gradient,
-                     ConstDoubles initial_half_length, Doubles half_length) {
+void stretch_domains(const std::string& kind_name, const std::string& rule,
+                     ConstDoubles deformation_gradient, ConstDoubles initial_half_length,
+                     Doubles half_length) {
   const auto points = static_cast<std::int64_t>(half_length.shape(0));
   with_kind(kind_name, [&](auto kind) {
-    kernel::stretch_domains<decltype(kind)>(points, kernel::domain_rule(rule), deformation_gradient.data(),
-                                            initial_half_length.data(), half_length.data());
+    kernel::stretch_domains<decltype(kind)>(points, kernel::domain_rule(rule),
+                                            deformation_gradient.data(), initial_half_length.data(),
+                                            half_length.data());
   });
 }
 
@@ -118,9 +124,10 @@ void move_domain_faces(ConstDoubles position, ConstIntegers node_keys, ConstDoub
                        ConstDoubles origin, ConstDoubles cell_size, Doubles half_length) {
   const auto points = static_cast<std::int64_t>(position.shape(0));
   const auto nodes = static_cast<std::int64_t>(node_keys.size());
-  const auto move = position.shape(1) == 2 ? &kernel::move_domain_faces<2> : &kernel::move_domain_faces<3>;
-  move(points, position.data(), nodes, node_keys.data(), displacement.data(), origin.data(), cell_size.data(),
-       half_length.data());
+  const auto move =
+      position.shape(1) == 2 ? &kernel::move_domain_faces<2> : &kernel::move_domain_faces<3>;
+  move(points, position.data(), nodes, node_keys.data(), displacement.data(), origin.data(),
+       cell_size.data(), half_length.data());
 }
 
 /// Elastic strain energy per unit initial volume of each point.
@@ -138,16 +145,17 @@ void elastic_energy(const std::string& material_name, ConstDoubles parameters, C
 
 /// One point in principal axes, for the contract tests and for material-point studies.
 bool principal_update(const std::string& material_name, ConstDoubles parameters, ConstDoubles trial,
-                      double plastic_strain, ConstDoubles state_before, Doubles state, Doubles kirchhoff,
-                      Doubles elastic, Doubles tangent) {
+                      double plastic_strain, ConstDoubles state_before, Doubles state,
+                      Doubles kirchhoff, Doubles elastic, Doubles tangent) {
   require_size(trial, 3, "trial");
   require_size(kirchhoff, 3, "kirchhoff");
   require_size(elastic, 3, "elastic");
   require_size(tangent, 9, "tangent");
   bool good = false;
   material::with_material(material_name, parameters.data(), [&](auto material) {
-    good = material.update(trial.data(), plastic_strain, state_before.data(), state.data(), kirchhoff.data(),
-                           elastic.data(), reinterpret_cast<double(*)[3]>(tangent.data()));
+    good = material.update(trial.data(), plastic_strain, state_before.data(), state.data(),
+                           kirchhoff.data(), elastic.data(),
+                           reinterpret_cast<double (*)[3]>(tangent.data()));
   });
   return good;
 }
@@ -173,34 +181,41 @@ auto materials() {
 
 void bind_points(nb::module_& module) {
   using namespace nb::literals;
-  module.def("materials", &materials, "Name -> (parameter names, number of state variables).");
-  module.def("response_size", &response_size, "kind"_a, "Doubles per point that stress_update leaves.");
+  module.def("materials", &materials,
+             nb::sig("def materials() -> dict[str, tuple[list[str], int]]"),
+             "Name -> (parameter names, number of state variables).");
+  module.def("response_size", &response_size, "kind"_a,
+             "Doubles per point that stress_update leaves.");
   module.def("elastic_deformation", &elastic_deformation, "kind"_a, "strain"_a, "deformation"_a,
              "Fills exp(2 strain) - 1, six components a point.");
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
-             "displacement"_a, "position"_a, "elastic_deformation"_a, "plastic_before"_a, "state_before"_a,
-             "increment"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a,
+             "displacement"_a, "position"_a, "elastic_deformation"_a, "plastic_before"_a,
+             "state_before"_a, "increment"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a,
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping).");
-  module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a, "position"_a,
-             "response"_a, "force"_a, "Adds the internal force to force (nodes, dim).");
+  module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a,
+             "position"_a, "response"_a, "force"_a,
+             "Adds the internal force to force (nodes, dim).");
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
              "initial_volume"_a, "position"_a, "response"_a, "matrix"_a,
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
-  module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a, "Adds sum_p S_a vector_p to nodal.");
+  module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
+             "Adds sum_p S_a vector_p to nodal.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,
              "Fills the points' interpolated vectors.");
-  module.def("advance", &advance, "kind"_a, "increment"_a, "response"_a, "deformation_gradient"_a, "cauchy"_a,
-             "Deformation gradient and Cauchy stress after a converged step.");
+  module.def("advance", &advance, "kind"_a, "increment"_a, "response"_a, "deformation_gradient"_a,
+             "cauchy"_a, "Deformation gradient and Cauchy stress after a converged step.");
   module.def("stretch_domains", &stretch_domains, "kind"_a, "rule"_a, "deformation_gradient"_a,
-             "initial_half_length"_a, "half_length"_a, "Half lengths of domains from the deformation gradient.");
+             "initial_half_length"_a, "half_length"_a,
+             "Half lengths of domains from the deformation gradient.");
   module.def("move_domain_faces", &move_domain_faces, "position"_a, "node_keys"_a, "displacement"_a,
-             "origin"_a, "cell_size"_a, "half_length"_a, "Half lengths of domains from their moved faces.");
-  module.def("elastic_energy", &elastic_energy, "material"_a, "parameters"_a, "strain"_a, "energy"_a,
-             "Elastic energy per unit initial volume of each point.");
+             "origin"_a, "cell_size"_a, "half_length"_a,
+             "Half lengths of domains from their moved faces.");
+  module.def("elastic_energy", &elastic_energy, "material"_a, "parameters"_a, "strain"_a,
+             "energy"_a, "Elastic energy per unit initial volume of each point.");
   module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,
-             "plastic_strain"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a, "tangent"_a,
-             "Return mapping of one point in principal axes; true on success.");
+             "plastic_strain"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,
+             "tangent"_a, "Return mapping of one point in principal axes; true on success.");
 }
 
 }  // namespace tilth::bind

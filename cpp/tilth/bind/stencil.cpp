@@ -16,8 +16,9 @@ void with_dimension(int dim, Function&& function) {
   throw std::invalid_argument("dimension must be 2 or 3");
 }
 
-std::int64_t support_keys(const std::string& basis_name, ConstDoubles position, ConstDoubles half_length,
-                          ConstDoubles origin, ConstDoubles cell_size, Integers keys) {
+std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
+                          ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
+                          Integers keys) {
   const auto points = static_cast<std::int64_t>(position.shape(0));
   const int dim = static_cast<int>(position.shape(1));
   require_size(half_length, points * dim, "half_length");
@@ -27,7 +28,8 @@ std::int64_t support_keys(const std::string& basis_name, ConstDoubles position, 
   with_dimension(dim, [&](auto kind) {
     basis::with_basis(basis_name, [&](auto basis) {
       outside = kernel::support_keys<decltype(basis), decltype(kind)::dim>(
-          points, position.data(), half_length.data(), origin.data(), cell_size.data(), keys.data());
+          points, position.data(), half_length.data(), origin.data(), cell_size.data(),
+          keys.data());
     });
   });
   return outside;
@@ -36,7 +38,8 @@ std::int64_t support_keys(const std::string& basis_name, ConstDoubles position, 
 auto group_points(int dim, ConstIntegers keys) {
   kernel::Groups groups;
   with_dimension(dim, [&](auto kind) {
-    groups = kernel::group_points<decltype(kind)::dim>(static_cast<std::int64_t>(keys.size()), keys.data());
+    groups = kernel::group_points<decltype(kind)::dim>(static_cast<std::int64_t>(keys.size()),
+                                                       keys.data());
   });
   const std::size_t n = groups.start.size() - 1;
   return std::make_tuple(give(std::move(groups.start)), give(std::move(groups.first), {n, 3}),
@@ -44,7 +47,8 @@ auto group_points(int dim, ConstIntegers keys) {
 }
 
 auto active_nodes(ConstIntegers first, ConstShorts count) {
-  return give(kernel::active_nodes(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data()));
+  return give(
+      kernel::active_nodes(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data()));
 }
 
 auto lattice(ConstIntegers keys) {
@@ -66,7 +70,8 @@ auto node_keys(ConstIntegers places) {
   return give(std::move(keys));
 }
 
-auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys, ConstIntegers node_start) {
+auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys,
+                 ConstIntegers node_start) {
   const auto groups = static_cast<std::int64_t>(first.shape(0));
   std::vector<std::int32_t> nodes(node_start.data()[groups]);
   kernel::group_nodes(groups, first.data(), count.data(), static_cast<std::int64_t>(keys.size()),
@@ -74,9 +79,10 @@ auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys, Con
   return give(std::move(nodes));
 }
 
-void basis_values(const std::string& basis_name, ConstIntegers start, ConstIntegers first, ConstShorts count,
-                  ConstIntegers value_start, ConstDoubles position, ConstDoubles half_length,
-                  ConstDoubles origin, ConstDoubles cell_size, Doubles value, Doubles gradient) {
+void basis_values(const std::string& basis_name, ConstIntegers start, ConstIntegers first,
+                  ConstShorts count, ConstIntegers value_start, ConstDoubles position,
+                  ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
+                  Doubles value, Doubles gradient) {
   const auto groups = static_cast<std::int64_t>(first.shape(0));
   const int dim = static_cast<int>(position.shape(1));
   require_size(gradient, static_cast<std::int64_t>(value.size()) * dim, "gradient");
@@ -107,20 +113,22 @@ auto basis_names() {
 
 void bind_stencil(nb::module_& module) {
   using namespace nb::literals;
-  module.def("basis_names", &basis_names, "Names of the bases, in the order of basis/list.hpp.");
+  module.def("basis_names", &basis_names, nb::sig("def basis_names() -> list[str]"),
+             "Names of the bases, in the order of basis/list.hpp.");
   module.def("support_keys", &support_keys, "basis"_a, "position"_a, "half_length"_a, "origin"_a,
              "cell_size"_a, "keys"_a,
              "Fills the support key of each point; returns how many are out of reach (key -1).");
   module.def("group_points", &group_points, "dim"_a, "keys"_a,
              "Groups of sorted keys: start (g+1), first node (g,3), nodes per direction (g,3).");
-  module.def("active_nodes", &active_nodes, "first"_a, "count"_a, "Sorted keys of all touched nodes.");
+  module.def("active_nodes", &active_nodes, "first"_a, "count"_a,
+             "Sorted keys of all touched nodes.");
   module.def("lattice", &lattice, "keys"_a, "Lattice places (n,3) of node keys.");
   module.def("node_keys", &node_keys, "places"_a, "Keys of lattice places (n,3).");
   module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
              "Node numbers of each group, x fastest.");
-  module.def("basis_values", &basis_values, "basis"_a, "start"_a, "first"_a, "count"_a, "value_start"_a,
-             "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "value"_a, "gradient"_a,
-             "Fills basis values and gradients of all points.");
+  module.def("basis_values", &basis_values, "basis"_a, "start"_a, "first"_a, "count"_a,
+             "value_start"_a, "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "value"_a,
+             "gradient"_a, "Fills basis values and gradients of all points.");
   module.def("colour_groups", &colour_groups, "first"_a, "count"_a,
              "Colours of buckets: colour_start, order, bucket_start.");
 }

@@ -14,7 +14,8 @@ struct StencilView : kernel::Stencil {
   ConstDoubles values[2];
 
   explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
-    const char* names[6] = {"start", "node_start", "value_start", "colour_start", "order", "bucket_start"};
+    const char* names[6] = {"start",        "node_start", "value_start",
+                            "colour_start", "order",      "bucket_start"};
     for (int i = 0; i < 6; ++i) arrays64[i] = nb::cast<ConstIntegers>(stencil.attr(names[i]));
     nodes = nb::cast<ConstShorts>(stencil.attr("node"));
     values[0] = nb::cast<ConstDoubles>(stencil.attr("value"));

@@ -27,7 +27,8 @@ void advance(std::int64_t points, const double* increment, const double* respons
     double* before = deformation_gradient + 9 * p;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        f[i][j] = increment[9 * p + 3 * i] * before[j] + increment[9 * p + 3 * i + 1] * before[3 + j] +
+        f[i][j] = increment[9 * p + 3 * i] * before[j] +
+                  increment[9 * p + 3 * i + 1] * before[3 + j] +
                   increment[9 * p + 3 * i + 2] * before[6 + j];
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) before[3 * i + j] = f[i][j];
@@ -76,7 +77,8 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
         const int i = row_of_component[k], j = column_of_component[k];
         c[k] = 0.0;
         for (int m = 0; m < 3; ++m)
-          c[k] += rule == DomainRule::right_stretch ? f[3 * m + i] * f[3 * m + j] : f[3 * i + m] * f[3 * j + m];
+          c[k] += rule == DomainRule::right_stretch ? f[3 * m + i] * f[3 * m + j]
+                                                    : f[3 * i + m] * f[3 * j + m];
       }
       Spectrum s = spectrum<K::in_plane>(c);
       for (double& value : s.value) value = std::sqrt(value);
@@ -94,8 +96,8 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
 /// whatever rotation went before. Positions are those at the start of the step.
 template <int Dim>
 void move_domain_faces(std::int64_t points, const double* position, std::int64_t nodes,
-                       const std::int64_t* node_keys, const double* displacement, const double* origin,
-                       const double* cell_size, double* half) {
+                       const std::int64_t* node_keys, const double* displacement,
+                       const double* origin, const double* cell_size, double* half) {
 #pragma omp parallel for schedule(static)
   for (std::int64_t p = 0; p < points; ++p) {
     double change[Dim];
@@ -106,7 +108,8 @@ void move_domain_faces(std::int64_t points, const double* position, std::int64_t
         double s[3] = {0.0, 0.0, 0.0};
         for (int k = 0; k < Dim; ++k) {
           // faces stay just inside the domain, so that only active nodes are asked
-          const double reach = k == axis ? (side == 0 ? -1.0 : 1.0) * half[Dim * p + k] * (1.0 - 1e-9) : 0.0;
+          const double reach =
+              k == axis ? (side == 0 ? -1.0 : 1.0) * half[Dim * p + k] * (1.0 - 1e-9) : 0.0;
           const double x = (position[Dim * p + k] + reach - origin[k]) / cell_size[k];
           first[k] = static_cast<std::int64_t>(std::floor(x));
           s[k] = x - static_cast<double>(first[k]);

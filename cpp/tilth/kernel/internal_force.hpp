@@ -27,13 +27,15 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
         for (int i = 0; i < dim; ++i)
           for (int j = 0; j < dim; ++j) {
             double stress = 0.0;
-            for (int q = 0; q < dim; ++q) stress += r.axis[i][q] * r.kirchhoff[q] * r.to_current[q][j];
+            for (int q = 0; q < dim; ++q)
+              stress += r.axis[i][q] * r.kirchhoff[q] * r.to_current[q][j];
             stress *= initial_volume[p];
 #pragma omp simd
             for (int a = 0; a < n; ++a) local[i][a] += stress * gradient[j * n + a];
           }
         if constexpr (K::hoop) {
-          const double hoop = initial_volume[p] * r.kirchhoff[2] * r.hoop_inverse / position[dim * p];
+          const double hoop =
+              initial_volume[p] * r.kirchhoff[2] * r.hoop_inverse / position[dim * p];
           const double* value = stencil.value + offset;
           for (int a = 0; a < n; ++a) local[0][a] += hoop * value[a];
         }
@@ -54,12 +56,14 @@ inline void scatter(const Stencil& stencil, int components, const double* vector
     for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n)
       for (int a = 0; a < n; ++a)
         for (int i = 0; i < components; ++i)
-          nodal[components * std::int64_t{node[a]} + i] += stencil.value[offset + a] * vector[components * p + i];
+          nodal[components * std::int64_t{node[a]} + i] +=
+              stencil.value[offset + a] * vector[components * p + i];
   });
 }
 
 /// Interpolates nodal vectors (nodes, components) to the points with the points' basis.
-inline void interpolate(const Stencil& stencil, int components, const double* nodal, double* vector) {
+inline void interpolate(const Stencil& stencil, int components, const double* nodal,
+                        double* vector) {
   for_groups(stencil, [&](std::int64_t g) {
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];

@@ -12,15 +12,18 @@ template <class K>
 struct Response {
   static constexpr int pairs = K::dim == 3 ? 3 : 1;  // (0,1), (1,2), (2,0)
 
-  double to_current[K::dim][K::dim];  // [p][J]: gradient at the start of the step -> current, along n_p
-  double axis[K::dim][K::dim];        // [i][p]: component i of n_p
-  double kirchhoff[3];                // principal Kirchhoff stress [stress]
-  double tangent[3][3];               // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
-  double beta[K::dim];                // principal values of the trial left Cauchy-Green tensor
-  double shear[pairs];                // (tau_a - tau_b) / (beta_a - beta_b) [stress]
-  double hoop_inverse;                // 1 / hoop stretch of the step (axisymmetry)
+  double to_current[K::dim]
+                   [K::dim];    // [p][J]: gradient at the start of the step -> current, along n_p
+  double axis[K::dim][K::dim];  // [i][p]: component i of n_p
+  double kirchhoff[3];          // principal Kirchhoff stress [stress]
+  double tangent[3][3];         // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
+  double beta[K::dim];          // principal values of the trial left Cauchy-Green tensor
+  double shear[pairs];          // (tau_a - tau_b) / (beta_a - beta_b) [stress]
+  double hoop_inverse;          // 1 / hoop stretch of the step (axisymmetry)
 
-  static constexpr int pair(int a, int b) { return K::dim == 3 ? (a + b == 1 ? 0 : a + b == 3 ? 1 : 2) : 0; }
+  static constexpr int pair(int a, int b) {
+    return K::dim == 3 ? (a + b == 1 ? 0 : a + b == 3 ? 1 : 2) : 0;
+  }
 };
 
 template <class K>

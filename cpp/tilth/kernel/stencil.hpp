@@ -115,7 +115,8 @@ void basis_values(std::int64_t groups, const std::int64_t* start, const std::int
         const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
         const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
         for (int i = 0; i < count[3 * g + k]; ++i) {
-          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, along[k][i], slope[k][i]);
+          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, along[k][i],
+                          slope[k][i]);
           slope[k][i] /= cell_size[k];
         }
       }

@@ -40,7 +40,8 @@ void principal_tangent(const Response<K>& s, double volume,
           if (r == q) {
             for (int p = 0; p < dim; ++p) sum += s.axis[i][p] * s.axis[k][p] * direct[p];
           } else {
-            sum = s.axis[i][q] * s.axis[k][r] * normal[r] + s.axis[i][r] * s.axis[k][q] * crossed[r];
+            sum =
+                s.axis[i][q] * s.axis[k][r] * normal[r] + s.axis[i][r] * s.axis[k][q] * crossed[r];
           }
           transform[q][i][k][r] = volume * sum;
         }
@@ -119,12 +120,14 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
           for (int a = 0; a < n; ++a) {
             for (int i = 0; i < dim; ++i) {
               by_hoop[i] = 0.0;
-              for (int r = 0; r < dim; ++r) by_hoop[i] += s.axis[i][r] * s.tangent[r][2] * current[r][a];
+              for (int r = 0; r < dim; ++r)
+                by_hoop[i] += s.axis[i][r] * s.tangent[r][2] * current[r][a];
             }
             const double hoop = initial_volume[p] * per_value * value[a];
             for (int b = 0; b < n; ++b) {
               const double radial = initial_volume[p] * per_value * value[b];
-              for (int i = 0; i < dim; ++i) local[(a * dim + i) * dim * n + b] += by_hoop[i] * radial;
+              for (int i = 0; i < dim; ++i)
+                local[(a * dim + i) * dim * n + b] += by_hoop[i] * radial;
               for (int k = 0; k < dim; ++k) {
                 double sum = 0.0;
                 for (int r = 0; r < dim; ++r) sum += hoop_by[r][k] * current[r][b];
@@ -136,8 +139,8 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
           }
         }
       }
-      scatter_blocks<dim>(n, stencil.node + stencil.node_start[g], blocks.position + blocks.start[g],
-                          local, matrix);
+      scatter_blocks<dim>(n, stencil.node + stencil.node_start[g],
+                          blocks.position + blocks.start[g], local, matrix);
     });
   });
 }

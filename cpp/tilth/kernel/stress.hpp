@@ -43,18 +43,19 @@ enum class PointStatus : std::int64_t { good = 0, inverted = 1, return_mapping =
 
 /// Trial left Cauchy-Green tensor less the identity: c + X + X^T + X H^T with X = H (1 + c), where
 /// c = b - 1 at the start of the step and H the displacement gradient; exact for small strains.
-TILTH_FUNCTION void trial_deformation(const double h[3][3], const double before[6], double after[6]) {
+TILTH_FUNCTION void trial_deformation(const double h[3][3], const double before[6],
+                                      double after[6]) {
   const double b[3][3] = {{1.0 + before[0], before[3], before[5]},
                           {before[3], 1.0 + before[1], before[4]},
                           {before[5], before[4], 1.0 + before[2]}};
   double x[3][3];
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      x[i][j] = h[i][0] * b[0][j] + h[i][1] * b[1][j] + h[i][2] * b[2][j];
+    for (int j = 0; j < 3; ++j) x[i][j] = h[i][0] * b[0][j] + h[i][1] * b[1][j] + h[i][2] * b[2][j];
   for (int k = 0; k < 6; ++k) {
     const int i = row_of_component[k];
     const int j = column_of_component[k];
-    after[k] = before[k] + x[i][j] + x[j][i] + x[i][0] * h[j][0] + x[i][1] * h[j][1] + x[i][2] * h[j][2];
+    after[k] =
+        before[k] + x[i][j] + x[j][i] + x[i][0] * h[j][0] + x[i][1] * h[j][1] + x[i][2] * h[j][2];
   }
 }
 
@@ -66,7 +67,8 @@ TILTH_FUNCTION double invert(const double f[3][3], double inverse[3][3]) {
       const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
       cofactor[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
     }
-  const double determinant = f[0][0] * cofactor[0][0] + f[0][1] * cofactor[0][1] + f[0][2] * cofactor[0][2];
+  const double determinant =
+      f[0][0] * cofactor[0][0] + f[0][1] * cofactor[0][1] + f[0][2] * cofactor[0][2];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) inverse[i][j] = cofactor[j][i] / determinant;
   return determinant;
@@ -75,14 +77,15 @@ TILTH_FUNCTION double invert(const double f[3][3], double inverse[3][3]) {
 /// (tau_a - tau_b) / (beta_a - beta_b); near equal principal strains the limit
 /// (d tau_a/d eps_a - d tau_a/d eps_b) / (2 beta), whose error is quadratic in the gap.
 TILTH_FUNCTION double shear_stiffness(const double tau[3], const double tangent[3][3],
-                                      const double strain[3], const double beta_minus_one[3],
-                                      int a, int b) {
+                                      const double strain[3], const double beta_minus_one[3], int a,
+                                      int b) {
   const double gap = strain[a] - strain[b];
   const double scale = std::fabs(strain[0]) + std::fabs(strain[1]) + std::fabs(strain[2]);
   const double slope = std::fabs(gap) > 1e-5 * scale
                            ? (tau[a] - tau[b]) / gap
                            : 0.5 * (tangent[a][a] - tangent[a][b] + tangent[b][b] - tangent[b][a]);
-  return slope * logarithm_divided_difference(strain[a], strain[b], beta_minus_one[a], beta_minus_one[b]);
+  return slope *
+         logarithm_divided_difference(strain[a], strain[b], beta_minus_one[a], beta_minus_one[b]);
 }
 
 /// Updates one point; `h` is the displacement gradient of the step (hoop part at [2][2]).
@@ -106,9 +109,9 @@ PointStatus update_point(const Material& material, const double h[3][3], std::in
 
   auto& response = reinterpret_cast<Response<K>*>(arrays.response)[p];
   double elastic[3];
-  if (!material.update(trial, arrays.plastic_before[2 * p], arrays.state_before + arrays.state_width * p,
-                       arrays.state + arrays.state_width * p, response.kirchhoff, elastic,
-                       response.tangent))
+  if (!material.update(
+          trial, arrays.plastic_before[2 * p], arrays.state_before + arrays.state_width * p,
+          arrays.state + arrays.state_width * p, response.kirchhoff, elastic, response.tangent))
     return PointStatus::return_mapping;
 
   double squared = 0.0, work = 0.0;

@@ -55,18 +55,27 @@ template <int Dim, class Body>
 void with_node_count(int nodes, Body&& body) {
   if constexpr (Dim == 2) {
     switch (nodes) {
-      case 4: return body.template operator()<4>();
-      case 6: return body.template operator()<6>();
-      case 9: return body.template operator()<9>();
-      default: return body.template operator()<0>();
+      case 4:
+        return body.template operator()<4>();
+      case 6:
+        return body.template operator()<6>();
+      case 9:
+        return body.template operator()<9>();
+      default:
+        return body.template operator()<0>();
     }
   } else {
     switch (nodes) {
-      case 8: return body.template operator()<8>();
-      case 12: return body.template operator()<12>();
-      case 18: return body.template operator()<18>();
-      case 27: return body.template operator()<27>();
-      default: return body.template operator()<0>();
+      case 8:
+        return body.template operator()<8>();
+      case 12:
+        return body.template operator()<12>();
+      case 18:
+        return body.template operator()<18>();
+      case 27:
+        return body.template operator()<27>();
+      default:
+        return body.template operator()<0>();
     }
   }
 }

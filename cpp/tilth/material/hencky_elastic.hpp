@@ -40,7 +40,8 @@ struct ElasticModuli {
 struct HenckyElastic {
   static constexpr const char* name = "hencky_elastic";
   static constexpr int parameter_count = 2;
-  static constexpr const char* parameter_names[parameter_count] = {"young_modulus", "poisson_ratio"};
+  static constexpr const char* parameter_names[parameter_count] = {"young_modulus",
+                                                                   "poisson_ratio"};
   static constexpr int state_count = 0;
 
   ElasticModuli moduli;

@@ -42,9 +42,9 @@ struct VonMises {
         std::sqrt(2.0 / 3.0) * (yield_stress + hardening_modulus * plastic_strain);
     const double excess = twice_shear * trial_norm - radius;
 
-    double multiplier = 0.0;    // plastic multiplier = ||plastic strain increment||
-    double deviatoric = 1.0;    // factor on the deviatoric trial stress
-    double radial = 0.0;        // loss of stiffness along the flow direction
+    double multiplier = 0.0;  // plastic multiplier = ||plastic strain increment||
+    double deviatoric = 1.0;  // factor on the deviatoric trial stress
+    double radial = 0.0;      // loss of stiffness along the flow direction
     if (excess > 0.0) {
       const double slope = twice_shear + 2.0 / 3.0 * hardening_modulus;
       multiplier = excess / slope;
@@ -56,7 +56,8 @@ struct VonMises {
       elastic[a] = trial[a] - multiplier * direction[a];
       for (int b = 0; b < 3; ++b) {
         const double projector = (a == b ? 1.0 : 0.0) - 1.0 / 3.0;
-        tangent[a][b] = bulk + twice_shear * (deviatoric * projector - radial * direction[a] * direction[b]);
+        tangent[a][b] =
+            bulk + twice_shear * (deviatoric * projector - radial * direction[a] * direction[b]);
       }
     }
     moduli.stress(elastic, tau);

@@ -40,9 +40,8 @@ class NestedDissection {
     if (longest < reach_ + 1) return;
     const std::int64_t plane = low + (longest + 1 - reach_) / 2;
     const auto first = node_.begin();
-    const auto below = std::stable_partition(first + begin, first + end, [&](std::int64_t v) {
-      return lattice_[3 * v + axis] < plane;
-    });
+    const auto below = std::stable_partition(
+        first + begin, first + end, [&](std::int64_t v) { return lattice_[3 * v + axis] < plane; });
     const auto above = std::stable_partition(below, first + end, [&](std::int64_t v) {
       return lattice_[3 * v + axis] >= plane + reach_;
     });

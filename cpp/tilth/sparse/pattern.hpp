@@ -63,7 +63,7 @@ inline Pattern block_pattern(std::int64_t nodes, const NodeGroups& groups) {
 
 /// Positions of a group's blocks: per row node one entry for each run of consecutive columns.
 struct Positions {
-  std::vector<std::int64_t> start;      // (groups)
+  std::vector<std::int64_t> start;  // (groups)
   std::vector<std::int32_t> position;
 };
 
@@ -89,7 +89,8 @@ inline Positions block_positions(const NodeGroups& groups, const std::int64_t* r
       const std::int32_t* row_end = column + row_start[groups.node[a] + 1];
       for (std::int64_t b = begin; b < end; ++b)
         if (b == begin || groups.node[b] != groups.node[b - 1] + 1)
-          *out++ = static_cast<std::int32_t>(std::lower_bound(row, row_end, groups.node[b]) - column);
+          *out++ =
+              static_cast<std::int32_t>(std::lower_bound(row, row_end, groups.node[b]) - column);
     }
   }
   return result;

@@ -18,13 +18,17 @@ IntArray = npt.NDArray[np.int64]
 
 
 class Element(Protocol):
-    """An element type. `mirror` renumbers its corners for the other orientation."""
+    """An element type."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """What the element is called in messages."""
+        ...
 
     @property
-    def mirror(self) -> list[int]: ...
+    def mirror(self) -> list[int]:
+        """The order of the corners that turns the element's orientation round."""
+        ...
 
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
         """Centroids (n, cuts^d, d) and signed volumes (n, cuts^d) of the elements' pieces.
@@ -49,6 +53,7 @@ class Simplex:
     mirror: list[int]
 
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+        """As `Element.pieces`."""
         dimension = corners.shape[2]
         weight = simplex_weights(dimension, cuts)
         volume = self.corner_jacobians(corners) / math.factorial(dimension) / len(weight)
@@ -56,6 +61,7 @@ class Simplex:
         return centroid, np.repeat(volume, len(weight), axis=1)
 
     def corner_jacobians(self, corners: FloatArray) -> FloatArray:
+        """As `Element.corner_jacobians`."""
         jacobian: FloatArray = np.linalg.det(corners[:, 1:] - corners[:, :1])
         return jacobian[:, None]
 
@@ -69,6 +75,7 @@ class Brick:
     corner: IntArray
 
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+        """As `Element.pieces`."""
         # The Jacobian times the position has degree 3 along each reference axis: two Gauss
         # points per piece and direction integrate volume and centroid exactly.
         dimension = corners.shape[2]
@@ -86,6 +93,7 @@ class Brick:
         return centroid, volume / cuts**dimension
 
     def corner_jacobians(self, corners: FloatArray) -> FloatArray:
+        """As `Element.corner_jacobians`."""
         _, gradient = self._shape(self.corner.astype(float))
         jacobian: FloatArray = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
         return jacobian

@@ -69,7 +69,7 @@ class Conditions:
     @property
     def held(self) -> Flags:
         """Which degrees of freedom are prescribed, shape (nodes, dim)."""
-        return self.holder != NOBODY
+        return np.asarray(self.holder != NOBODY)
 
     def resultants(self, reaction: Floats) -> dict[str, Floats]:
         """Returns the force of each boundary on the soil [force], shape (dim,), by name.
@@ -100,7 +100,7 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags) -> None:
         modes = _rigid_modes(position - centre, active.grid.cell_size, kind)
         restricted = np.array([mode[held[nodes]] for _, mode in modes])
         left = np.linalg.svd(restricted @ restricted.T)
-        null = left.U[:, left.S <= 1e-12 * len(nodes)]
+        null = left.U[:, 1e-12 * len(nodes) >= left.S]
         if null.shape[1] == 0:
             continue
         names = [name for (name, _), row in zip(modes, null, strict=True) if abs(row).max() > 1e-6]

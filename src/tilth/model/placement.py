@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.shapes import Circle
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -54,7 +55,8 @@ def _out_of_bounds(model: Model) -> Iterator[Problem]:
         if bounds is None:
             continue
         lower, upper = bounds
-        if model.analysis.kind == "axisymmetric" and lower[0] < -slack[0]:
+        ball = isinstance(body.shape, Circle) and body.shape.centre[0] == 0.0
+        if model.analysis.kind == "axisymmetric" and lower[0] < -slack[0] and not ball:
             what = f"the body reaches x = {lower[0]:g}, but x is the radius in axisymmetry"
             yield Problem(f"bodies[{i}].shape", what, "keep the body at x >= 0")
         if limits is None:

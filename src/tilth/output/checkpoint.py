@@ -56,7 +56,9 @@ def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str
                             raise ValueError(f"{name} is longer than its header says")
                         arrays[name.removesuffix(".npy")] = values
     except FileNotFoundError:
-        raise BadInput(f"{path} does not exist: there is nothing to resume, run anew") from None
+        raise BadInput(
+            f"{path} does not exist: there is nothing to resume", "run the case anew"
+        ) from None
     except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
-        raise BadInput(f"{path} is damaged ({error}): run the case anew") from error
+        raise BadInput(f"{path} is damaged ({error})", "run the case anew") from error
     return arrays, meta

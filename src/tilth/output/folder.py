@@ -44,15 +44,16 @@ def prepare_output_folder(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise BadInput(f"{folder} is a file, not a folder: choose another --out") from None
+        raise BadInput(f"{folder} is a file, not a folder", "choose another with --out") from None
     except OSError as error:
         raise BadInput(
-            f"the output folder {folder} cannot be made ({error.strerror}): choose another --out"
+            f"the output folder {folder} cannot be made: {error.strerror}",
+            "choose another with --out",
         ) from error
     if not overwrite and any(folder.iterdir()):
         raise BadInput(
-            f"the output folder {folder} is not empty: use --overwrite to replace an earlier run, "
-            "or choose another with --out"
+            f"the output folder {folder} is not empty",
+            "use --overwrite to replace an earlier run, or choose another with --out",
         )
     for pattern in OWN_FILES:
         for file in folder.glob(pattern):

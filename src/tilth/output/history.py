@@ -25,6 +25,7 @@ class HistoryWriter:
     """
 
     def __init__(self, path: Path | str, columns: Sequence[tuple[str, str]]) -> None:
+        """Start a new file, replacing any at ``path``."""
         self.path = Path(path)
         self._count = len(columns)
         write_durably(self.path, _row([*FIRST_COLUMNS, *_headings(columns)]).encode())
@@ -42,7 +43,7 @@ class HistoryWriter:
         path = Path(path)
         lines = _complete_lines(path)
         if not lines or lines[0] != _row([*FIRST_COLUMNS, *_headings(columns)]):
-            raise BadInput(f"{path}: the columns are not those of this case; start the run anew")
+            raise BadInput(f"{path}: the columns are not those of this case", "run the case anew")
         kept = [lines[0]]
         kept += [line for line in lines[1:] if int(line.split(",", 1)[0]) <= last_step]
         write_durably(path, "".join(kept).encode())

@@ -27,6 +27,7 @@ class RunLog:
     """
 
     def __init__(self, path: Path | str, resume: bool = False) -> None:
+        """Start a new log, or continue the one at ``path``."""
         self.path = Path(path)
         self.warnings: list[str] = []
         self._cuts = 0

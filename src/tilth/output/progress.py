@@ -32,6 +32,7 @@ class Progress:
         console: Console | None = None,
         seconds_between_lines: float = 5.0,
     ) -> None:
+        """Nothing is shown before the context is entered."""
         self._start, self._end, self._points = start, end, points
         self._quiet = quiet
         self._console = console
@@ -42,6 +43,7 @@ class Progress:
         self._live: tuple[RichProgress, TaskID] | None = None
 
     def __enter__(self) -> Self:
+        """Show the bar."""
         if self._quiet:
             return self
         from rich.console import Console
@@ -75,6 +77,7 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        """Leave the bar as it is and give the terminal back."""
         if self._live is not None:
             self._live[0].stop()
             self._live = None

@@ -30,6 +30,7 @@ class ResultsWriter:
     """
 
     def __init__(self, path: Path | str, *, title: str = "", units: Mapping[str, str]) -> None:
+        """Raises ``BadInput`` where there is a file at ``path``."""
         self.path = Path(path)
         self._shadow = shadow_path(self.path)
         self._title = title
@@ -38,7 +39,9 @@ class ResultsWriter:
         self._behind: list[Snapshot] | None = []
         """Snapshots the shadow lacks; None where the shadow cannot be used."""
         if self.path.exists():
-            raise BadInput(f"{self.path} exists already: resume that run or choose another folder")
+            raise BadInput(
+                f"{self.path} exists already", "resume that run or choose another folder"
+            )
         self._remove_shadow()
 
     @classmethod
@@ -127,9 +130,11 @@ class Results:
             return read_snapshot(file, range(len(self.steps))[index])
 
     def __iter__(self) -> Iterator[Snapshot]:
+        """All outputs, one after the other."""
         return (self.snapshot(index) for index in range(len(self.steps)))
 
     def __len__(self) -> int:
+        """Number of outputs."""
         return len(self.steps)
 
 
@@ -138,7 +143,7 @@ def read_results(path: Path | str) -> Results:
     path = Path(path)
     with _open_to_read(path) as file:
         if "tilth" not in file or "VTKHDF" not in file:
-            raise BadInput(f"{path} was not written by tilth: name the folder of a tilth run")
+            raise BadInput(f"{path} was not written by tilth", "name the folder of a tilth run")
         info = file["tilth"]
         return Results(
             path=path,
@@ -167,6 +172,6 @@ def _open_to_read(path: Path) -> Any:
     try:
         return h5py.File(path, "r")
     except FileNotFoundError:
-        raise BadInput(f"{path} does not exist: name the folder of a tilth run") from None
+        raise BadInput(f"{path} does not exist", "name the folder of a tilth run") from None
     except OSError as error:
         raise BadInput(f"{path} cannot be read as HDF5: {error}") from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from tilth.errors import BadInput
 from tilth.solvers.pardiso import Pardiso
-from tilth.solvers.protocol import Solution, Solver, SolveFailed
+from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
 

@@ -29,12 +29,12 @@ class Pardiso:
 
     def setup(self, matrix: sp.csc_matrix, near_null_space: Floats | None = None) -> None:
         """Factorises `matrix`; `near_null_space` is not needed."""
-        from pypardiso import PyPardisoError
+        from pypardiso.pardiso_wrapper import PyPardisoError
 
         self._matrix = sp.csr_matrix(matrix)
         try:
             self._pardiso.factorize(self._matrix)
-        except PyPardisoError as error:
+        except (PyPardisoError, ValueError) as error:  # ValueError: an empty row
             raise SolveFailed(f"the linear system is singular ({error})") from error
 
     def solve(self, right_side: Floats) -> Solution:

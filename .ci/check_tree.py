@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rules of CONTRIBUTING.md that no linter knows: length of files, licence lines, the core's stub."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+LONGEST = 500
+ROOT = Path(__file__).parents[1]
+
+
+def tracked_sources() -> list[Path]:
+    listed = subprocess.run(
+        ["git", "ls-files", "*.py", "*.hpp", "*.cpp", ".ci/run"],
+        cwd=ROOT, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    return [ROOT / name for name in listed.stdout.split()]
+
+
+def problems() -> list[str]:
+    found = []
+    for source in tracked_sources():
+        name = source.relative_to(ROOT)
+        lines = source.read_text(encoding="utf-8").splitlines()
+        if len(lines) > LONGEST:
+            found.append(f"{name}: {len(lines)} lines, at most {LONGEST} are allowed")
+        if source.suffix and not any("SPDX-License-Identifier" in line for line in lines[:2]):
+            found.append(f"{name}: no SPDX licence line at the top")
+    with tempfile.TemporaryDirectory() as folder:
+        stub = Path(folder) / "_core.pyi"
+        generate = ["-m", "nanobind.stubgen", "-q", "-m", "tilth._core", "-o", str(stub)]
+        subprocess.run([sys.executable, *generate], check=True)
+        if stub.read_text() != (ROOT / "src/tilth/_core.pyi").read_text():
+            found.append(f"src/tilth/_core.pyi is out of date: python {' '.join(generate[:-1])} it")
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit("\n".join(problems()))

@@ -1,0 +1,94 @@
+"""Kernels of tilth: flat arrays in, flat arrays out, no hidden state."""
+
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+
+def set_threads(threads: int) -> None:
+    """Number of threads of all following kernels."""
+
+def threads() -> int:
+    """Number of threads in use."""
+
+def basis_names() -> list[str]:
+    """Names of the bases, in the order of basis/list.hpp."""
+
+def support_keys(basis: str, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu')]) -> int:
+    """
+    Fills the support key of each point; returns how many are out of reach (key -1).
+    """
+
+def group_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32]]:
+    """
+    Groups of sorted keys: start (g+1), first node (g,3), nodes per direction (g,3).
+    """
+
+def active_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+    """Sorted keys of all touched nodes."""
+
+def lattice(keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+    """Lattice places (n,3) of node keys."""
+
+def node_keys(places: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+    """Keys of lattice places (n,3)."""
+
+def group_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int32]:
+    """Node numbers of each group, x fastest."""
+
+def basis_values(basis: str, start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills basis values and gradients of all points."""
+
+def colour_groups(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
+    """Colours of buckets: colour_start, order, bucket_start."""
+
+def materials() -> dict[str, tuple[list[str], int]]:
+    """Name -> (parameter names, number of state variables)."""
+
+def response_size(kind: str) -> int:
+    """Doubles per point that stress_update leaves."""
+
+def elastic_deformation(kind: str, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills exp(2 strain) - 1, six components a point."""
+
+def stress_update(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic_deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], increment: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> tuple[int, int]:
+    """
+    Stress update of all points; returns (point, status): (-1, 0) or the first failure (status 1: inverted, 2: return mapping).
+    """
+
+def internal_force(kind: str, stencil: object, initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds the internal force to force (nodes, dim)."""
+
+def stiffness(kind: str, stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds the consistent stiffness to the blocks (entries, dim, dim)."""
+
+def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds sum_p S_a vector_p to nodal."""
+
+def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the points' interpolated vectors."""
+
+def advance(kind: str, increment: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], cauchy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Deformation gradient and Cauchy stress after a converged step."""
+
+def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Half lengths of domains from the deformation gradient."""
+
+def move_domain_faces(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Half lengths of domains from their moved faces."""
+
+def elastic_energy(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], energy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Elastic energy per unit initial volume of each point."""
+
+def principal_update(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_strain: float, state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
+    """Return mapping of one point in principal axes; true on success."""
+
+def block_pattern(nodes: int, node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32]]:
+    """Rows and sorted columns of all pairs of nodes that share a group."""
+
+def block_positions(node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32]]:
+    """Where each group's blocks stand in the pattern."""
+
+def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
+    """Node numbers in a fill-reducing order of elimination."""

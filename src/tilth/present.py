@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is shown of a model and of a run: the picture of the set-up, and the report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from tilth.boundaries.affine import Affine
+from tilth.boundaries.nodal import Nodal
+from tilth.errors import BadInput
+from tilth.grid import ActiveGrid
+from tilth.loads import Loads
+from tilth.model import AffineBoundary, BodyForce, Model, PointForce
+from tilth.output.folder import MODEL
+from tilth.report.setup_data import Condition, Load, Setup
+from tilth.simulation import Simulation
+
+
+def load_model(folder: Path) -> Model:
+    """Returns the model that a run in `folder` computes.
+
+    Raises:
+        BadInput: `folder` is not that of a run.
+    """
+    try:
+        entries = json.loads((folder / MODEL).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(
+            f"{folder / MODEL} cannot be read: {error}", "name the folder of a tilth run"
+        ) from error
+    return Model.from_dict(entries)
+
+
+def write_report(folder: Path) -> Path:
+    """Writes report.html into the folder of a run, finished or not; returns its path.
+
+    Raises:
+        BadInput: `folder` is not that of a run.
+    """
+    from tilth.report.html import write_report as write
+
+    model = load_model(folder)
+    return write(folder, model.to_dict(), setup=setup_of(model))
+
+
+def setup_of(model: Model) -> Setup:
+    """Returns what the picture of a model's set-up shows.
+
+    Raises:
+        BadInput: the model cannot be computed (see `Simulation.check`).
+    """
+    simulation = Simulation(model)
+    active = simulation.check()
+    points = simulation.points
+    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
+    return Setup(
+        title=model.title,
+        dim=model.dimension,
+        length_unit=model.units.length,
+        position=points.position,
+        half_lengths=points.half_length,
+        body_id=points.body_id,
+        body_names=[body.name for body in model.bodies],
+        cell_size=simulation.grid.cell_size,
+        origin=simulation.grid.origin,
+        conditions=[
+            _condition(simulation, boundary, active, number)
+            for number, boundary in enumerate(simulation.boundaries)
+        ],
+        loads=_loads(model, simulation),
+        body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
+        force_unit=model.units.force,
+        kind=model.analysis.kind,
+    )
+
+
+def _condition(
+    simulation: Simulation, boundary: object, active: ActiveGrid, number: int
+) -> Condition:
+    declared = simulation.model.boundaries[number]
+    assert isinstance(boundary, (Nodal, Affine))
+    prescribed = boundary.prescribe(active, 0.0, simulation.model.schedule.end)
+    nodes = prescribed.held.any(axis=1)
+    moving = bool(prescribed.increment.any())
+    return Condition(
+        name=boundary.name,
+        kind="affine" if isinstance(declared, AffineBoundary) else declared.condition,
+        position=active.position[nodes],
+        constrained=prescribed.held[nodes],
+        displacement=prescribed.increment[nodes] if moving else None,
+    )
+
+
+def _loads(model: Model, simulation: Simulation) -> list[Load]:
+    points = simulation.points
+    loads = []
+    for declared, ids in Loads(model, points).on_points:
+        assert isinstance(declared, PointForce)
+        place = points.position[points.index_of(ids)]
+        force = np.array(declared.force) * model.factor(declared, model.schedule.end)
+        loads.append(
+            Load(
+                name=f"point force on {declared.body}",
+                position=place,
+                force=np.tile(force / len(ids), (len(ids), 1)),
+            )
+        )
+    return loads

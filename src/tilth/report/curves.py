@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Plots of the history: tracked quantities, and how Newton's method converged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..output.history import FIRST_COLUMNS
+from ..output.snapshot import FloatArray
+from .fields import with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LINE = "#1d3557"
+
+
+def draw_curves(history: Mapping[str, FloatArray], time_unit: str) -> Figure | None:
+    """Every tracked quantity against time; None where nothing was tracked."""
+    from matplotlib.figure import Figure
+
+    names = [name for name in history if name not in FIRST_COLUMNS]
+    if not names:
+        return None
+    columns = 1 if len(names) == 1 else 2
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(4.6 * columns + 0.4, 2.9 * rows), layout="constrained")
+    for index, name in enumerate(names):
+        axes = figure.add_subplot(rows, columns, index + 1)
+        few = len(history["time"]) <= 60
+        axes.plot(
+            history["time"],
+            history[name],
+            color=LINE,
+            linewidth=1.3,
+            marker="o" if few else None,
+            markersize=3,
+        )
+        axes.set_xlabel(with_unit("time", time_unit), fontsize=9)
+        axes.set_ylabel(name, fontsize=9)
+        axes.tick_params(labelsize=8)
+        axes.ticklabel_format(axis="y", scilimits=(-3, 5))
+        axes.grid(color="0.9", linewidth=0.6)
+        axes.set_axisbelow(True)
+    return figure
+
+
+def draw_newton(
+    steps: FloatArray, iterations: FloatArray, residuals: Sequence[float], last_step: int
+) -> Figure:
+    """Iterations of every step, shape (rows,), and the residuals of the last step."""
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(9.6, 2.9), layout="constrained")
+    left = figure.add_subplot(1, 2, 1)
+    left.vlines(steps, 0.0, iterations, color="0.8", linewidth=1.0)
+    left.plot(steps, iterations, "o", color=LINE, markersize=3)
+    left.set_xlabel("step", fontsize=9)
+    left.set_ylabel("Newton iterations", fontsize=9)
+    left.set_ylim(0.0, 1.15 * max(float(iterations.max(initial=0.0)), 1.0))
+    left.xaxis.set_major_locator(MaxNLocator(integer=True))
+    left.yaxis.set_major_locator(MaxNLocator(integer=True))
+    right = figure.add_subplot(1, 2, 2)
+    shown = np.maximum(np.asarray(residuals, dtype=np.float64), 1e-300)
+    if len(shown):
+        right.semilogy(np.arange(len(shown)), shown, "o-", color=LINE, markersize=4)
+        right.xaxis.set_major_locator(MaxNLocator(integer=True))
+    right.set_xlabel(f"Newton iteration of step {last_step}", fontsize=9)
+    right.set_ylabel("relative residual", fontsize=9)
+    for axes in (left, right):
+        axes.tick_params(labelsize=8)
+        axes.grid(color="0.9", linewidth=0.6)
+        axes.set_axisbelow(True)
+    return figure

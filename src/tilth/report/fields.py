@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Names, units and scalar values of the fields a picture can be coloured by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..errors import BadInput
+from ..output.snapshot import FloatArray, Snapshot
+
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+AXES = ("x", "y", "z")
+
+
+def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tuple[FloatArray, str]:
+    """Values of a point field, shape (n,), and its full name with the unit.
+
+    ``name`` is a field, or a field and a component: ``displacement`` (its magnitude),
+    ``displacement_y``, ``cauchy_stress_yy``, ``cauchy_stress_mean`` (a third of the trace),
+    ``cauchy_stress_von_mises``, ``plastic_strain``, ``volume``. Raises ``BadInput`` with the names
+    there are for any other.
+    """
+    fields = snapshot.point_fields
+    field = next((key for key in fields if name == key or name.startswith(f"{key}_")), None)
+    component = name[len(field) + 1 :] if field is not None else ""
+    if field is not None:
+        values = np.asarray(fields[field], dtype=np.float64)
+        scalar = _component(values, component)
+        if scalar is not None:
+            title = "equivalent plastic strain" if field == "plastic_strain" else field
+            if values.ndim == 2 and values.shape[1] == snapshot.dim:
+                component = component or "magnitude"
+            words = [title.replace("_", " "), component.replace("_", " ")]
+            text = " ".join(word for word in words if word).capitalize()
+            text = text.replace("von mises", "von Mises")
+            return scalar, f"{text} [{_unit(field, units)}]"
+    known = ", ".join(sorted(fields))
+    raise BadInput(
+        "is no field of the results",
+        f"there are {known}, and components of them (_x, _y, _xx, _xy, _mean, _von_mises)",
+        key="output.colour_by",
+        value=name,
+    )
+
+
+def with_unit(name: str, unit: str) -> str:
+    """``name [unit]``, or the name alone where there is no unit."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _component(values: FloatArray, component: str) -> FloatArray | None:
+    """One number per point; None where the field has no such component."""
+    if values.ndim == 1:
+        return values if component == "" else None
+    if values.ndim == 2 and values.shape[1] == 6:
+        if component == "mean":
+            return np.asarray(values[:, :3].mean(axis=1))
+        if component == "von_mises":
+            deviator = values.copy()
+            deviator[:, :3] -= values[:, :3].mean(axis=1, keepdims=True)
+            square = (deviator[:, :3] ** 2).sum(axis=1) + 2.0 * (deviator[:, 3:] ** 2).sum(axis=1)
+            return np.asarray(np.sqrt(1.5 * square))
+        return values[:, TENSOR.index(component)] if component in TENSOR else None
+    if values.ndim == 2:
+        if component in ("", "magnitude"):
+            return np.asarray(np.linalg.norm(values, axis=1))
+        names = AXES[: values.shape[1]]
+        return values[:, names.index(component)] if component in names else None
+    names9 = [a + b for a in AXES for b in AXES]
+    flat = values.reshape(len(values), 9)
+    return flat[:, names9.index(component)] if component in names9 else None
+
+
+def _unit(field: str, units: Mapping[str, str]) -> str:
+    if field in ("displacement", "domain"):
+        return units.get("length", "") or "-"
+    if field == "cauchy_stress":
+        return units.get("stress", "") or "-"
+    if field == "volume":
+        return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"
+    return "-"

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""``report.html``: one page that tells what was run and what came out, readable offline."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import BadInput
+from ..output.files import write_durably
+from ..output.folder import HISTORY, LOG, MODEL, REPORT, RESULTS, SETUP
+from ..output.history import read_history
+from ..output.log import LogContents, read_log
+from ..output.vtkhdf import Results, read_results
+from .curves import draw_curves, draw_newton
+from .pictures import draw_frames
+from .setup import Setup, draw_setup
+from .style import CSS
+from .tables import facts_table, model_tables
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_FRAMES = 6
+
+
+def write_report(
+    folder: Path | str,
+    summary: Mapping[str, Any] | None = None,
+    *,
+    setup: Setup | None = None,
+) -> Path:
+    """Write ``report.html`` into the folder of a run, finished or not; returns its path.
+
+    ``summary`` is the declared model as nested mappings and lists, read from ``model.json`` of the
+    folder if not given. The set-up is drawn from ``setup``, or else ``setup.png`` of the folder is
+    used. Raises ``BadInput`` where the folder holds no run.
+    """
+    if summary is None:
+        summary = _read_model(Path(folder) / MODEL)
+    kind = str(summary.get("analysis", {}).get("kind", ""))
+    colour_by = str(summary.get("output", {}).get("colour_by", "displacement"))
+    folder = Path(folder)
+    results = read_results(folder / RESULTS)
+    history = read_history(folder / HISTORY)
+    log = read_log(folder / LOG)
+    title = results.title or folder.resolve().name
+    parts = [_header(title, kind, results, log)]
+    picture = _setup_picture(folder, setup)
+    if picture:
+        parts.append(_section("Set-up", picture))
+    parts.append(_section("Deformed states", _frames(results, kind, colour_by)))
+    curves = draw_curves(history, results.units.get("time", ""))
+    content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
+    parts.append(_section("Tracked quantities", content))
+    parts.append(_section("Convergence", _convergence(history, log)))
+    parts.append(_section("Warnings and step cuts", _warnings(log)))
+    parts.append(_section("The model", model_tables(summary)))
+    parts.append(_section("Looking at the results", _HOW_TO_OPEN))
+    page = (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{CSS}</style>\n</head>\n<body>\n<main>\n"
+        + "\n".join(parts)
+        + f"\n</main>\n<footer>tilth {escape(log.facts.get('tilth', ''))}</footer>\n"
+        "</body>\n</html>\n"
+    )
+    path = folder / REPORT
+    write_durably(path, page.encode())
+    return path
+
+
+def _read_model(path: Path) -> dict[str, Any]:
+    try:
+        model = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path} cannot be read: {error}", "name the folder of a tilth run") from (
+            error
+        )
+    return dict(model)
+
+
+_HOW_TO_OPEN = """<ul>
+<li><code>results.vtkhdf</code> holds all outputs. Open it in ParaView (5.13 or newer), press
+<em>Apply</em>, choose a block (<em>points</em> or <em>grid</em>) in the MultiBlock Inspector and
+<em>Point Gaussian</em> as representation of the points. The play button steps through the times.
+It can also be read with h5py, or with <code>tilth.output.read_results</code>.</li>
+<li><code>history.csv</code> has one row per step with all tracked quantities; any spreadsheet reads
+it.</li>
+<li><code>log.txt</code> has the residuals of all Newton iterations.</li>
+</ul>"""
+
+
+def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
+    """Title, state of the run and its key numbers."""
+    units = ", ".join(unit for unit in results.units.values() if unit)
+    seconds = "unknown" if log.seconds is None else f"{log.seconds:,.1f} s"
+    kinds = {"plane_strain": "plane strain", "axisymmetric": "axisymmetric", "3d": "3D"}
+    facts = {
+        "analysis": kinds.get(kind, kind),
+        "points": log.facts.get("points", ""),
+        "active cells at the start": log.facts.get("active cells", ""),
+        "last step": f"{log.last_step}, time {results.times[-1]:.4g} at the last output",
+        "outputs": str(len(results)),
+        "units": units,
+        "threads": log.facts.get("threads", ""),
+        "time taken": seconds,
+        "date": log.facts.get("date", ""),
+    }
+    if log.finished:
+        state = '<p class="state good">The run reached the end of its schedule.</p>'
+    else:
+        reason = f": {escape(log.failure)}" if log.failure else ", for example by an interrupt"
+        state = (
+            '<p class="state bad"><strong>This run is incomplete.</strong> It stopped before the '
+            f"end of its schedule{reason}. What follows is the state reached.</p>"
+        )
+    shown = {name: value for name, value in facts.items() if value}
+    return f"<h1>{escape(title)}</h1>\n{state}\n{facts_table(shown)}"
+
+
+def _setup_picture(folder: Path, setup: Setup | None) -> str:
+    if setup is not None:
+        return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
+    file = folder / SETUP
+    return (
+        _png(file.read_bytes(), "Set-up: points, grid, conditions and loads")
+        if (file.exists())
+        else ""
+    )
+
+
+def _frames(results: Results, kind: str, colour_by: str) -> str:
+    """Up to six outputs, evenly chosen, the first and the last among them."""
+    count = min(len(results), MOST_FRAMES)
+    chosen = np.unique(np.round(np.linspace(0, len(results) - 1, count)).astype(int))
+    figure = draw_frames(
+        [results.snapshot(int(index)) for index in chosen],
+        colour_by,
+        results.units,
+        axisymmetric=kind == "axisymmetric",
+    )
+    note = "Displacements are not magnified."
+    if len(chosen) < len(results):
+        note = f"{len(chosen)} of {len(results)} outputs. " + note
+    return _image(figure, f"Deformed points coloured by {colour_by}") + f"<p>{note}</p>"
+
+
+def _convergence(history: Mapping[str, Any], log: LogContents) -> str:
+    moved = history["step"] > 0
+    iterations = history["iterations"][moved]
+    figure = draw_newton(history["step"][moved], iterations, log.last_residuals, log.last_step)
+    text = ""
+    if len(iterations):
+        text = (
+            f"<p>{len(iterations)} steps, {int(iterations.sum())} Newton iterations: on average "
+            f"{iterations.mean():.1f}, at most {int(iterations.max())} a step.</p>"
+        )
+    return _image(figure, "Newton iterations per step and residuals of the last step") + text
+
+
+def _warnings(log: LogContents) -> str:
+    warnings = "<p>Warnings: none.</p>"
+    if log.warnings:
+        items = "".join(f"<li>{escape(text)}</li>" for text in log.warnings)
+        warnings = f'<ul class="warnings">{items}</ul>'
+    cuts = "<p>Step cuts: none.</p>"
+    if log.cuts:
+        items = "".join(f"<li>{escape(text)}</li>" for text in log.cuts)
+        cuts = f"<p>Step cuts: {len(log.cuts)}.</p><ul>{items}</ul>"
+    return warnings + cuts
+
+
+def _section(heading: str, content: str) -> str:
+    return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>"
+
+
+def _image(figure: Figure, text: str) -> str:
+    """The figure as an image inside the page; ``text`` for those who cannot see it."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130)
+    return _png(buffer.getvalue(), text)
+
+
+def _png(content: bytes, text: str) -> str:
+    data = base64.b64encode(content).decode()
+    return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'

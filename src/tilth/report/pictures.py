@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Deformed points coloured by a field, several outputs side by side with one colour scale."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..output.snapshot import FloatArray, Snapshot
+from .fields import field_values, with_unit
+from .outer import outer_points
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
+
+MOST_DOMAINS = 60_000
+MOST_OUTER_POINTS = 30_000
+_NARROWEST = 7.0
+"""Largest ratio of the sides that is drawn to scale."""
+
+
+def draw_frames(
+    snapshots: Sequence[Snapshot],
+    colour_by: str,
+    units: Mapping[str, str],
+    *,
+    axisymmetric: bool = False,
+) -> Figure:
+    """One panel per snapshot, all with the same axes and the same colours.
+
+    ``colour_by`` is a name that :func:`tilth.report.fields.field_values` knows. In 2D the points'
+    domains are filled, in 3D the points that can be seen from outside are drawn. Bodies more than
+    seven times longer than wide are drawn with the narrow side stretched; the picture says so.
+    """
+    from matplotlib.figure import Figure
+
+    dim = snapshots[0].dim
+    coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
+    values = [pair[0] for pair in coloured]
+    colours = _colours(values)
+    lower, upper = _extent(snapshots)
+    size = upper - lower
+    rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
+    stretch = 1.0
+    if dim == 2:
+        ratio = float(size[1] / size[0])
+        if ratio > _NARROWEST:
+            stretch = ratio / 5.0
+        elif ratio < 1.0 / _NARROWEST:
+            stretch = ratio * 5.0
+        shown = ratio / stretch
+        width = min(10.0 / columns, 6.0 / shown)
+        height = max(width * shown, 1.1)
+        figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
+    else:
+        figsize = (columns * 3.5 + 1.2, rows * 3.2 + 0.3)
+    figure = Figure(figsize=figsize, layout="constrained")
+    panels: list[Any] = []
+    for index, (snapshot, value) in enumerate(zip(snapshots, values, strict=True)):
+        first = panels[0] if panels else None
+        if dim == 2:
+            axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
+            _draw_plane(axes, snapshot, value, colours)
+            _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
+            axes.label_outer()
+        else:
+            axes = figure.add_subplot(rows, columns, index + 1, projection="3d")
+            _draw_space(axes, snapshot, value, colours, lower, upper, units.get("length", ""))
+        axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
+        panels.append(axes)
+    bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=0.02)
+    bar.set_label(coloured[0][1], fontsize=9)
+    bar.ax.tick_params(labelsize=8)
+    bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
+    if stretch > 1.001:
+        figure.supxlabel(f"horizontal scale stretched {stretch:.3g} times", fontsize=8)
+    elif stretch < 0.999:
+        figure.supxlabel(f"vertical scale stretched {1 / stretch:.3g} times", fontsize=8)
+    return figure
+
+
+def _colours(values: Sequence[FloatArray]) -> ScalarMappable:
+    """One scale for all frames: diverging about zero where the values really have both signs."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    low = min(float(value.min()) for value in values)
+    high = max(float(value.max()) for value in values)
+    largest = max(abs(low), abs(high))
+    if min(-low, high) > 0.05 * largest:
+        return ScalarMappable(Normalize(-largest, largest), "RdBu_r")
+    if high - low <= 1e-12 * largest or largest == 0.0:
+        margin = 1e-3 * largest or 1.0
+        low, high = low - margin * (low != 0.0), high + margin
+    return ScalarMappable(Normalize(low, high), "viridis")
+
+
+def _extent(snapshots: Sequence[Snapshot]) -> tuple[FloatArray, FloatArray]:
+    """Corners that hold all frames with a small margin."""
+    corners = []
+    for snapshot in snapshots:
+        half = snapshot.point_fields.get("domain", 0.0)
+        corners += [snapshot.position - half, snapshot.position + half]
+    lower = np.min([corner.min(axis=0) for corner in corners], axis=0)
+    upper = np.max([corner.max(axis=0) for corner in corners], axis=0)
+    margin = np.maximum(0.03 * (upper - lower), 1e-9 * float(np.abs(upper).max()) + 1e-300)
+    return lower - margin, upper + margin
+
+
+def _arrangement(count: int, ratio: float) -> tuple[int, int]:
+    """Rows and columns for panels ``ratio`` times as wide as high on a page wider than high."""
+    if ratio < 0.6 or count == 1:
+        return 1, count
+    columns = 1 if ratio > 3.5 and count <= 4 else 2 if ratio > 1.3 or count <= 4 else 3
+    return -(-count // columns), columns
+
+
+def _set_axes(
+    axes: Axes,
+    lower: FloatArray,
+    upper: FloatArray,
+    stretch: float,
+    unit: str,
+    axisymmetric: bool,
+) -> None:
+    axes.set_aspect(1.0 / stretch)
+    axes.set_xlim(lower[0], upper[0])
+    axes.set_ylim(lower[1], upper[1])
+    axes.set_xlabel(with_unit("r" if axisymmetric else "x", unit), fontsize=9)
+    axes.set_ylabel(with_unit("y", unit), fontsize=9)
+    axes.tick_params(labelsize=8)
+    if stretch > 1.0 or (upper - lower)[1] > 2.5 * (upper - lower)[0]:
+        axes.locator_params(axis="x", nbins=3)
+    axes.set_facecolor("0.97")
+
+
+def _draw_plane(
+    axes: Axes, snapshot: Snapshot, values: FloatArray, colours: ScalarMappable
+) -> None:
+    """Filled domains; dots of the points' spacing where there are none or too many."""
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    place = snapshot.position
+    half = snapshot.point_fields.get("domain")
+    painted = colours.to_rgba(values)
+    if half is not None and len(place) <= MOST_DOMAINS:
+        corners = place[:, None, :] + half[:, None, :] * np.array(
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        )
+        axes.add_collection(
+            PolyCollection(corners, facecolors=painted, edgecolors=painted, linewidths=0.3)
+        )
+        return
+    volume = snapshot.point_fields.get("volume")
+    if half is not None:
+        diameter = 2.0 * half.max(axis=1)
+    elif volume is not None:
+        diameter = np.full(len(place), float(np.sqrt(np.median(volume))))
+    else:
+        diameter = np.full(len(place), float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place))))
+    axes.add_collection(
+        EllipseCollection(
+            diameter,
+            diameter,
+            np.zeros(len(place)),
+            units="xy",
+            offsets=place,
+            facecolors=painted,
+            edgecolors="none",
+            transOffset=axes.transData,
+        )
+    )
+
+
+def _draw_space(
+    axes: Any,
+    snapshot: Snapshot,
+    values: FloatArray,
+    colours: ScalarMappable,
+    lower: FloatArray,
+    upper: FloatArray,
+    unit: str,
+) -> None:
+    """The outer points, seen from the front, a little from above."""
+    seen = outer_points(snapshot.position, snapshot.point_fields.get("domain"))
+    every = -(-len(seen) // MOST_OUTER_POINTS)
+    seen = seen[::every]
+    axes.scatter(
+        *snapshot.position[seen].T,
+        c=values[seen],
+        cmap=colours.get_cmap(),
+        norm=colours.norm,
+        s=float(np.clip(150_000 / len(seen), 1.0, 60.0)),
+        linewidths=0.0,
+        depthshade=False,
+    )
+    axes.set_box_aspect(np.maximum(upper - lower, 0.05 * float((upper - lower).max())))
+    axes.view_init(elev=22, azim=-55)
+    for k, name in enumerate("xyz"):
+        getattr(axes, f"set_{name}lim")(lower[k], upper[k])
+        getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8)
+        axes.locator_params(axis=name, nbins=4)
+    axes.tick_params(labelsize=7)

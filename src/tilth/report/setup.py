@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The picture of a set-up: points, grid, conditions and loads before the first step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..output.snapshot import FloatArray
+from .setup_data import Condition, Load, Setup
+from .setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
+from .symbols import arrow, support
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Condition", "Load", "Setup", "draw_setup"]
+
+_ELONGATED = 6.0
+"""Ratio of the sides beyond which the ends are shown enlarged beside the whole."""
+
+
+def draw_setup(setup: Setup) -> Figure:
+    """The picture of ``setup``: 2D to scale, 3D as three views along the axes and one in space."""
+    from matplotlib.figure import Figure
+
+    notes: list[str] = []
+    if setup.dim == 3:
+        from .setup_3d import draw_setup_3d
+
+        figure = draw_setup_3d(setup, notes)
+    else:
+        lower, upper = setup.bounds()
+        size = upper - lower
+        ratio = float(size.max() / size.min())
+        if ratio <= _ELONGATED:
+            width = float(np.clip(5.5 * size[0] / size[1], 3.5, 8.0))
+            height = float(np.clip(width * size[1] / size[0], 2.2, 6.5))
+            figure = Figure(figsize=(width + 2.9, height + 1.0), layout="constrained")
+            draw_view(figure.add_subplot(), setup, (0, 1), lower, upper, notes)
+        else:
+            figure = _draw_elongated(setup, lower, upper, notes)
+    figure.suptitle(setup.title or "Set-up", fontsize=12, x=0.02, ha="left")
+    figure.legend(
+        handles=_legend(setup),
+        loc="outside right upper",
+        fontsize=8.5,
+        frameon=False,
+        labelspacing=0.9,
+        handlelength=1.6,
+    )
+    if notes:
+        figure.supxlabel("\n".join(dict.fromkeys(notes)), fontsize=7.5, color="0.35")
+    return figure
+
+
+def _draw_elongated(setup: Setup, lower: FloatArray, upper: FloatArray, notes: list[str]) -> Figure:
+    """The whole and its two ends enlarged, everything to scale."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    size = upper - lower
+    long = int(np.argmax(size))
+    window = 2.0 * float(size[1 - long])
+    if long == 1:
+        figure = Figure(figsize=(8.6, 7.0), layout="constrained")
+        layout = figure.add_gridspec(2, 2, width_ratios=[1, 2.2])
+        whole = figure.add_subplot(layout[:, 0])
+        ends = [figure.add_subplot(layout[1, 1]), figure.add_subplot(layout[0, 1])]
+        names = ["lower end", "upper end"]
+    else:
+        figure = Figure(figsize=(10.5, 5.6), layout="constrained")
+        layout = figure.add_gridspec(2, 2, height_ratios=[1, 2.0])
+        whole = figure.add_subplot(layout[0, :])
+        ends = [figure.add_subplot(layout[1, 0]), figure.add_subplot(layout[1, 1])]
+        names = ["left end", "right end"]
+    draw_view(whole, setup, (0, 1), lower, upper, notes, symbols=False)
+    whole.set_title("whole, to scale", fontsize=9)
+    for axes, name, at_start in zip(ends, names, (True, False), strict=True):
+        first, last = lower.copy(), upper.copy()
+        if at_start:
+            last[long] = first[long] + window
+        else:
+            first[long] = last[long] - window
+        draw_view(axes, setup, (0, 1), first, last, notes)
+        axes.set_title(name, fontsize=9)
+        frame = Rectangle(tuple(first), *(last - first), fill=False, edgecolor="k", linewidth=0.8)
+        whole.add_patch(frame)
+    return figure
+
+
+def _legend(setup: Setup) -> list[Any]:
+    """Handles that name the bodies, the conditions with what they hold, and the loads."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    names = setup.axis_names
+    handles: list[Any] = []
+    for body, name in enumerate(setup.body_names):
+        count = int(np.count_nonzero(setup.body_id == body))
+        colour = BODY_COLOURS[body % len(BODY_COLOURS)]
+        handles.append(Patch(color=colour, alpha=0.8, label=f"{name}\n{count:,} points"))
+    handles.append(Line2D([], [], color="0.7", linewidth=0.8, label=_cell_text(setup)))
+    for number, condition in enumerate(setup.conditions):
+        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        held = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
+        components = ", ".join(name for name, h in zip(names, held, strict=False) if h)
+        style: dict[str, Any] = {"marker": "x", "markersize": 5}
+        text = f"{condition.name}\n{condition.kind}, {components} held"
+        if condition.displacement is not None:
+            largest = float(np.linalg.norm(condition.displacement, axis=1).max(initial=0.0))
+            amount = f"up to {_number(largest)} {setup.length_unit}".rstrip()
+            text = f"{condition.name}\n{condition.kind} in {components},\n{amount}"
+            style = {"marker": arrow((1.0, 0.0)), "markersize": 14, "markerfacecolor": colour}
+        elif condition.kind != "affine":
+            kind = "fixed" if np.all(held) else "roller"
+            style = {"marker": support(kind, 1, -1), "markersize": 19, "markerfacecolor": "w"}
+        handles.append(
+            Line2D([], [], linestyle="none", markeredgecolor=colour, label=text, **style)
+        )
+    for load in setup.loads:
+        total = load.force.sum(axis=0)
+        amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()
+        direction = (float(total[0]), float(total[setup.dim - 1]))
+        handles.append(_arrow_handle(direction, f"{load.name}\n{amount} in total"))
+    if setup.body_force is not None:
+        amount = _number(float(np.linalg.norm(setup.body_force)))
+        direction = (float(setup.body_force[0]), float(setup.body_force[setup.dim - 1]))
+        handles.append(_arrow_handle(direction, f"body force\nacceleration {amount}"))
+    return handles
+
+
+def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
+    from matplotlib.lines import Line2D
+
+    return Line2D(
+        [],
+        [],
+        linestyle="none",
+        marker=arrow(direction),
+        markersize=15,
+        markerfacecolor=LOAD_COLOUR,
+        markeredgecolor=LOAD_COLOUR,
+        label=label,
+    )
+
+
+def _cell_text(setup: Setup) -> str:
+    sizes = " x ".join(f"{size:.4g}" for size in setup.cell_size)
+    return f"grid, cells of\n{sizes} {setup.length_unit}".rstrip()
+
+
+def _number(value: float) -> str:
+    """Short and without a power of ten where that can be avoided."""
+    return f"{value:,.6g}" if 1e-3 <= abs(value) < 1e6 else f"{value:.4g}"

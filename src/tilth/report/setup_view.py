@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One view of a set-up: grid lines, points, and the symbols of conditions and loads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..output.snapshot import FloatArray
+from .fields import with_unit
+from .setup_data import Condition, Setup
+from .symbols import support
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BODY_COLOURS = ("#c9a66b", "#7d9d9c", "#b5838d", "#8d99ae", "#a3b18a", "#d4a373", "#84a9c0")
+CONDITION_COLOURS = ("#1d3557", "#2a6f4e", "#6a3d9a", "#b15928", "#00798c", "#5c4d7d")
+LOAD_COLOUR = "#c1121f"
+MOST_POINTS = 20_000
+MOST_DOMAINS = 6_000
+MOST_SYMBOLS = 25
+MOST_LINES = 150
+
+
+def draw_view(
+    axes: Axes,
+    setup: Setup,
+    plane: tuple[int, int],
+    lower: FloatArray,
+    upper: FloatArray,
+    notes: list[str],
+    symbols: bool = True,
+) -> None:
+    """Draw what is seen in the plane of two axes between two corners of the space.
+
+    What had to be thinned out is added to ``notes``.
+    """
+    chosen = list(plane)
+    low, high = lower[chosen], upper[chosen]
+    axes.set_aspect("equal")
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    names = setup.axis_names
+    axes.set_xlabel(with_unit(names[chosen[0]], setup.length_unit))
+    axes.set_ylabel(with_unit(names[chosen[1]], setup.length_unit))
+    axes.tick_params(labelsize=8)
+    if float(high[1] - low[1]) > 6.0 * float(high[0] - low[0]):
+        axes.locator_params(axis="x", nbins=2)
+    if float(high[0] - low[0]) > 6.0 * float(high[1] - low[1]):
+        axes.locator_params(axis="y", nbins=2)
+    _draw_grid(axes, setup, chosen, low, high, notes)
+    _draw_points(axes, setup, chosen, lower, upper, notes)
+    if not symbols:
+        return
+    middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))
+    for number, condition in enumerate(setup.conditions):
+        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        _draw_condition(axes, condition, chosen, lower, upper, middle, colour, notes)
+    for load in setup.loads:
+        position, force = load.position[:, chosen], load.force[:, chosen]
+        keep = inside(load.position, lower, upper)
+        _arrows(axes, position[keep], force[keep], LOAD_COLOUR, tip=True)
+
+
+def inside(position: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
+    """Which places, shape (k, dim), lie between the corners, shape (k,)."""
+    return np.asarray(np.all((position >= lower) & (position <= upper), axis=1))
+
+
+def _draw_grid(
+    axes: Axes,
+    setup: Setup,
+    chosen: list[int],
+    low: FloatArray,
+    high: FloatArray,
+    notes: list[str],
+) -> None:
+    from matplotlib.collections import LineCollection
+
+    lines = []
+    for k, direction in enumerate(chosen):
+        size, start = float(setup.cell_size[direction]), float(setup.origin[direction])
+        first, last = np.ceil((low[k] - start) / size), np.floor((high[k] - start) / size)
+        every = int(max(np.ceil((last - first + 1) / MOST_LINES), 1))
+        if every > 1:
+            notes.append(f"every {every}th grid line is drawn")
+        for number in np.arange(np.ceil(first / every) * every, last + 1, every):
+            x = start + number * size
+            if k == 0:
+                lines.append([(x, low[1]), (x, high[1])])
+            else:
+                lines.append([(low[0], x), (high[0], x)])
+    axes.add_collection(LineCollection(lines, colors="0.82", linewidths=0.5, zorder=0))
+
+
+def _draw_points(
+    axes: Axes,
+    setup: Setup,
+    chosen: list[int],
+    lower: FloatArray,
+    upper: FloatArray,
+    notes: list[str],
+) -> None:
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    seen = np.flatnonzero(inside(setup.position, lower, upper))
+    total = len(seen)
+    if total == 0:
+        return
+    every = -(-total // MOST_POINTS)
+    if every > 1:
+        seen = seen[::every]
+        notes.append(f"1 of {every} of the {len(setup.position):,} points is drawn")
+    place = setup.position[seen][:, chosen]
+    colours = [BODY_COLOURS[b % len(BODY_COLOURS)] for b in setup.body_id[seen]]
+    extent = np.prod(upper[chosen] - lower[chosen])
+    diameter = 0.3 * float(np.sqrt(extent / max(total, 1)))
+    if setup.half_lengths is not None and setup.dim == 2:
+        half = setup.half_lengths[seen][:, chosen]
+        diameter = 0.5 * float(np.median(half))
+        if total <= MOST_DOMAINS:
+            corners = place[:, None, :] + half[:, None, :] * np.array(
+                [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            )
+            axes.add_collection(
+                PolyCollection(
+                    list(corners),
+                    facecolors=colours,
+                    edgecolors="white",
+                    linewidths=0.3,
+                    alpha=0.55,
+                    zorder=1,
+                )
+            )
+    axes.add_collection(
+        EllipseCollection(
+            diameter,
+            diameter,
+            0.0,
+            units="xy",
+            offsets=place,
+            facecolors=colours,
+            edgecolors=colours,
+            linewidths=0.4,
+            transOffset=axes.transData,
+            zorder=2,
+        )
+    )
+
+
+def _draw_condition(
+    axes: Axes,
+    condition: Condition,
+    chosen: list[int],
+    lower: FloatArray,
+    upper: FloatArray,
+    middle: FloatArray,
+    colour: str,
+    notes: list[str],
+) -> None:
+    """Symbols on the nodes of one condition, on the side that looks away from the soil."""
+    seen = inside(condition.position, lower, upper)
+    if not np.any(seen):
+        return
+    nodes, first = np.unique(condition.position[seen][:, chosen], axis=0, return_index=True)
+    held = condition.constrained[seen][first]
+    if lower.size == 3 and len(nodes) > MOST_SYMBOLS and np.all(np.ptp(nodes, axis=0) > 0.0):
+        return  # a plane seen face on; another view shows it edge on
+    every = -(-len(nodes) // MOST_SYMBOLS)
+    if condition.displacement is not None:
+        every = -(-len(nodes) // (60 if condition.kind == "affine" else 12))
+    if every > 1 and condition.kind != "affine":
+        notes.append("not every node of a condition has its symbol")
+    pick = np.arange(len(nodes))[:: max(every, 1)]
+    if condition.displacement is not None:
+        moved = condition.displacement[seen][first][:, chosen]
+        _arrows(axes, nodes[pick], moved[pick], colour, tip=False)
+        return
+    for mask in np.unique(held[pick], axis=0):
+        group = nodes[pick][np.all(held[pick] == mask, axis=1)]
+        axis, sign = _outward(group, mask[chosen], middle[chosen])
+        if condition.kind == "affine" or not np.any(mask[chosen]):
+            axes.plot(
+                *group.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
+            )
+            continue
+        kind = "fixed" if np.all(mask[chosen]) else "roller"
+        axes.plot(
+            *group.T,
+            linestyle="none",
+            marker=support(kind, axis, sign),
+            markersize=19,
+            markerfacecolor="white",
+            markeredgecolor=colour,
+            markeredgewidth=0.9,
+            zorder=4,
+            clip_on=False,
+            in_layout=False,
+        )
+
+
+def _outward(nodes: FloatArray, mask: NDArray[np.bool_], middle: FloatArray) -> tuple[int, int]:
+    """Axis and sign of the side on which the symbols of a group of nodes are drawn."""
+    if np.count_nonzero(mask) == 1:
+        axis = int(np.flatnonzero(mask)[0])
+    else:
+        spread = np.ptp(nodes, axis=0)
+        axis = int(np.argmin(spread)) if len(nodes) > 1 else 1
+    distance = float(nodes[:, axis].mean() - middle[axis])
+    return axis, 1 if distance > 0.0 else -1
+
+
+def _arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, tip: bool) -> None:
+    """Arrows of at most 0.45 inch; with their tips or their tails at the places."""
+    longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+    if longest == 0.0:
+        axes.plot(
+            *position.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
+        )
+        return
+    axes.quiver(
+        *position.T,
+        *(0.45 * vectors / longest).T,
+        color=colour,
+        angles="xy",
+        scale=1.0,
+        scale_units="inches",
+        units="inches",
+        width=0.022,
+        headwidth=4.5,
+        headlength=5.5,
+        headaxislength=5.0,
+        pivot="tip" if tip else "tail",
+        zorder=5,
+        clip_on=False,
+        in_layout=False,
+    )

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Drawing symbols of structural mechanics as matplotlib markers, all touching their node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..output.snapshot import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.path import Path
+
+
+def support(kind: str, axis: int, sign: int) -> Path:
+    """The marker of a ``roller`` or ``fixed`` support that lies on the given side of its node.
+
+    ``axis`` 0 is to the right and 1 upwards in the picture, ``sign`` -1 turns that round. A roller
+    is a circle between the node and the ground line, a fixed support a triangle.
+    """
+    from matplotlib.path import Path
+
+    if kind == "roller":
+        circle = Path.unit_circle()
+        body = Path(0.30 * np.asarray(circle.vertices) + [0.0, -0.30], circle.codes)
+    else:
+        corners = [[0.0, 0.0], [-0.42, -0.60], [0.42, -0.60], [0.0, 0.0]]
+        body = Path(corners, [Path.MOVETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY])
+    ground = Path([[-0.5, -0.68], [0.5, -0.68]], [Path.MOVETO, Path.LINETO])
+    hatches = [
+        Path([[x, -0.68], [x - 0.18, -0.92]], [Path.MOVETO, Path.LINETO])
+        for x in (-0.30, 0.0, 0.30, 0.5)
+    ]
+    frame = Path([[0.0, 1.0], [0.0, 1.0]], [Path.MOVETO, Path.LINETO])  # fixes the scale
+    path = Path.make_compound_path(body, ground, *hatches, frame)
+    return Path(_turn(np.asarray(path.vertices), axis, sign), path.codes)
+
+
+def arrow(direction: tuple[float, float]) -> Path:
+    """A marker that is an arrow in ``direction``, centred; for legends."""
+    from matplotlib.path import Path
+
+    shape = np.array(
+        [[-1, 0.12], [0.25, 0.12], [0.25, 0.42], [1, 0], [0.25, -0.42], [0.25, -0.12], [-1, -0.12]]
+    )
+    length = float(np.hypot(*direction)) or 1.0
+    c, s = direction[0] / length, direction[1] / length
+    turned = shape @ np.array([[c, s], [-s, c]])
+    codes = [Path.MOVETO] + [Path.LINETO] * 6 + [Path.CLOSEPOLY]
+    return Path(np.vstack([turned, turned[:1]]), codes)
+
+
+def _turn(vertices: FloatArray, axis: int, sign: int) -> FloatArray:
+    """Turn a shape that hangs below the origin to the side (axis, sign)."""
+    x, y = vertices[:, 0], vertices[:, 1]
+    if axis == 1:
+        return np.column_stack([x, -sign * y])
+    return np.column_stack([-sign * y, x])

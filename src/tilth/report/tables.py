@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Nested plain data (the declared model) as tables of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+
+def facts_table(facts: Mapping[str, str]) -> str:
+    """Two columns: name and value."""
+    rows = "".join(
+        f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in facts.items()
+    )
+    return f"<table>{rows}</table>"
+
+
+def model_tables(summary: Mapping[str, Any]) -> str:
+    """One heading and table per part of the model.
+
+    A mapping becomes rows of name and value; a list of mappings (bodies, boundaries, ...) and a
+    mapping of mappings (materials) become one table with a row for each, a column for each key.
+    """
+    parts = []
+    loose = {}
+    for name, value in summary.items():
+        if isinstance(value, Mapping) and value and _all_mappings(list(value.values())):
+            rows = [{"name": key, **entry} for key, entry in value.items()]
+            parts.append(_part(name, _entries(rows)))
+        elif isinstance(value, Mapping):
+            if value:
+                parts.append(_part(name, facts_table(_spaced(_filled(value)))))
+        elif _is_list(value) and value and _all_mappings(value):
+            parts.append(_part(name, _entries(list(value))))
+        elif value is not None and not (_is_list(value) and not value):
+            loose[name] = _text(value)
+    if loose:
+        parts.insert(0, facts_table(_spaced(loose)))
+    return "\n".join(parts)
+
+
+def _part(name: str, content: str) -> str:
+    return f"<h3>{escape(name.replace('_', ' ').capitalize())}</h3>\n{content}"
+
+
+def _entries(rows: Sequence[Mapping[str, Any]]) -> str:
+    """A table with one row per entry; columns that no entry fills are left out."""
+    keys = [
+        key
+        for key in dict.fromkeys(key for row in rows for key in row)
+        if any(row.get(key) not in (None, [], {}, ()) for row in rows)
+    ]
+    head = "".join(f"<th>{escape(key.replace('_', ' '))}</th>" for key in keys)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(_text(row.get(key)))}</td>" for key in keys) + "</tr>"
+        for row in rows
+    )
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _filled(values: Mapping[str, Any]) -> dict[str, str]:
+    return {name: _text(value) for name, value in values.items() if value is not None}
+
+
+def _spaced(values: Mapping[str, str]) -> dict[str, str]:
+    return {name.replace("_", " "): value for name, value in values.items()}
+
+
+def _text(value: Any) -> str:
+    """A value as an engineer writes it: no brackets round a shape, no trailing zeros."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    if isinstance(value, Mapping):
+        items = {key: item for key, item in value.items() if item is not None}
+        kind = items.pop("type", None)
+        inner = ", ".join(f"{key.replace('_', ' ')} {_text(item)}" for key, item in items.items())
+        return f"{kind}: {inner}" if kind and inner else str(kind) if kind else inner
+    if _is_list(value):
+        shown = list(value)
+        if len(shown) > 12:
+            return f"{_text(shown[:5])[:-1]}, ... {_text(shown[-1])}) ({len(shown)} entries)"
+        return "(" + ", ".join(_text(item) for item in shown) + ")"
+    return str(value)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
+
+
+def _all_mappings(values: Sequence[Any]) -> bool:
+    return all(isinstance(value, Mapping) for value in values)

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Closed forms that the analyses are held to, each with its derivation."""
+
+from tilth.verification.closed_forms.column import SelfWeightColumn
+from tilth.verification.closed_forms.cylinder import ThickCylinder
+from tilth.verification.closed_forms.homogeneous import (
+    components,
+    full_deformation_gradient,
+    hencky_cauchy_stress,
+    hencky_strain,
+    proportional_von_mises,
+)
+from tilth.verification.closed_forms.moduli import Moduli
+
+__all__ = [
+    "Moduli",
+    "SelfWeightColumn",
+    "ThickCylinder",
+    "components",
+    "full_deformation_gradient",
+    "hencky_cauchy_stress",
+    "hencky_strain",
+    "proportional_von_mises",
+]

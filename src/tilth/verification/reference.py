@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Published curves and reference solutions kept with the package (folder `data`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+AMPLE_COLUMN_ERROR: Mapping[int, float] = MappingProxyType(
+    {4: 4.1e-2, 8: 1.3e-2, 16: 3.7e-3, 32: 1.05e-3, 64: 4.4e-4, 128: 2.0e-4, 256: 1.0e-4}
+    | {8192: 3.1e-6}
+)
+"""Error of the vertical stress of AMPLE's elastic self-weight column against its number of cells.
+
+Read off the published convergence figure of AMPLE (https://wmcoombs.github.io): E 10 kPa, nu 0,
+density 80, g 10, height 50 m, 40 steps, 2x2 GIMP points per cell. The measure is
+`SelfWeightColumn.stress_error`.
+"""
+
+
+@dataclass(frozen=True)
+class CantileverCurve:
+    """load_fraction: share of the full load, shape (n,); displacement: x, y [m], shape (n, 2)."""
+
+    load_fraction: FloatArray
+    displacement: FloatArray
+
+
+@dataclass(frozen=True)
+class CollapsePoints:
+    """initial_position, final_position: of the same material points [m], shape (n, 2) each."""
+
+    initial_position: FloatArray
+    final_position: FloatArray
+
+
+def end_loaded_cantilever() -> CantileverCurve:
+    """Mid-depth tip displacement of the end-loaded cantilever by finite elements.
+
+    10 x 1 m, plane strain, Hencky elastic E 12 MPa, nu 0.2, dead load 100 kN spread over the end
+    face; 80 x 8 body-fitted nine-node elements. The head of the file says more.
+    """
+    table = _table("end_loaded_cantilever_fe.csv")
+    return CantileverCurve(table[:, 0], table[:, 1:])
+
+
+def collapse_by_ample() -> CollapsePoints:
+    """Final positions in AMPLE 1.1's own von Mises collapse problem, cells of 1 m.
+
+    Half body 8 x 8 m, 6 x 6 GIMP points per cell; the rows of the file run over the cells, x
+    fastest, and within a cell y fastest, which gives the initial positions.
+    """
+    cells, points = 8, 6
+    cell_y, cell_x, x, y = np.indices((cells, cells, points, points)).reshape(4, -1)
+    initial = np.column_stack([cell_x + (x + 0.5) / points, cell_y + (y + 0.5) / points])
+    return CollapsePoints(initial, _table("collapse_ample_h1.csv"))
+
+
+def _table(name: str) -> FloatArray:
+    """The numbers of a data file, below its comments and the line of column names."""
+    folder = resources.files("tilth.verification").joinpath("data")
+    text = folder.joinpath(name).read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    return np.loadtxt(lines[1:], delimiter=",", ndmin=2)

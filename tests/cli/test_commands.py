@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Version, help, and what the commands hand to the library; exit codes 0, 1, 3 and 4."""
+
+import io
+import subprocess
+import sys
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from tilth import __version__
+from tilth.bodies.discretise import discretise
+from tilth.case import load_case
+from tilth.errors import AnalysisFailed, TilthError
+from tilth.output.folder import CHECKPOINT
+from tilth.report.setup import Setup
+from tilth.summary import print_summary
+
+from .conftest import Outcome
+
+Case = Callable[..., Path]
+Tilth = Callable[..., Outcome]
+
+
+@pytest.fixture
+def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
+    """Stands in for `tilth.analysis`: records its calls, and raises what `fails` holds."""
+    module: Any = types.ModuleType("tilth.analysis")
+    module.calls = []
+    module.fails = None
+
+    def record(*arguments: Any, **options: Any) -> None:
+        module.calls.append((arguments, options))
+        if module.fails is not None:
+            raise module.fails
+
+    module.run = module.resume = module.report = record
+    monkeypatch.setitem(sys.modules, "tilth.analysis", module)
+    monkeypatch.setattr("tilth.analysis", module, raising=False)
+    return module
+
+
+def test_version_loads_no_heavy_library() -> None:
+    program = (
+        "import sys; from tilth.cli import run_command; code = run_command(['--version']);"
+        "print(code, [m for m in ('pydantic', 'numpy', 'rich', 'h5py') if m in sys.modules])"
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert process.stdout == f"tilth {__version__}\n0 []\n"
+
+
+@pytest.mark.parametrize("command", ["run", "check", "resume", "report", "verify"])
+def test_every_command_has_help(tilth: Tilth, command: str) -> None:
+    assert f"  {command} " in tilth("--help").out
+    outcome = tilth(command, "--help")
+    assert outcome.code == 0
+    assert f"Usage: tilth {command}" in outcome.out
+
+
+def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None:
+    file = case()
+    assert tilth("run", file) == Outcome(0, f"results in {file.with_suffix('')}\n", "")
+    every_option = ("--out", "x", "--threads", "2", "--overwrite", "--quiet")
+    assert tilth("run", file, *every_option) == Outcome(0, "", "")
+    ((model, folder), options), ((_, other), more) = analysis.calls
+    assert model.title == "Column under its own weight"
+    assert folder == file.with_suffix("")
+    assert options == {"threads": None, "overwrite": False, "quiet": False}
+    assert other == Path("x")
+    assert more == {"threads": 2, "overwrite": True, "quiet": True}
+
+
+def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
+    assert tilth("resume", tmp_path, "--threads", "1").code == 0
+    assert analysis.calls == [((tmp_path,), {"threads": 1, "quiet": False})]
+
+
+def test_report_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
+    assert tilth("report", tmp_path).code == 0
+    assert analysis.calls == [((tmp_path,), {})]
+
+
+def test_an_analysis_that_fails_has_exit_code_1(tilth: Tilth, case: Case, analysis: Any) -> None:
+    analysis.fails = AnalysisFailed("step 3 did not converge", "take smaller steps")
+    outcome = tilth("run", case())
+    assert outcome == Outcome(1, "", "step 3 did not converge\n  take smaller steps\n")
+
+
+def test_an_interrupted_run_says_how_to_go_on(tilth: Tilth, case: Case, analysis: Any) -> None:
+    analysis.fails = KeyboardInterrupt()
+    folder = case().with_suffix("")
+    outcome = tilth("run", case())
+    assert outcome.code == 3
+    assert "start the run anew" in outcome.err
+    folder.mkdir()
+    (folder / CHECKPOINT).touch()
+    for arguments in (["run", case()], ["resume", folder]):
+        outcome = tilth(*arguments)
+        assert outcome.code == 3
+        assert outcome.err == f"interrupted; go on with: tilth resume {folder}\n"
+
+
+def test_a_bug_is_reported_without_traceback(
+    tilth: Tilth,
+    case: Case,
+    analysis: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    for bug in (ZeroDivisionError("division by zero"), TilthError("unforeseen")):
+        analysis.fails = bug
+        assert tilth("run", case()).code == 4
+    analysis.fails = ZeroDivisionError("division by zero")
+    outcome = tilth("run", case())
+    assert "a bug in tilth: ZeroDivisionError: division by zero" in outcome.err
+    assert "please report it at" in outcome.err
+    assert "Traceback" not in outcome.err
+    details = Path(outcome.err.split()[-1]).read_text(encoding="utf-8")
+    assert "Traceback" in details
+    assert __version__ in details
+
+
+def test_check_prints_what_is_declared(case: Case) -> None:
+    model = load_case(case())
+    column = model.bodies[0]
+    points = discretise(column, "plane_strain", 2, model.origin, model.cell_size)
+    setup = Setup(
+        title=model.title,
+        dim=2,
+        length_unit="m",
+        position=points.position,
+        half_lengths=points.half_length,
+        body_id=np.zeros(len(points.position), dtype=np.int64),
+        body_names=[column.name],
+        cell_size=np.array(model.cell_size),
+        origin=np.array(model.origin),
+    )
+    printed = io.StringIO()
+    print_summary(model, setup, Console(file=printed, width=160))
+    text = printed.getvalue()
+    # 1 m x 4 m in cells of 0.5 m with 2 x 2 points each
+    assert "column: box of clay, 64 points, gimp basis, domains by right_stretch" in text
+    assert "64 in 16 cells" in text
+    assert "yield stress 20000 Pa" in text
+    assert "base: fixed on y = 0: ux = 0, uy = 0" in text
+    assert "body force, acceleration [0, -9.81], factor 1 at the end" in text
+    assert "2 steps to time 1, adaptive; 10 outputs" in text
+    assert "top: displacement y at [0.5, 4]" in text
+
+
+def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    pytest.importorskip("tilth._core")
+    file = case()
+    drawn = tmp_path / "drawn.png"
+    for arguments, picture in (
+        (["check", file], file.with_suffix(".setup.png")),
+        (["check", file, "--picture", drawn], drawn),
+    ):
+        outcome = tilth(*arguments)
+        assert outcome.code == 0
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        assert outcome.out.endswith(f"set-up drawn in {picture}\n")
+
+
+def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    pytest.importorskip("tilth._core")
+    outcome = tilth("check", case(), "--picture", tmp_path / "none" / "drawn.png")
+    assert outcome.code == 2
+    assert "cannot be written" in outcome.err
+    assert "--picture" in outcome.err

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A user's mistake: exit code 2 and one message with file, key, value and remedy."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from .conftest import CASE, Outcome
+
+Case = Callable[..., Path]
+Tilth = Callable[..., Outcome]
+
+BASE = CASE[CASE.index("[[boundaries]]") : CASE.index("[[loads]]")]
+
+WRONG = {
+    "missing key": (
+        ("young_modulus = 1e6\n", ""),
+        ["materials.clay.young_modulus: missing", "give `young_modulus`"],
+    ),
+    "misspelt key": (
+        ("poisson_ratio", "poison_ratio"),
+        ["materials.clay.poison_ratio = 0.3: unknown key", "did you mean `poisson_ratio`?"],
+    ),
+    "misspelt section": (
+        ("[[track]]", "[[tracks]]"),
+        ["tracks = ", "unknown key", "did you mean `track`?"],
+    ),
+    "missing section": (("[schedule]\nsteps = 2\n", ""), ["schedule: missing", "[schedule]"]),
+    "vector too long": (
+        ("acceleration = [0, -9.81]", "acceleration = [0, 0, -9.81]"),
+        ["loads[0].acceleration = [0.0, 0.0, -9.81]", "must have 2 components, not 3", "x, y"],
+    ),
+    "vector too short": (
+        ("at = [0.5, 4]", "at = [4]"),
+        ["track[0].at = [4.0]", "must have 2 components, not 1"],
+    ),
+    "number as text": (
+        ("density = 1800", 'density = "1800"'),
+        ['materials.clay.density = "1800"', "must be a number", "without quotes"],
+    ),
+    "not a number": (
+        ("density = 1800", "density = nan"),
+        ["materials.clay.density = NaN", "must be a finite number"],
+    ),
+    "incompressible": (
+        ("poisson_ratio = 0.3", "poisson_ratio = 0.5"),
+        ["materials.clay.poisson_ratio = 0.5", "smaller than 0.5", "0.49"],
+    ),
+    "negative yield stress": (
+        ("yield_stress = 2e4", "yield_stress = -2e4"),
+        ["materials.clay.yield_stress = -20000.0", "must be greater than zero"],
+    ),
+    "two strengths": (
+        ("yield_stress = 2e4", "yield_stress = 2e4\ndeviatoric_radius = 2e4"),
+        ["materials.clay.yield_stress", "exactly one of"],
+    ),
+    "negative density": (
+        ("density = 1800", "density = -1800"),
+        ["materials.clay.density = -1800", "must not be negative"],
+    ),
+    "no density under a body force": (
+        ("density = 1800\n", ""),
+        ["materials.clay.density: missing", "a body force acts on this material"],
+    ),
+    "unknown material": (
+        ('material = "clay"', 'material = "cley"'),
+        ['bodies[0].material = "cley"', "no material of this name", "did you mean `clay`?"],
+    ),
+    "unknown model": (
+        ('"von_mises"', '"von_misses"'),
+        ['materials.clay.model = "von_misses"', 'did you mean "von_mises"?'],
+    ),
+    "no model": (
+        ('model = "von_mises"\n', ""),
+        ["materials.clay.model: missing", '"hencky_elastic", "von_mises"'],
+    ),
+    "shape of another dimension": (
+        (
+            '{ type = "box", lower = [0, 0], upper = [1, 4] }',
+            '{ type = "sphere", centre = [0, 0, 0], radius = 1 }',
+        ),
+        ['bodies[0].shape.type = "sphere"', "plane_strain", '"box", "polygon", "circle"'],
+    ),
+    "two ways to divide a body": (
+        ("points_per_cell = 2", "points_per_cell = 2\nspacing = 0.1"),
+        ["bodies[0].spacing", "exactly one of `points_per_cell`, `points` and `spacing`"],
+    ),
+    "body outside the limits": (
+        ("upper = [2, 5]", "upper = [2, 3]"),
+        ["bodies[0].shape", "outside the grid limits", "y = 0 to 4", "0 to 3", "`grid.limits`"],
+    ),
+    "no condition": (
+        (BASE, ""),
+        ["boundaries: there is no essential condition at all", "singular", "[[boundaries]]"],
+    ),
+    "a direction that nothing holds": (
+        ('condition = "fixed"', 'condition = "roller"'),
+        ["boundaries: no essential condition holds the x direction", "singular", "roller"],
+    ),
+    "condition off the grid lines": (
+        ("at = 0\n", "at = 0.2\n"),
+        ["boundaries[0].at = 0.2", "not on a grid line", "y = 0 and 0.5"],
+    ),
+    "load factors not increasing": (
+        ("[[0, 0], [1, 1]]", "[[0, 0], [0.5, 1], [0.5, 2]]"),
+        ["loads[0].factor = [[0, 0], [0.5, 1], [0.5, 2]]", "must increase", "sort the rows"],
+    ),
+    "load factors that start late": (
+        ("[[0, 0], [1, 1]]", "[[0.1, 0], [1, 1]]"),
+        ["loads[0].factor", "the first time must be 0"],
+    ),
+    "steps as a decimal number": (
+        ("steps = 2", "steps = 2.0"),
+        ["schedule.steps = 2.0", "whole number", "without a decimal point"],
+    ),
+    "another format": (("format = 1", "format = 2"), ["format = 2", "reads format 1 only"]),
+    "no format": (("format = 1\n", ""), ["format: missing", "format = 1"]),
+    "not TOML": (
+        ("cell_size = 0.5", "cell_size = 0.5.0"),
+        ["is not valid TOML", "line 8"],
+    ),
+    "mesh that is not there": (
+        ('{ type = "box", lower = [0, 0], upper = [1, 4] }', '{ type = "mesh", file = "a.msh" }'),
+        ['bodies[0].shape.file = "a.msh"', "no such file", "relative to the case file"],
+    ),
+}
+
+
+def refused(outcome: Outcome, file: str, parts: list[str]) -> None:
+    """Asserts exit code 2 and one message that starts with the file and holds all `parts`."""
+    assert outcome.code == 2
+    assert outcome.out == ""
+    assert outcome.err.startswith(f"{file}: ")
+    for part in parts:
+        assert part in outcome.err
+    assert "Traceback" not in outcome.err
+    assert outcome.err.count(file) == 1
+    assert len(outcome.err.splitlines()) <= 3
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_entry(tilth: Tilth, case: Case, command: str, name: str) -> None:
+    replaced, parts = WRONG[name]
+    file = case(replaced)
+    refused(tilth(command, file), str(file), parts)
+    assert sorted(file.parent.iterdir()) == [file]
+
+
+def test_several_wrong_entries_come_in_one_message(tilth: Tilth, case: Case) -> None:
+    file = case(("poisson_ratio = 0.3", "poisson_ratio = 0.5"), ("steps = 2", "steps = 0"))
+    outcome = tilth("check", file)
+    assert outcome.code == 2
+    assert outcome.err.startswith(f"{file}: 2 entries are wrong\n")
+    assert "materials.clay.poisson_ratio = 0.5" in outcome.err
+    assert "schedule.steps = 0: must be at least 1" in outcome.err
+
+
+def test_missing_file_names_the_case_files_nearby(tilth: Tilth, case: Case) -> None:
+    file = case()
+    missing = file.with_name("colum.toml")
+    refused(tilth("run", missing), str(missing), ["there is no such file", "column.toml"])
+
+
+def test_a_folder_is_not_a_case_file(tilth: Tilth, case: Case) -> None:
+    folder = case().parent
+    refused(tilth("run", folder), str(folder), ["is a folder", "case files in it: column.toml"])
+
+
+def test_a_file_that_is_not_text(tilth: Tilth, tmp_path: Path) -> None:
+    file = tmp_path / "case.toml"
+    file.write_bytes(b"format = 1\n\xff\xfe")
+    refused(tilth("check", file), str(file), ["not a text file in UTF-8", "byte 11 is 0xff"])
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root reads all files")
+def test_a_file_without_permission(tilth: Tilth, case: Case) -> None:
+    file = case()
+    file.chmod(0)
+    refused(tilth("check", file), str(file), ["cannot be read", "permissions"])
+
+
+def test_commands_on_a_folder_that_is_not_there(tilth: Tilth, tmp_path: Path) -> None:
+    for command in ("resume", "report"):
+        refused(tilth(command, tmp_path / "none"), str(tmp_path / "none"), ["no such folder"])
+
+
+def test_results_do_not_go_into_the_folder_of_the_case(tilth: Tilth, case: Case) -> None:
+    file = case()
+    outcome = tilth("run", file, "--out", file.parent, "--overwrite")
+    assert outcome.code == 2
+    assert "the folder of the case file itself" in outcome.err
+    assert "--out" in outcome.err
+    assert file.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [["run"], ["frobnicate"], ["run", "a.toml", "--threads", "0"], ["check", "--typo"]]
+)
+def test_wrong_arguments(tilth: Tilth, arguments: list[str]) -> None:
+    outcome = tilth(*arguments)
+    assert outcome.code == 2
+    assert "Usage: tilth" in outcome.err
+    assert "Error: " in outcome.err
+
+
+def test_the_process_ends_with_the_exit_code(case: Case) -> None:
+    file = case(("poisson_ratio", "poison_ratio"))
+    process = subprocess.run(
+        [sys.executable, "-m", "tilth", "run", file], capture_output=True, text=True, check=False
+    )
+    refused(
+        Outcome(process.returncode, process.stdout, process.stderr), str(file), ["did you mean"]
+    )
+
+
+def test_a_body_without_points(tilth: Tilth, case: Case) -> None:
+    pytest.importorskip("tilth._core")
+    file = case(
+        (
+            '{ type = "box", lower = [0, 0], upper = [1, 4] }',
+            '{ type = "circle", centre = [0.5, 0.5], radius = 0.01 }',
+        )
+    )
+    for command in ("check", "run"):
+        refused(tilth(command, file), str(file), ["column", "point"])
+
+
+def test_an_output_folder_that_is_not_empty(tilth: Tilth, case: Case) -> None:
+    pytest.importorskip("tilth._core")
+    file = case()
+    folder = file.with_suffix("")
+    folder.mkdir()
+    (folder / "thesis.txt").write_text("precious", encoding="utf-8")
+    outcome = tilth("run", file)
+    assert outcome.code == 2
+    assert "not empty" in outcome.err
+    assert str(folder) in outcome.err
+    assert "--overwrite" in outcome.err
+    assert "Traceback" not in outcome.err
+    assert [entry.name for entry in folder.iterdir()] == ["thesis.txt"]

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""results.vtkhdf: what is written is read back, by us and by VTK, also after a kill."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from tilth.errors import BadInput
+from tilth.output import ResultsWriter, Snapshot, read_results
+
+UNITS = {"length": "m", "force": "N", "stress": "Pa", "mass": "kg", "time": ""}
+
+
+def make_snapshot(step: int, dim: int = 2, points: int = 7) -> Snapshot:
+    """A snapshot whose numbers depend on the step, with a grid that changes size."""
+    rng = np.random.default_rng(step)
+    corners = np.array(np.meshgrid(*[[0.0, 1.0]] * dim, indexing="ij")).reshape(dim, -1).T
+    order = [0, 2, 3, 1] if dim == 2 else [0, 4, 6, 2, 1, 5, 7, 3]
+    count = step % 3
+    shift = np.zeros(dim)
+    nodes, cells = [], []
+    for cell in range(count):
+        shift[0] = 2.0 * cell + step
+        nodes.append(corners + shift)
+        cells.append(np.array(order) + cell * 2**dim)
+    node_position = np.concatenate(nodes) if nodes else np.zeros((0, dim))
+    return Snapshot(
+        step=step,
+        time=0.1 * step,
+        position=rng.random((points, dim)),
+        body_id=np.arange(points, dtype=np.int64) % 2,
+        point_fields={
+            "displacement": rng.random((points, dim)),
+            "cauchy_stress": rng.random((points, 6)),
+            "plastic_strain": rng.random(points),
+            "volume": rng.random(points),
+            "domain": rng.random((points, dim)),
+            "deformation_gradient": rng.random((points, 3, 3)),
+        },
+        node_position=node_position,
+        cells=np.array(cells, dtype=np.int64).reshape(-1, 2**dim),
+        node_fields={
+            "displacement": rng.random((len(node_position), dim)),
+            "reaction": rng.random((len(node_position), dim)),
+        },
+    )
+
+
+def assert_same(a: Snapshot, b: Snapshot) -> None:
+    assert (a.step, a.time) == (b.step, b.time)
+    for name in ("position", "body_id", "node_position", "cells"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name), strict=True)
+    for x, y in ((a.point_fields, b.point_fields), (a.node_fields, b.node_fields)):
+        assert x.keys() == y.keys()
+        for name in x:
+            np.testing.assert_array_equal(x[name], y[name], strict=True)
+
+
+def write(path: Path, steps: range, dim: int = 2) -> ResultsWriter:
+    writer = ResultsWriter(path, title="a case", units=UNITS)
+    for step in steps:
+        writer.append(make_snapshot(step, dim))
+    return writer
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_snapshots_come_back_bit_for_bit(tmp_path: Path, dim: int) -> None:
+    path = tmp_path / "results.vtkhdf"
+    write(path, range(6), dim).close()
+    results = read_results(path)
+    assert (results.title, results.units, results.dim) == ("a case", UNITS, dim)
+    assert results.steps == list(range(6))
+    assert results.times == [0.1 * step for step in range(6)]
+    for step, snapshot in enumerate(results):
+        assert_same(snapshot, make_snapshot(step, dim))
+    assert_same(results.snapshot(-1), make_snapshot(5, dim))
+    assert [file.name for file in tmp_path.iterdir()] == ["results.vtkhdf"]
+
+
+@pytest.mark.parametrize("information_first", [True, False])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_vtk_reads_every_step(
+    tmp_path: Path, dim: int, information_first: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    io_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    support = pytest.importorskip("vtkmodules.util.numpy_support")
+    path = tmp_path / "results.vtkhdf"
+    write(path, range(5), dim).close()
+    reader = io_hdf.vtkHDFReader()
+    reader.SetFileName(str(path))
+    if information_first:  # as ParaView does
+        reader.UpdateInformation()
+    else:
+        reader.Update()
+    information = reader.GetOutputInformation(0)
+    key = reader.GetExecutive().TIME_STEPS()
+    times = [information.Get(key, i) for i in range(information.Length(key))]
+    assert times == [0.1 * step for step in range(5)]
+
+    def array(data: object, name: str) -> np.ndarray:
+        return support.vtk_to_numpy(data.GetPointData().GetArray(name))  # type: ignore[attr-defined]
+
+    for step in (3, 0, 4, 1, 2):
+        expected = make_snapshot(step, dim)
+        reader.UpdateTimeStep(times[step])
+        output = reader.GetOutputDataObject(0)
+        assembly = output.GetDataAssembly()
+        names = [assembly.GetNodeName(node) for node in assembly.GetChildNodes(0, False)]
+        assert names == ["points", "grid"]
+        points = output.GetPartition(0, 0)
+        assert points.GetNumberOfCells() == points.GetNumberOfPoints() == 7
+        assert {points.GetCellType(i) for i in range(7)} == {1}
+        place = support.vtk_to_numpy(points.GetPoints().GetData())
+        np.testing.assert_array_equal(place[:, :dim], expected.position)
+        np.testing.assert_array_equal(place[:, dim:], 0.0)
+        np.testing.assert_array_equal(array(points, "point_id"), np.arange(7))
+        np.testing.assert_array_equal(array(points, "body_id"), expected.body_id)
+        for name, values in expected.point_fields.items():
+            read = array(points, name)
+            columns = values.reshape(7, -1) if values.ndim > 1 else values
+            width = columns.shape[-1]
+            np.testing.assert_array_equal(read[:, :width] if values.ndim > 1 else read, columns)
+            assert read.ndim == 1 or read.shape[1] in (3, 6, 9)
+        assert points.GetPointData().GetArray("cauchy_stress").GetComponentName(3) in (None, "XY")
+        grid = output.GetPartition(1, 0)
+        count = 0 if grid is None else grid.GetNumberOfCells()
+        assert count == len(expected.cells)
+        if count:
+            assert {grid.GetCellType(i) for i in range(count)} == {9 if dim == 2 else 12}
+            for i, cell in enumerate(expected.cells):
+                ids = grid.GetCell(i).GetPointIds()
+                assert [ids.GetId(k) for k in range(2**dim)] == list(cell)
+                assert grid.GetCell(i).ComputeBoundingSphere([0.0] * 3) > 0.0
+            for name, values in expected.node_fields.items():
+                np.testing.assert_array_equal(array(grid, name)[:, :dim], values)
+    assert capfd.readouterr() == ("", "")  # VTK complains on stderr only
+
+
+def test_cells_of_vtk_have_positive_measure(tmp_path: Path) -> None:
+    quality = pytest.importorskip("vtkmodules.vtkFiltersVerdict")
+    io_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
+    path = tmp_path / "results.vtkhdf"
+    write(path, range(3), 3).close()
+    reader = io_hdf.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateTimeStep(0.2)
+    size = quality.vtkCellSizeFilter()
+    size.SetInputData(reader.GetOutputDataObject(0).GetPartition(1, 0))
+    size.Update()
+    volumes = size.GetOutput().GetCellData().GetArray("Volume")
+    assert [volumes.GetValue(i) for i in range(2)] == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("last_step", [0, 1, 3, 5, 9])
+def test_resume_drops_later_outputs_and_goes_on(tmp_path: Path, last_step: int) -> None:
+    path = tmp_path / "results.vtkhdf"
+    write(path, range(6))  # not closed: as after a kill the shadow is left behind
+    writer = ResultsWriter.resume(path, last_step)
+    first = min(last_step, 5) + 1
+    assert read_results(path).steps == list(range(first))
+    for step in range(first, first + 4):
+        writer.append(make_snapshot(step))
+        assert read_results(path).steps == list(range(step + 1))
+    writer.close()
+    for step, snapshot in enumerate(read_results(path)):
+        assert_same(snapshot, make_snapshot(step))
+
+
+def test_a_reader_that_keeps_the_file_open_is_not_disturbed(tmp_path: Path) -> None:
+    path = tmp_path / "results.vtkhdf"
+    writer = write(path, range(2))
+    with h5py.File(path, "r") as held:
+        for step in range(2, 6):
+            writer.append(make_snapshot(step))
+        assert list(held["tilth/step"]) == [0, 1]
+        np.testing.assert_array_equal(
+            held["VTKHDF/points/Points"][7:, :2], make_snapshot(1).position
+        )
+    writer.close()
+    for step, snapshot in enumerate(read_results(path)):
+        assert_same(snapshot, make_snapshot(step))
+
+
+def test_without_hard_links_the_file_is_copied(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError("no hard links here")
+
+    monkeypatch.setattr("os.link", refuse)
+    write(tmp_path / "results.vtkhdf", range(5)).close()
+    assert read_results(tmp_path / "results.vtkhdf").steps == list(range(5))
+
+
+def test_an_output_that_fails_does_not_spoil_the_next(tmp_path: Path) -> None:
+    path = tmp_path / "results.vtkhdf"
+    writer = write(path, range(3))
+    wrong = make_snapshot(3)
+    with pytest.raises(ValueError, match="fields"):
+        writer.append(
+            Snapshot(
+                3, 0.3, wrong.position, wrong.body_id, {}, wrong.node_position, wrong.cells, {}
+            )
+        )
+    assert read_results(path).steps == [0, 1, 2]
+    writer.append(make_snapshot(3))
+    writer.close()
+    for step, snapshot in enumerate(read_results(path)):
+        assert_same(snapshot, make_snapshot(step))
+
+
+def test_steps_must_increase(tmp_path: Path) -> None:
+    writer = write(tmp_path / "results.vtkhdf", range(3))
+    with pytest.raises(ValueError, match="step 2"):
+        writer.append(make_snapshot(2))
+
+
+def test_unreadable_files_are_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="does not exist"):
+        read_results(tmp_path / "absent.vtkhdf")
+    (tmp_path / "text.vtkhdf").write_text("not HDF5")
+    with pytest.raises(BadInput, match="cannot be read as HDF5"):
+        read_results(tmp_path / "text.vtkhdf")
+    h5py.File(tmp_path / "other.vtkhdf", "w").close()
+    with pytest.raises(BadInput, match="not written by tilth"):
+        read_results(tmp_path / "other.vtkhdf")
+    with pytest.raises(BadInput, match="exists already"):
+        ResultsWriter(tmp_path / "text.vtkhdf", units=UNITS)
+
+
+CHILD = """
+import sys
+sys.path[:0] = [sys.argv[2]]
+from pathlib import Path
+from test_results_file import UNITS, make_snapshot
+from tilth.output import ResultsWriter
+path = Path(sys.argv[1])
+start = int(sys.argv[3])
+writer = ResultsWriter.resume(path, start) if start >= 0 else ResultsWriter(path, units=UNITS)
+for step in range(start + 1, 100000):
+    writer.append(make_snapshot(step, points=2000))
+    print(step, flush=True)
+"""
+
+
+def test_killed_at_any_moment_the_file_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "results.vtkhdf"
+    rng = np.random.default_rng(1)
+    last = -1
+    for _ in range(6):
+        child = subprocess.Popen(
+            [sys.executable, "-c", CHILD, str(path), str(Path(__file__).parent), str(last)],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert child.stdout is not None
+        promised = int(child.stdout.readline())
+        deadline = time.monotonic() + rng.uniform(0.0, 0.2)
+        seen = promised
+        while time.monotonic() < deadline:
+            steps = read_results(path).steps
+            assert steps == list(range(len(steps)))
+            assert steps[-1] >= seen
+            seen = steps[-1]
+        child.send_signal(signal.SIGKILL)
+        for line in child.stdout:
+            promised = int(line)
+        child.wait()
+        child.stdout.close()
+        results = read_results(path)
+        assert results.steps == list(range(len(results)))
+        assert results.steps[-1] in (promised, promised + 1)
+        assert_same(results.snapshot(-1), make_snapshot(results.steps[-1], points=2000))
+        last = results.steps[-1]
