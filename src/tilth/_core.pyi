@@ -90,5 +90,13 @@ def block_pattern(nodes: int, node_start: Annotated[NDArray[numpy.int64], dict(o
 def block_positions(node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32]]:
     """Where each group's blocks stand in the pattern."""
 
+def restrict_to_free(dim: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], order: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64]]:
+    """
+    Matrix of the free unknowns: unknown, column starts, rows, places in the blocks.
+    """
+
+def gather(place: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills value[i] = block[place[i]]."""
+
 def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
     """Node numbers in a fill-reducing order of elimination."""

@@ -33,7 +33,8 @@ class Result:
         folder: where results.vtkhdf, history.csv, report.html and log.txt are.
         points: the material points at the end.
         steps, iterations: load steps taken and Newton iterations in all, of this run.
-        seconds: wall-clock time by part: basis, stress, assembly, solve, rest [s].
+        seconds, processor_seconds: wall-clock and processor time by part: basis, stress,
+            assembly, solve, rest [s].
     """
 
     folder: Path
@@ -41,6 +42,7 @@ class Result:
     steps: int
     iterations: int
     seconds: dict[str, float]
+    processor_seconds: dict[str, float]
 
     @property
     def history(self) -> dict[str, Floats]:
@@ -133,6 +135,7 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
         steps=clock.step - first,
         iterations=iterations,
         seconds=dict(simulation.timers.wall),
+        processor_seconds=dict(simulation.timers.processor),
     )
 
 

@@ -55,6 +55,7 @@ def test_history_row_is_readable_at_once(tmp_path: Path) -> None:
         assert len(read_history(tmp_path / "history.csv")["step"]) == step + 1
     with pytest.raises(ValueError, match="2 values for 3 columns"):
         history.append(3, 1.5, 1, [1.0, 2.0])
+    history.close()
 
 
 @pytest.mark.parametrize("last_step", [0, 2, 4, 7])
@@ -211,7 +212,7 @@ def test_folder_is_made_and_refused(tmp_path: Path) -> None:
     assert folder.is_dir()
     prepare_output_folder(folder, overwrite=False)  # empty: fine
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(BadInput, match=r"b is not empty.*--overwrite.*--out"):
+    with pytest.raises(BadInput, match=r"(?s)b is not empty.*--overwrite.*--out"):
         prepare_output_folder(folder, overwrite=False)
     with pytest.raises(BadInput, match="is a file"):
         prepare_output_folder(folder / "notes.txt", overwrite=True)
@@ -220,14 +221,16 @@ def test_folder_is_made_and_refused(tmp_path: Path) -> None:
 def test_overwrite_removes_only_own_files(tmp_path: Path) -> None:
     own = ["results.vtkhdf", ".results.shadow.vtkhdf", "history.csv", "report.html", "log.txt"]
     own += ["checkpoint.npz", "checkpoint.npz.new", "setup.png"]
-    for name in [*own, "case.toml", "notes.txt", "results.csv", "my_history.csv"]:
+    for name in [*own, "model.json", "case.toml", "notes.txt", "results.csv", "my_history.csv"]:
         (tmp_path / name).write_text("x")
     (tmp_path / "checkpoint_folder").mkdir()
-    prepare_output_folder(tmp_path, overwrite=True, protect=[tmp_path / "case.toml"])
+    prepare_output_folder(tmp_path, overwrite=True, protect=[tmp_path / "model.json"])
     left = sorted(file.name for file in tmp_path.iterdir())
-    assert left == ["case.toml", "checkpoint_folder", "my_history.csv", "notes.txt", "results.csv"]
+    kept = ["case.toml", "checkpoint_folder", "model.json", "my_history.csv", "notes.txt"]
+    assert left == [*kept, "results.csv"]
     prepare_output_folder(tmp_path, overwrite=True)
-    assert not (tmp_path / "case.toml").exists()
+    assert not (tmp_path / "model.json").exists()
+    assert (tmp_path / "case.toml").exists()
 
 
 def drive(progress: Progress) -> None:

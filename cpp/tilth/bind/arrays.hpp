@@ -21,6 +21,7 @@ using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using ConstDoubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<std::int64_t, nb::c_contig, nb::device::cpu>;
 using ConstIntegers = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
+using ConstFlags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
 using ConstShorts = nb::ndarray<const std::int32_t, nb::c_contig, nb::device::cpu>;
 
 /// Refuses an array whose number of entries is not the expected one.

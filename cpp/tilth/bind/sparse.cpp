@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../sparse/nested_dissection.hpp"
 #include "../sparse/pattern.hpp"
+#include "../sparse/restriction.hpp"
 #include "arrays.hpp"
 
 namespace tilth::bind {
@@ -28,6 +29,22 @@ auto nested_dissection(ConstIntegers lattice, int reach) {
   return give(std::vector<std::int64_t>(dissection.order()));
 }
 
+auto restrict_to_free(int dim, ConstIntegers row_start, ConstShorts column, ConstIntegers order,
+                      ConstFlags held) {
+  const auto nodes = static_cast<std::int64_t>(order.size());
+  require_size(held, nodes * dim, "held");
+  auto result = sparse::restrict_to_free(nodes, dim, row_start.data(), column.data(), order.data(),
+                                         held.data());
+  return std::make_tuple(give(std::move(result.unknown)), give(std::move(result.start)),
+                         give(std::move(result.row)), give(std::move(result.place)));
+}
+
+void gather(ConstIntegers place, ConstDoubles block, Doubles value) {
+  require_size(value, static_cast<std::int64_t>(place.size()), "value");
+  nb::gil_scoped_release release;
+  sparse::gather(static_cast<std::int64_t>(place.size()), place.data(), block.data(), value.data());
+}
+
 }  // namespace
 
 void bind_sparse(nb::module_& module) {
@@ -36,6 +53,11 @@ void bind_sparse(nb::module_& module) {
              "Rows and sorted columns of all pairs of nodes that share a group.");
   module.def("block_positions", &block_positions, "node_start"_a, "node"_a, "row_start"_a,
              "column"_a, "Where each group's blocks stand in the pattern.");
+  module.def("restrict_to_free", &restrict_to_free, "dim"_a, "row_start"_a, "column"_a, "order"_a,
+             "held"_a,
+             "Matrix of the free unknowns: unknown, column starts, rows, places in the blocks.");
+  module.def("gather", &gather, "place"_a, "block"_a, "value"_a,
+             "Fills value[i] = block[place[i]].");
   module.def("nested_dissection", &nested_dissection, "lattice"_a, "reach"_a,
              "Node numbers in a fill-reducing order of elimination.");
 }

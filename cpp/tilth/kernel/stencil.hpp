@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include "../grid.hpp"
@@ -64,19 +65,36 @@ Groups group_points(std::int64_t points, const std::int64_t* keys) {
   return groups;
 }
 
-/// Sorted keys of all nodes that any group touches.
+/// Sorted keys of all nodes that any group touches. Groups are sorted by their first node (body by
+/// body), so the nodes at one offset in y and z are sorted already: the union of a few sorted
+/// lists.
 inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::int64_t* first,
                                               const std::int32_t* count) {
-  std::vector<std::int64_t> keys;
-  keys.reserve(static_cast<std::size_t>(groups) * 8);
+  std::int32_t most[3] = {0, 0, 0};
   for (std::int64_t g = 0; g < groups; ++g)
-    for (int k = 0; k < count[3 * g + 2]; ++k)
-      for (int j = 0; j < count[3 * g + 1]; ++j)
-        for (int i = 0; i < count[3 * g]; ++i)
-          keys.push_back(pack({first[3 * g] + i, first[3 * g + 1] + j, first[3 * g + 2] + k}));
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  return keys;
+    for (int k = 0; k < 3; ++k) most[k] = std::max(most[k], count[3 * g + k]);
+  std::vector<std::int64_t> all, list, merged;
+  const auto merge_list = [&] {
+    merged.clear();
+    std::set_union(all.begin(), all.end(), list.begin(), list.end(), std::back_inserter(merged));
+    std::swap(all, merged);
+    list.clear();
+  };
+  for (int k = 0; k < most[2]; ++k)
+    for (int j = 0; j < most[1]; ++j) {
+      std::int64_t before = 0;
+      for (std::int64_t g = 0; g < groups; ++g) {
+        if (j >= count[3 * g + 1] || k >= count[3 * g + 2]) continue;
+        const std::int64_t* f = first + 3 * g;
+        const std::int64_t key = pack({f[0], f[1] + j, f[2] + k});
+        if (key < before) merge_list();  // the next body begins
+        before = key;
+        for (std::int64_t node = key; node < key + count[3 * g]; ++node)
+          if (list.empty() || node > list.back()) list.push_back(node);
+      }
+      merge_list();
+    }
+  return all;
 }
 
 /// Node numbers of each group, x fastest; `node_start` (groups + 1) must be filled.

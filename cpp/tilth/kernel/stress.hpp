@@ -114,12 +114,12 @@ PointStatus update_point(const Material& material, const double h[3][3], std::in
           arrays.state + arrays.state_width * p, response.kirchhoff, elastic, response.tangent))
     return PointStatus::return_mapping;
 
+  const double plastic[3] = {trial[0] - elastic[0], trial[1] - elastic[1], trial[2] - elastic[2]};
+  const double mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
   double squared = 0.0, work = 0.0;
-  const double mean = (trial[0] + trial[1] + trial[2] - elastic[0] - elastic[1] - elastic[2]) / 3.0;
   for (int a = 0; a < 3; ++a) {
-    const double plastic = trial[a] - elastic[a];
-    squared += (plastic - mean) * (plastic - mean);
-    work += response.kirchhoff[a] * plastic;
+    squared += (plastic[a] - mean) * (plastic[a] - mean);
+    work += response.kirchhoff[a] * plastic[a];
   }
   arrays.plastic[2 * p] = arrays.plastic_before[2 * p] + std::sqrt(2.0 / 3.0 * squared);
   arrays.plastic[2 * p + 1] = arrays.plastic_before[2 * p + 1] + work;

@@ -53,7 +53,7 @@ def draw_frames(
         elif ratio < 1.0 / _NARROWEST:
             stretch = ratio * 5.0
         shown = ratio / stretch
-        width = min(10.0 / columns, 6.0 / shown)
+        width = min(7.4 / columns, 5.0 / shown)
         height = max(width * shown, 1.1)
         figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
     else:
@@ -92,7 +92,7 @@ def _colours(values: Sequence[FloatArray]) -> ScalarMappable:
     high = max(float(value.max()) for value in values)
     largest = max(abs(low), abs(high))
     if min(-low, high) > 0.05 * largest:
-        return ScalarMappable(Normalize(-largest, largest), "RdBu_r")
+        return ScalarMappable(Normalize(-largest, largest), "coolwarm")
     if high - low <= 1e-12 * largest or largest == 0.0:
         margin = 1e-3 * largest or 1.0
         low, high = low - margin * (low != 0.0), high + margin

@@ -42,7 +42,7 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
         s=float(np.clip(200_000 / max(len(seen), 1), 1.0, 60.0)),
         linewidths=0.0,
     )
-    space.set_box_aspect(np.maximum(size, 0.2 * float(size.max())))
+    space.set_box_aspect(np.maximum(size, 0.2 * float(size.max())), zoom=0.88)
     space.set_xlim(lower[0], upper[0])
     space.set_ylim(lower[1], upper[1])
     space.set_zlim(lower[2], upper[2])

@@ -106,18 +106,21 @@ def _draw_points(
 ) -> None:
     from matplotlib.collections import EllipseCollection, PolyCollection
 
+    low, high = lower[chosen], upper[chosen]
     seen = np.flatnonzero(inside(setup.position, lower, upper))
+    if setup.dim == 3:  # one point of each row that is seen end on
+        steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
+        seen = seen[np.unique(steps, axis=0, return_index=True)[1]]
     total = len(seen)
     if total == 0:
         return
     every = -(-total // MOST_POINTS)
     if every > 1:
         seen = seen[::every]
-        notes.append(f"1 of {every} of the {len(setup.position):,} points is drawn")
+        notes.append(f"1 of {every} points is drawn")
     place = setup.position[seen][:, chosen]
     colours = [BODY_COLOURS[b % len(BODY_COLOURS)] for b in setup.body_id[seen]]
-    extent = np.prod(upper[chosen] - lower[chosen])
-    diameter = 0.3 * float(np.sqrt(extent / max(total, 1)))
+    diameter = 0.4 * float(np.sqrt(np.prod(high - low) / total))
     if setup.half_lengths is not None and setup.dim == 2:
         half = setup.half_lengths[seen][:, chosen]
         diameter = 0.5 * float(np.median(half))

@@ -60,7 +60,7 @@ def _entries(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _filled(values: Mapping[str, Any]) -> dict[str, str]:
-    return {name: _text(value) for name, value in values.items() if value is not None}
+    return {name: text for name, value in values.items() if (text := _text(value))}
 
 
 def _spaced(values: Mapping[str, str]) -> dict[str, str]:
@@ -74,7 +74,7 @@ def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.10g}"
+        return f"{value:,.10g}"
     if isinstance(value, Mapping):
         items = {key: item for key, item in value.items() if item is not None}
         kind = items.pop("type", None)

@@ -16,6 +16,10 @@ Floats = npt.NDArray[np.float64]
 class LinearSystem:
     """Node-block matrix with a pattern fixed over the step, and its restriction to free unknowns.
 
+    Attributes:
+        blocks: the values, shape (entries of the pattern, dim, dim).
+        free: node * dim + direction of each free unknown, in a fill-reducing order.
+
     Args:
         active: the active grid, which owns the pattern.
         fixed: prescribed degrees of freedom, shape (nodes, dim).
@@ -27,14 +31,9 @@ class LinearSystem:
         self._pattern = (active.column, active.row_start)
         self._shape = (active.nodes * dim, active.nodes * dim)
         order = np.asarray(_core.nested_dissection(active.lattice, active.reach))
-        unknowns = (order[:, None] * dim + np.arange(dim)).ravel()
-        self.free = unknowns[~fixed.ravel()[unknowns]]
-        place = np.arange(self.blocks.size).reshape(self.blocks.shape)
-        places = sp.bsr_matrix((place, *self._pattern), shape=self._shape).tocsr()
-        self._places = places[self.free][:, self.free].tocsc()
-        self._places.sort_indices()
-        self._places.indices = self._places.indices.astype(np.int32)
-        self._places.indptr = self._places.indptr.astype(np.int32)
+        self.free, self._start, self._row, self._place = _core.restrict_to_free(
+            dim, active.row_start, active.column, order, fixed
+        )
 
     def times(self, displacement: Floats) -> Floats:
         """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
@@ -43,7 +42,8 @@ class LinearSystem:
         return product.reshape(displacement.shape)
 
     def matrix(self) -> sp.csc_matrix:
-        """Returns the matrix of the free unknowns, in the order of `free`."""
-        places = self._places
-        values = self.blocks.ravel()[places.data]
-        return sp.csc_matrix((values, places.indices, places.indptr), shape=places.shape)
+        """Returns the matrix of the free unknowns, in the fill-reducing order of `free`."""
+        values = np.empty(len(self._place))
+        _core.gather(self._place, self.blocks, values)
+        size = len(self.free)
+        return sp.csc_matrix((values, self._row, self._start), shape=(size, size))

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The matrix of the free unknowns in compressed columns, in a given order of the nodes: its
+// structure, and for each entry the place of its value in the node-block matrix. Found once a
+// step; every Newton iteration only gathers values.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace tilth::sparse {
+
+struct Restriction {
+  std::vector<std::int64_t> unknown;  // (free) node * dim + direction of each column
+  std::vector<std::int32_t> start;    // (free + 1)
+  std::vector<std::int32_t> row;      // sorted within a column
+  std::vector<std::int64_t> place;    // in the array of blocks
+};
+
+/// `order` lists all nodes; `held` (nodes * dim) marks what is prescribed. The pattern must be
+/// symmetric, as that of block_pattern is.
+inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int64_t* row_start,
+                                    const std::int32_t* column, const std::int64_t* order,
+                                    const bool* held) {
+  // the block (w, v) of each block (v, w): rows are visited in order, columns are sorted
+  std::vector<std::int64_t> transposed(row_start[nodes]), next(row_start, row_start + nodes);
+  for (std::int64_t v = 0; v < nodes; ++v)
+    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
+      transposed[next[column[e]]++] = e;
+
+  Restriction result;
+  std::vector<std::int32_t> first(nodes), free(nodes), rank(nodes);
+  for (std::int64_t place = 0; place < nodes; ++place) {
+    const std::int64_t v = order[place];
+    rank[v] = static_cast<std::int32_t>(place);
+    first[v] = static_cast<std::int32_t>(result.unknown.size());
+    for (int k = 0; k < dim; ++k)
+      if (!held[v * dim + k]) result.unknown.push_back(v * dim + k);
+    free[v] = static_cast<std::int32_t>(result.unknown.size()) - first[v];
+  }
+  result.start.assign(result.unknown.size() + 1, 0);
+  for (std::int64_t v = 0; v < nodes; ++v) {
+    std::int32_t rows = 0;
+    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) rows += free[column[e]];
+    for (std::int32_t k = 0; k < free[v]; ++k) result.start[first[v] + k + 1] = rows;
+  }
+  for (std::size_t c = 0; c < result.unknown.size(); ++c) result.start[c + 1] += result.start[c];
+  result.row.resize(result.start.back());
+  result.place.resize(result.start.back());
+
+#pragma omp parallel
+  {
+    std::vector<std::int64_t> block;
+#pragma omp for schedule(static)
+    for (std::int64_t v = 0; v < nodes; ++v) {
+      block.resize(row_start[v + 1] - row_start[v]);
+      for (std::size_t i = 0; i < block.size(); ++i)
+        block[i] = row_start[v] + static_cast<std::int64_t>(i);
+      std::sort(block.begin(), block.end(),
+                [&](std::int64_t a, std::int64_t b) { return rank[column[a]] < rank[column[b]]; });
+      for (std::int32_t k = 0; k < free[v]; ++k) {
+        const std::int64_t direction = result.unknown[first[v] + k] - v * dim;
+        std::int32_t at = result.start[first[v] + k];
+        for (const std::int64_t e : block) {
+          const std::int32_t w = column[e];
+          for (std::int32_t i = 0; i < free[w]; ++i, ++at) {
+            const std::int64_t row_direction = result.unknown[first[w] + i] - std::int64_t{w} * dim;
+            result.row[at] = first[w] + i;
+            result.place[at] = (transposed[e] * dim + row_direction) * dim + direction;
+          }
+        }
+      }
+    }
+  }
+  return result;
+}
+
+/// value[i] = block[place[i]].
+inline void gather(std::int64_t entries, const std::int64_t* place, const double* block,
+                   double* value) {
+#pragma omp parallel for schedule(static)
+  for (std::int64_t i = 0; i < entries; ++i) value[i] = block[place[i]];
+}
+
+}  // namespace tilth::sparse

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Pictures and the report page: what they are given is what they show."""
+
+from __future__ import annotations
+
+import base64
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tilth.errors import BadInput
+from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
+from tilth.report.fields import field_values
+from tilth.report.html import write_report
+from tilth.report.outer import outer_points
+from tilth.report.pictures import draw_frames
+from tilth.report.setup import Condition, Load, Setup, draw_setup
+from tilth.report.tables import model_tables
+
+UNITS = {"length": "m", "force": "kN", "stress": "kPa", "mass": "t", "time": "d"}
+
+
+def lattice(counts: tuple[int, ...], spacing: float) -> np.ndarray:
+    axes = [spacing * (np.arange(count) + 0.5) for count in counts]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
+
+
+def make_setup(counts: tuple[int, ...], spacing: float = 0.5) -> Setup:
+    dim = len(counts)
+    position = lattice(counts, spacing)
+    corners = np.zeros((3, dim))
+    corners[:, 0] = [0.0, spacing, 2 * spacing]
+    held = np.zeros((3, dim), dtype=bool)
+    held[:, -1] = True
+    push = np.zeros((3, dim))
+    push[:, -1] = -0.2
+    force = np.zeros((1, dim))
+    force[0, 0] = 7.0
+    return Setup(
+        title="Test set-up",
+        dim=dim,
+        length_unit="m",
+        position=position,
+        half_lengths=np.full_like(position, spacing / 2),
+        body_id=np.zeros(len(position), dtype=np.int64),
+        body_names=["clay"],
+        cell_size=np.full(dim, 2 * spacing),
+        origin=np.zeros(dim),
+        conditions=[
+            Condition("base", "roller", corners, held),
+            Condition("corner", "fixed", corners[:1], np.ones((1, dim), dtype=bool)),
+            Condition("plate", "prescribed", corners + 1.0, held, push),
+        ],
+        loads=[Load("pull", position[-1:], force)],
+        body_force=np.eye(dim)[-1] * -9.81,
+        force_unit="kN",
+    )
+
+
+@pytest.mark.parametrize("counts", [(8, 6), (2, 100), (100, 2), (5, 4, 6), (2, 2, 60)])
+def test_setup_picture_names_everything(counts: tuple[int, ...], tmp_path: Path) -> None:
+    setup = make_setup(counts)
+    figure = draw_setup(setup)
+    figure.savefig(tmp_path / "setup.png", dpi=50)
+    assert (tmp_path / "setup.png").read_bytes().startswith(b"\x89PNG")
+    (legend,) = figure.legends
+    texts = [text.get_text().replace("\n", " ") for text in legend.get_texts()]
+    up = "y" if len(counts) == 2 else "z"
+    everything = " | ".join(texts)
+    assert f"clay {np.prod(counts)} points" in everything
+    assert f"base roller, {up} held" in everything
+    assert "corner fixed" in everything
+    assert f"plate prescribed in {up}, up to 0.2 m" in everything
+    assert "pull 7 kN in total" in everything
+    assert "acceleration 9.81" in everything
+    labels = {axes.get_xlabel() for axes in figure.axes}
+    assert labels <= {"x [m]", "y [m]"}
+    drawn = legend.get_window_extent()
+    assert drawn.x0 >= 0.0
+    assert drawn.x1 <= figure.bbox.x1 + 1.0
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        assert box.x1 <= drawn.x0, "the legend covers the drawing"
+        assert box.width > 3.0
+        assert box.height > 10.0
+    if len(counts) == 2:
+        assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
+
+
+def test_many_points_are_thinned_out_and_it_says_so() -> None:
+    setup = make_setup((300, 200), 0.01)
+    figure = draw_setup(setup)
+    assert "1 of 3 points is drawn" in figure.get_supxlabel()
+
+
+def snapshot(dim: int = 2, step: int = 1) -> Snapshot:
+    position = lattice((6, 4, 3)[:dim], 1.0)
+    n = len(position)
+    stress = np.zeros((n, 6))
+    stress[:, 1] = -10.0 * step * (1.0 + position[:, 1])
+    stress[:, 3] = 3.0 * step * (position[:, 0] - 3.0)
+    displacement = 0.1 * step * position
+    return Snapshot(
+        step=step,
+        time=0.25 * step,
+        position=position + displacement,
+        body_id=np.zeros(n, dtype=np.int64),
+        point_fields={
+            "displacement": displacement,
+            "cauchy_stress": stress,
+            "plastic_strain": np.zeros(n),
+            "volume": np.ones(n),
+            "domain": np.full((n, dim), 0.5),
+            "deformation_gradient": np.tile(1.1 * np.eye(3), (n, 1, 1)),
+        },
+        node_position=np.zeros((0, dim)),
+        cells=np.zeros((0, 2**dim), dtype=np.int64),
+        node_fields={"displacement": np.zeros((0, dim)), "reaction": np.zeros((0, dim))},
+    )
+
+
+def test_field_values_have_their_definitions() -> None:
+    state = snapshot()
+    stress = state.point_fields["cauchy_stress"]
+    values, label = field_values(state, "cauchy_stress_yy", UNITS)
+    np.testing.assert_array_equal(values, stress[:, 1])
+    assert label == "Cauchy stress yy [kPa]"
+    values, _ = field_values(state, "cauchy_stress_mean", UNITS)
+    np.testing.assert_allclose(values, stress[:, 1] / 3.0)
+    values, label = field_values(state, "cauchy_stress_von_mises", UNITS)
+    np.testing.assert_allclose(values, np.sqrt(stress[:, 1] ** 2 + 3.0 * stress[:, 3] ** 2))
+    assert label == "Cauchy stress von Mises [kPa]"
+    values, label = field_values(state, "displacement", UNITS)
+    np.testing.assert_allclose(
+        values, np.sqrt((state.point_fields["displacement"] ** 2).sum(axis=1))
+    )
+    assert label == "Displacement magnitude [m]"
+    values, label = field_values(state, "plastic_strain", UNITS)
+    assert label == "Equivalent plastic strain [-]"
+    values, _ = field_values(state, "deformation_gradient_yy", UNITS)
+    np.testing.assert_array_equal(values, 1.1)
+    for wrong in ("stress", "cauchy_stress", "displacement_z", "plastic_strain_x"):
+        with pytest.raises(BadInput, match="colour_by"):
+            field_values(state, wrong, UNITS)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_frames_share_axes_and_colours(dim: int) -> None:
+    frames = [snapshot(dim, step) for step in range(4)]
+    figure = draw_frames(frames, "cauchy_stress_yy", UNITS)
+    panels, bar = figure.axes[:-1], figure.axes[-1]
+    assert [axes.get_title() for axes in panels] == [
+        f"step {k}, time {0.25 * k:.4g}" for k in range(4)
+    ]
+    assert bar.get_ylabel() == "Cauchy stress yy [kPa]"
+    assert bar.get_ylim() == pytest.approx((-30.0 * 4.5, 0.0))
+    assert len({(axes.get_xlim(), axes.get_ylim()) for axes in panels}) == 1
+    assert panels[0].get_xlim()[1] >= frames[-1].position[:, 0].max() + 0.5
+
+
+def test_colours_diverge_about_zero_only_where_both_signs_occur() -> None:
+    frames = [snapshot(2, 2)]
+    bar = draw_frames(frames, "cauchy_stress_xy", UNITS).axes[-1]
+    low, high = bar.get_ylim()
+    assert low == -high
+    bar = draw_frames(frames, "plastic_strain", UNITS).axes[-1]
+    assert bar.get_ylim()[0] == 0.0
+
+
+def test_outer_points_are_the_shell() -> None:
+    position = lattice((6, 7, 8), 0.1)
+    index = np.round(position / 0.1 - 0.5).astype(int)
+    shell = np.any((index == 0) | (index == np.array([5, 6, 7])), axis=1)
+    seen = outer_points(position, np.full_like(position, 0.05))
+    assert set(np.flatnonzero(shell)) <= set(seen.tolist())
+    assert len(seen) < len(position)
+
+
+MODEL: dict[str, Any] = {
+    "format": 1,
+    "analysis": {"kind": "plane_strain", "line_search": False, "tolerance": 1e-9},
+    "materials": {"clay": {"model": "hencky_elastic", "young_modulus": 1.2e7}},
+    "bodies": [
+        {"name": "beam <1>", "shape": {"type": "box", "upper": [10.0, 1.0], "angle": None}},
+        {"name": "second", "spacing": 0.25},
+    ],
+    "output": {"colour_by": "cauchy_stress_yy"},
+}
+
+
+def test_model_becomes_tables() -> None:
+    page = model_tables(MODEL)
+    assert "<th>young modulus</th>" in page
+    assert "<td>12,000,000</td>" in page
+    assert "beam &lt;1&gt;" in page
+    assert "box: upper (10, 1)" in page
+    assert "<th>line search</th><td>no</td>" in page
+    assert "None" not in page
+
+
+def write_run(
+    folder: Path, *, dim: int = 2, failure: str | None = None, closed: bool = True
+) -> None:
+    results = ResultsWriter(folder / "results.vtkhdf", title="A <run>", units=UNITS)
+    history = HistoryWriter(folder / "history.csv", [("tip", "m")])
+    log = RunLog(folder / "log.txt")
+    log.header(version="0.1.0", title="A <run>", threads=2, points=24, cells=6)
+    for step in range(9):
+        results.append(snapshot(dim, step))
+        history.append(step, 0.25 * step, 3 * (step > 0), [0.5 * step])
+        if step:
+            log.step(step, 0.25 * step, 0.25, [1.0, 1e-4, 1e-9])
+    log.warning("sand & clay")
+    if closed:
+        log.finish(failure, {})
+    for file in (results, history, log):
+        file.close()
+
+
+class Checker(HTMLParser):
+    """Collects what a page refers to and checks that its elements are closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.references: list[str] = []
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+        self.references += [v or "" for k, v in attrs if k in ("src", "href")]
+        assert tag not in ("script", "link", "iframe")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def read_page(path: Path) -> Checker:
+    page = Checker()
+    page.feed(path.read_text(encoding="utf-8"))
+    assert page.open == []
+    return page
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_report_is_one_self_contained_page(tmp_path: Path, dim: int) -> None:
+    write_run(tmp_path, dim=dim)
+    setup = make_setup((6, 4, 3)[:dim])
+    page = read_page(write_report(tmp_path, MODEL, setup=setup))
+    assert len(page.references) == 4  # set-up, frames, curves, convergence
+    for reference in page.references:
+        assert reference.startswith("data:image/png;base64,")
+        assert base64.b64decode(reference.split(",", 1)[1]).startswith(b"\x89PNG")
+    assert "http" not in page.text
+    assert "url(" not in page.text
+    assert "A <run>" in page.text
+    assert "The run reached the end of its schedule." in page.text
+    assert "sand & clay" in page.text
+    assert "6 of 9 outputs" in page.text
+    assert "8 steps, 24 Newton iterations" in page.text
+    assert re.search(r"ParaView", page.text)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_report_of_an_unfinished_run_says_so(tmp_path: Path, closed: bool) -> None:
+    write_run(tmp_path, failure="step 9 found no equilibrium", closed=closed)
+    (tmp_path / "model.json").write_text('{"analysis": {"kind": "axisymmetric"}}')
+    page = read_page(write_report(tmp_path))
+    assert "This run is incomplete." in page.text
+    assert ("step 9 found no equilibrium" in page.text) == closed
+    assert "axisymmetric" in page.text
+
+
+def test_report_of_nothing_is_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="tilth run"):
+        write_report(tmp_path)
+
+
+def test_import_of_the_report_is_light() -> None:
+    code = "import sys, tilth.report; print('matplotlib' in sys.modules, 'h5py' in sys.modules)"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert result.stdout.split() == ["False", "False"], result.stderr
