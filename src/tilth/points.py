@@ -119,7 +119,7 @@ class MaterialPoints:
     def permute(self, body: PointRange, order: Integers) -> None:
         """Reorders one body's points: `order[i]` says which point comes to place i."""
         for array in self.arrays().values():
-            array[body.start : body.stop] = array[body.start : body.stop][order]
+            array[body.start : body.stop] = array[body.start : body.stop].take(order, axis=0)
 
     @property
     def body_id(self) -> Integers:
@@ -137,7 +137,9 @@ class MaterialPoints:
     @property
     def volume(self) -> Floats:
         """Current volume of each point, det F times the initial one, shape (n,)."""
-        return np.asarray(np.linalg.det(self.deformation_gradient) * self.initial_volume)
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = self.deformation_gradient.reshape(-1, 9).T
+        jacobian = xx * (yy * zz - yz * zy) - xy * (yx * zz - yz * zx) + xz * (yx * zy - yy * zx)
+        return np.asarray(jacobian * self.initial_volume)
 
     def index_of(self, point_ids: Integers) -> Integers:
         """Returns where the points of these permanent numbers stand now."""

@@ -1,2 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Verification: closed forms, reference data and the problems that are held to them."""
+"""Verification: reference problems, and the closed forms and data that they are held to."""
+
+from tilth.verification.run import run_verification
+
+__all__ = ["run_verification"]

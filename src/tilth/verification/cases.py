@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The case files of the examples, and variations of their models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tilth.case import load_case
+from tilth.model import Model
+
+
+def folder_of_cases() -> Path:
+    """Returns the folder with one folder of case files for each example.
+
+    An installed tilth has it in its package: CMakeLists.txt installs the case files there. In a
+    source tree it is `examples`, where they are kept.
+    """
+    installed = Path(__file__).with_name("cases")
+    return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"
+
+
+def example(problem: str, file: str = "case.toml") -> Model:
+    """Returns the model of a case file of an example."""
+    return load_case(folder_of_cases() / problem / file)
+
+
+def varied(model: Model, changes: Mapping[str, Any]) -> Model:
+    """Returns the model with other values at dotted keys, such as `bodies.0.points_per_cell`.
+
+    The value None leaves the key out.
+    """
+    entries = model.to_dict()
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        table: Any = entries
+        for name in path:
+            table = table[int(name) if isinstance(table, list) else name]
+        if value is None:
+            table.pop(last, None)
+        else:
+            table[int(last) if isinstance(table, list) else last] = value
+    return Model.from_dict(entries)

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The list of reference problems: the examples by name, and what each is held to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from tilth.verification import (
+    collapse,
+    end_loaded_cantilever,
+    oedometer,
+    plane_strain_block,
+    self_weight_column,
+    thick_cylinder,
+)
+from tilth.verification.comparison import Comparison
+
+PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
+    "self_weight_column": self_weight_column.comparisons,
+    "end_loaded_cantilever": end_loaded_cantilever.comparisons,
+    "collapse": collapse.comparisons,
+    "plane_strain_block": plane_strain_block.comparisons,
+    "oedometer": oedometer.comparisons,
+    "thick_cylinder": thick_cylinder.comparisons,
+}
+"""Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

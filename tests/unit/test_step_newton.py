@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Newton's iteration: quadratic convergence, reactions, line search, failure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from small_problems import (
+    AXES,
+    BASES,
+    KINDS,
+    MATERIALS,
+    block_entries,
+    dimension,
+    material_entries,
+    plane,
+)
+
+from tilth import Model
+from tilth.errors import StepFailed
+from tilth.simulation import Simulation
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+every_basis = pytest.mark.parametrize("basis", BASES)
+
+
+def leaning_block(
+    kind: str, basis: str, material: str, acceleration: float, **analysis: Any
+) -> Simulation:
+    """A block that cuts cells, fixed at its base, pulled down and sideways in one step."""
+    dim = dimension(kind)
+    boundaries = [plane("base", AXES[dim - 1], 0.0, condition="fixed")]
+    lower = [0.3] * (dim - 1) + [0.0]
+    if kind == "axisymmetric":
+        boundaries.append(plane("axis", "x", 0.0))
+        lower[0] = 0.0
+    pull = {"type": "body_force", "acceleration": [0.3 * acceleration] * (dim - 1)}
+    pull["acceleration"].append(-acceleration)
+    entries = block_entries(kind, basis, material, boundaries=boundaries, loads=[pull])
+    entries["materials"]["soil"] = material_entries(
+        material, hardening_modulus=100.0, yield_stress=20.0
+    )
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["spacing"] = 0.3
+    body["shape"] = {"type": "box", "lower": lower, "upper": [1.8] * dim}
+    entries["analysis"] |= {"tolerance": 1e-13, "maximum_iterations": 40, **analysis}
+    return Simulation(Model.from_dict(entries))
+
+
+@every_kind
+@every_basis
+@pytest.mark.parametrize("material", MATERIALS)
+def test_newton_converges_quadratically(kind: str, basis: str, material: str) -> None:
+    """r_(k+1) <= C r_k^2: a tangent that is 0.1 % wrong gains three digits a step, no more."""
+    elastic = material == "hencky_elastic"
+    simulation = leaning_block(kind, basis, material, 60.0 if elastic else 14.0)
+    residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
+    if elastic:
+        assert np.abs(simulation.points.displacement).max() > 0.15  # of a height of 1.8
+    else:
+        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.5
+    tail = residuals[residuals < 0.05]
+    clean = tail[tail > 1e-12]  # below that stands round-off
+    assert len(clean) >= 2
+    assert clean[0] / tail[-1] > 1e6
+    constant = tail[1 : len(clean) + 1] / clean[: len(tail) - 1] ** 2
+    assert constant[tail[1 : len(clean) + 1] > 1e-12].max() < 30.0
+    order = np.log(clean[-1] / clean[-2]) / np.log(clean[-2] / residuals[len(residuals) - len(tail) + len(clean) - 3])
+    assert order > 1.5
+
+
+@every_kind
+@every_basis
+def test_reactions_balance_the_weight(kind: str, basis: str) -> None:
+    simulation = leaning_block(kind, basis, "hencky_elastic", 20.0)
+    result = simulation.advance(0.0, 1.0)
+    up = dimension(kind) - 1
+    weight = 20.0 * simulation.points.mass.sum()
+    base = result.resultants["base"]
+    assert base[up] == pytest.approx(weight, rel=1e-10)
+    if kind != "axisymmetric":
+        np.testing.assert_allclose(base[:up], -0.3 * weight, rtol=1e-10)
+    held = result.equilibrium.reaction != 0.0
+    at_base = result.active.position[:, up] == 0.0
+    assert not held[~at_base, up].any()  # free nodes have no reaction
+
+
+@every_kind
+def test_no_load_needs_no_iteration(kind: str) -> None:
+    simulation = leaning_block(kind, "gimp", "hencky_elastic", 0.0)
+    result = simulation.advance(0.0, 1.0)
+    assert result.equilibrium.iterations == 0
+    assert not simulation.points.displacement.any()
+
+
+@every_kind
+def test_too_few_iterations_fail_and_tell_the_residuals(kind: str) -> None:
+    simulation = leaning_block(kind, "linear", "hencky_elastic", 60.0, maximum_iterations=2)
+    with pytest.raises(StepFailed, match="no equilibrium after 2 Newton iterations") as failure:
+        simulation.advance(0.0, 1.0)
+    assert len(failure.value.residuals) == 3
+    assert failure.value.residuals[0] > failure.value.residuals[2] > 1e-13
+
+
+def test_an_inverted_point_is_named() -> None:
+    simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 2000.0)
+    with pytest.raises(StepFailed, match="inverted") as failure:
+        simulation.advance(0.0, 1.0)
+    assert failure.value.point in range(len(simulation.points))
+
+
+def test_line_search_takes_a_step_that_plain_newton_cannot() -> None:
+    load = 400.0
+    plain = leaning_block("plane_strain", "linear", "hencky_elastic", load)
+    with pytest.raises(StepFailed):
+        plain.advance(0.0, 1.0)
+    searching = leaning_block("plane_strain", "linear", "hencky_elastic", load, line_search=True)
+    residuals = searching.advance(0.0, 1.0).equilibrium.residuals
+    assert residuals[-1] <= 1e-13
+
+
+def test_line_search_finds_the_same_equilibrium() -> None:
+    plain = leaning_block("plane_strain", "gimp", "von_mises", 14.0)
+    searching = leaning_block("plane_strain", "gimp", "von_mises", 14.0, line_search=True)
+    plain.advance(0.0, 1.0)
+    searching.advance(0.0, 1.0)
+    np.testing.assert_allclose(
+        searching.points.position, plain.points.position, rtol=0, atol=1e-11
+    )
+
+
+@every_kind
+@every_basis
+@pytest.mark.parametrize("material", MATERIALS)
+def test_external_work_is_stored_or_dissipated(kind: str, basis: str, material: str) -> None:
+    """Loads in ever smaller steps: the trapezoidal work tends to the energy that is there."""
+    gaps = []
+    for steps in (4, 8):
+        simulation = leaning_block(kind, "linear", material, 10.0)
+        work = 0.0
+        for k in range(steps):
+            work += simulation.advance(k / steps, (k + 1) / steps).work
+        points = simulation.points
+        energy = simulation.soil.elastic_energy() + points.plastic[:, 1] @ points.initial_volume
+        gaps.append(abs(work - energy) / work)
+    assert gaps[-1] < 0.01
