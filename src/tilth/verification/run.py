@@ -12,6 +12,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.live import Live
+from rich.markup import escape
 from rich.table import Table
 
 from tilth.errors import EXIT_ANALYSIS_FAILED, EXIT_DONE, AnalysisFailed, BadInput
@@ -90,11 +91,11 @@ def _print_json(rows: Iterator[Row]) -> list[Row]:
 def _print_table(rows: Iterator[Row]) -> list[Row]:
     """Shows rows as they come on a terminal, the whole table at the end elsewhere."""
     table = Table(show_edge=False, pad_edge=False)
-    for heading in ("problem", "quantity", "source"):
+    for heading in ("problem", "quantity"):
         table.add_column(heading, overflow="fold")
-    for place, heading in enumerate(("computed", "reference", "error", "tolerance", "", "s")):
+    for heading in ("computed", "reference", "error", "tolerance", "", "s"):
         table.add_column(heading, justify="right", no_wrap=True)
-        table.columns.insert(2 + place, table.columns.pop())
+    table.add_column("source", overflow="fold")
     console = Console() if Console().is_terminal else Console(width=160)
     done: list[Row] = []
     with Live(table, console=console, auto_refresh=False, vertical_overflow="visible") as live:
@@ -113,12 +114,12 @@ def _cells(row: Row, first: bool) -> list[str]:
     unit = f" {c.unit}" if c.unit else ""
     return [
         row.problem if first else "",
-        c.quantity,
+        escape(c.quantity),
         f"{c.computed:.5g}{unit}",
         f"{c.reference:.5g}{unit}",
         f"{c.error:.2g}",
         f"{c.tolerance:.2g}",
         "[green]passed[/]" if c.passed else "[bold red]FAILED[/]",
         f"{row.seconds:.1f}",
-        c.source,
+        escape(c.source),
     ]
