@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from tilth import Model, _core
-from tilth.grid import ActiveGrid, Grid, locate
+from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
 from tilth.soil import Soil
@@ -145,7 +145,7 @@ class Laboratory:
         return Laboratory(self.kind, copy.deepcopy(self.points), self.grid)
 
     def locate(self) -> None:
-        self.active: ActiveGrid = locate(self.points, self.grid)
+        self.active: ActiveGrid = locate(self.points, self.grid, Buffers())
         self.soil.begin_step()
 
     def random_displacement(self, random: np.random.Generator, size: float) -> Floats:

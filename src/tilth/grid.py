@@ -141,8 +141,27 @@ class ActiveGrid:
         return np.searchsorted(self.key, np.stack(keys, axis=1))
 
 
-def locate(points: MaterialPoints, grid: Grid) -> ActiveGrid:
+class Buffers:
+    """Memory for basis values that steps reuse, so that none has to ask the system for it.
+
+    Arrays taken for one step are overwritten by the next.
+    """
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Floats] = {}
+
+    def take(self, name: str, size: int) -> Floats:
+        """Returns an array of this size, its entries undefined."""
+        array = self._arrays.get(name)
+        if array is None or len(array) < size:
+            array = self._arrays[name] = np.empty(size + size // 8)
+        return array[:size]
+
+
+def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     """Sorts the points by support and returns the active grid with all basis values.
+
+    The basis values stand in `buffers` and are valid until these are used again.
 
     Raises:
         StepFailed: if a point is beyond the limits or the reach of the grid.
@@ -168,7 +187,9 @@ def locate(points: MaterialPoints, grid: Grid) -> ActiveGrid:
     firsts = [first for _, first, _ in supports]
     counts = [count for _, _, count in supports]
     key = np.asarray(_core.active_nodes(np.concatenate(firsts), np.concatenate(counts)))
-    stencils = [_stencil(points, i, grid, key, *support) for i, support in enumerate(supports)]
+    stencils = [
+        _stencil(points, i, grid, key, buffers, *support) for i, support in enumerate(supports)
+    ]
     offsets = np.cumsum([0] + [len(stencil.node) for stencil in stencils])
     node_start = np.concatenate(
         [s.node_start[:-1] + o for s, o in zip(stencils, offsets, strict=False)] + [offsets[-1:]]
@@ -194,6 +215,7 @@ def _stencil(
     body: int,
     grid: Grid,
     key: Integers,
+    buffers: Buffers,
     start: Integers,
     first: Integers,
     count: npt.NDArray[np.int32],
@@ -201,8 +223,8 @@ def _stencil(
     nodes = count.prod(axis=1, dtype=np.int64)
     node_start = np.concatenate([[0], np.cumsum(nodes)])
     value_start = np.concatenate([[0], np.cumsum(nodes * np.diff(start))])
-    value = np.empty(value_start[-1])
-    gradient = np.empty(value_start[-1] * grid.dim)
+    value = buffers.take(f"value {body}", int(value_start[-1]))
+    gradient = buffers.take(f"gradient {body}", int(value_start[-1]) * grid.dim)
     part = points.part(points.bodies[body])
     _core.basis_values(
         points.bodies[body].basis, start, first, count, value_start, part.position,

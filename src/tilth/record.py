@@ -15,7 +15,7 @@ import numpy.typing as npt
 from tilth import __version__
 from tilth.clock import Clock
 from tilth.errors import StepFailed, TilthError
-from tilth.grid import ActiveGrid
+from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.model import Model
 from tilth.output import (
     HistoryWriter,
@@ -81,10 +81,8 @@ class Recorder:
             log=RunLog(folder / LOG, resume=True),
             work=meta["work"],
         )
-        from tilth.grid import locate
-
-        cells = len(locate(simulation.points, simulation.grid).cells())
-        recorder._header(cells, threads, step)
+        active = locate(simulation.points, simulation.grid, Buffers())
+        recorder._header(len(active.cells()), threads, step)
         return recorder
 
     def _header(self, cells: int, threads: int, last_step: int) -> None:

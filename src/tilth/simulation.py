@@ -15,7 +15,7 @@ from tilth.boundaries import Conditions, make_boundaries
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
-from tilth.grid import ActiveGrid, Grid, locate
+from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model
 from tilth.points import MaterialPoints, PointRange
@@ -83,6 +83,7 @@ class Simulation:
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
         self._said: set[str] = set()
+        self._buffers = Buffers()
         self._newton = Newton(
             tolerance=model.analysis.tolerance,
             maximum_iterations=model.analysis.maximum_iterations,
@@ -100,7 +101,7 @@ class Simulation:
             BadInput: contradicting conditions, or a rigid motion that none of them holds.
         """
         try:
-            active = locate(self.points, self.grid)
+            active = locate(self.points, self.grid, self._buffers)
         except StepFailed as failure:
             raise BadInput(
                 f"{failure.reason} before the first step (point {failure.point})",
@@ -125,7 +126,7 @@ class Simulation:
             StepFailed: no equilibrium, an inverted point, a point that left the grid.
         """
         with self.timers.measure("basis"):
-            active = locate(self.points, self.grid)
+            active = locate(self.points, self.grid, self._buffers)
         conditions = Conditions.gather(self.boundaries, active, before, after)
         self._note_untouched(conditions)
         self.soil.begin_step()

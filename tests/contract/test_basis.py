@@ -10,12 +10,14 @@ import pytest
 from small_problems import BASES, Floats
 
 from tilth import _core
-from tilth.grid import Grid, locate
+from tilth.grid import Buffers, Grid, locate
 from tilth.points import MaterialPoints, PointRange
 
 GRIDS = {
     "unit": lambda dim: Grid(np.zeros(dim), np.ones(dim)),
-    "shifted": lambda dim: Grid(np.array([-3.7, 11.3, 0.21])[:dim], np.array([0.3, 2.0, 0.7])[:dim]),
+    "shifted": lambda dim: Grid(
+        np.array([-3.7, 11.3, 0.21])[:dim], np.array([0.3, 2.0, 0.7])[:dim]
+    ),
 }
 
 every_basis = pytest.mark.parametrize("basis", BASES)
@@ -38,7 +40,7 @@ def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> E
     n, dim = position.shape
     body = PointRange("body", 0, n, basis, None, "hencky_elastic", np.ones(2), 0.0)
     points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length, 1)
-    active = locate(points, grid)
+    active = locate(points, grid, Buffers())
     stencil = active.stencils[0]
     value = np.zeros((n, active.nodes))
     gradient = np.zeros((n, active.nodes, dim))
@@ -102,9 +104,7 @@ def test_linear_fields_are_reproduced(basis: str, dim: int, grid: str) -> None:
 def test_linear_fields_are_reproduced_on_grid_lines(basis: str, dim: int, grid: str) -> None:
     lattice = GRIDS[grid](dim)
     position, half = points_on_grid_lines(dim, lattice)
-    assert_reproduces_linear_fields(
-        evaluate(basis, lattice, position, half), lattice, position
-    )
+    assert_reproduces_linear_fields(evaluate(basis, lattice, position, half), lattice, position)
 
 
 @every_basis

@@ -138,9 +138,7 @@ def test_rigid_translation_leaves_the_force(kind: str, basis: str, material: str
 @every_basis
 @every_material
 @pytest.mark.parametrize("degrees", [25.0, 90.0])
-def test_stress_update_is_objective(
-    kind: str, basis: str, material: str, degrees: float
-) -> None:
+def test_stress_update_is_objective(kind: str, basis: str, material: str, degrees: float) -> None:
     """A step F and a step R F end in stresses that differ by the rotation R alone."""
     random = np.random.default_rng(5)
     plain = deformed_laboratory(kind, basis, material, random)

@@ -161,9 +161,7 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
     if kind == "axisymmetric":
         end = np.diag([2.0, 0.6])
     steps = 25
-    entries = block_entries(
-        kind, basis, boundaries=[affine(end, path)], schedule={"steps": steps}
-    )
+    entries = block_entries(kind, basis, boundaries=[affine(end, path)], schedule={"steps": steps})
     entries["grid"] = {"cell_size": [0.25, 0.2, 0.3][:dim], "origin": [0.0, -0.03, 0.1][:dim]}
     body = entries["bodies"][0]
     del body["points_per_cell"]
@@ -195,18 +193,14 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
     stress = hencky_stress(whole)
     error = np.abs(tensor(found["stress"]) - stress).max() / np.abs(stress).max()
     assert error < 1e-10
-    cells_after = np.floor(
-        (found["position"] - np.array(model.origin)) / np.array(model.cell_size)
-    )
+    cells_after = np.floor((found["position"] - np.array(model.origin)) / np.array(model.cell_size))
     assert np.abs(cells_after - cells_before).max() >= 3
 
 
 @every_kind
 @every_basis
 @every_material
-def test_affine_drive_keeps_points_of_a_body_alike(
-    kind: str, basis: str, material: str
-) -> None:
+def test_affine_drive_keeps_points_of_a_body_alike(kind: str, basis: str, material: str) -> None:
     """Also plastic points go through one and the same history wherever they stand."""
     dim = dimension(kind)
     end = np.diag([1.5, 0.7, 1.2][:dim])

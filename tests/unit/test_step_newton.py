@@ -125,9 +125,7 @@ def test_line_search_finds_the_same_equilibrium() -> None:
     searching = leaning_block("plane_strain", "gimp", "von_mises", 14.0, line_search=True)
     plain.advance(0.0, 1.0)
     searching.advance(0.0, 1.0)
-    np.testing.assert_allclose(
-        searching.points.position, plain.points.position, rtol=0, atol=1e-11
-    )
+    np.testing.assert_allclose(searching.points.position, plain.points.position, rtol=0, atol=1e-11)
 
 
 @every_kind

@@ -26,10 +26,13 @@ struct Gimp {
     return {first, static_cast<int>(std::floor(x + reach) - first) + 2};
   }
 
-  TILTH_FUNCTION static double hat(double s) { return std::fmax(0.0, 1.0 - std::fabs(s)); }
+  TILTH_FUNCTION static double hat(double s) {
+    const double t = 1.0 - std::fabs(s);
+    return t > 0.0 ? t : 0.0;
+  }
 
   TILTH_FUNCTION static double hat_antiderivative(double s) {
-    const double t = std::fmin(1.0, std::fmax(-1.0, s));
+    const double t = s < -1.0 ? -1.0 : (s > 1.0 ? 1.0 : s);
     return t < 0.0 ? 0.5 * (1.0 + t) * (1.0 + t) : 1.0 - 0.5 * (1.0 - t) * (1.0 - t);
   }
 

@@ -3,6 +3,8 @@
 // blocks stand in it. Nothing is assumed of the number of neighbours.
 #pragma once
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -31,33 +33,39 @@ inline Pattern block_pattern(std::int64_t nodes, const NodeGroups& groups) {
     for (std::int64_t e = groups.node_start[g]; e < groups.node_start[g + 1]; ++e)
       group_of[fill[groups.node[e]]++] = g;
 
-  std::vector<std::vector<std::int32_t>> rows(nodes);
+  Pattern pattern;
+  pattern.row_start.resize(nodes + 1, 0);
+  std::vector<std::vector<std::int32_t>> columns_of(omp_get_max_threads());
 #pragma omp parallel
   {
+    auto& columns = columns_of[omp_get_thread_num()];  // of a contiguous range of rows
     std::vector<std::int64_t> seen(nodes, -1);
+    std::int64_t first_row = nodes;
 #pragma omp for schedule(static)
     for (std::int64_t v = 0; v < nodes; ++v) {
-      auto& row = rows[v];
+      first_row = std::min(first_row, v);
+      const auto row = static_cast<std::ptrdiff_t>(columns.size());
       for (std::int64_t e = first[v]; e < first[v + 1]; ++e) {
         const std::int64_t g = group_of[e];
         for (std::int64_t k = groups.node_start[g]; k < groups.node_start[g + 1]; ++k) {
           const std::int32_t w = groups.node[k];
           if (seen[w] == v) continue;
           seen[w] = v;
-          row.push_back(w);
+          columns.push_back(w);
         }
       }
-      std::sort(row.begin(), row.end());
+      std::sort(columns.begin() + row, columns.end());
+      pattern.row_start[v + 1] = static_cast<std::int64_t>(columns.size()) - row;
     }
+#pragma omp single
+    {
+      for (std::int64_t v = 0; v < nodes; ++v) pattern.row_start[v + 1] += pattern.row_start[v];
+      pattern.column.resize(pattern.row_start[nodes]);
+    }
+    if (first_row < nodes)
+      std::copy(columns.begin(), columns.end(),
+                pattern.column.begin() + pattern.row_start[first_row]);
   }
-  Pattern pattern;
-  pattern.row_start.resize(nodes + 1, 0);
-  for (std::int64_t v = 0; v < nodes; ++v)
-    pattern.row_start[v + 1] = pattern.row_start[v] + static_cast<std::int64_t>(rows[v].size());
-  pattern.column.resize(pattern.row_start[nodes]);
-#pragma omp parallel for schedule(static)
-  for (std::int64_t v = 0; v < nodes; ++v)
-    std::copy(rows[v].begin(), rows[v].end(), pattern.column.begin() + pattern.row_start[v]);
   return pattern;
 }
 

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes docs/reference/case_file.md from the declared model: `python docs/generate_reference.py`.
+
+The meaning of a key is the text below its field in src/tilth/model, its type the name of its
+field type, so that the page cannot say anything that the program does not check.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+from pydantic.fields import FieldInfo
+
+from tilth import model
+from tilth.model.base import Declared, meaning_of
+from tilth.model.settings import COLOURS
+
+PAGE = Path(__file__).parent / "reference" / "case_file.md"
+
+WORDS = {
+    "Text": "text",
+    "Name": "text",
+    "Real": "number",
+    "Positive": "number > 0",
+    "NotNegative": "number >= 0",
+    "Fraction": "number in (0, 1]",
+    "PoissonRatio": "number in (-1, 0.5)",
+    "Count": "whole number >= 1",
+    "CountOrZero": "whole number >= 0",
+    "Flag": "true or false",
+    "Vector": "list of numbers",
+    "CountVector": "list of whole numbers >= 1",
+    "PositivePerDirection": "number > 0, or a list of them",
+    "CountPerDirection": "whole number >= 1, or a list of them",
+    "Matrix": "list of rows",
+    "Table": "rows (time, factor)",
+    "Times": "list of increasing numbers > 0",
+    "Axis": '`"x"`, `"y"`, `"z"`',
+    "Components": "list of axes",
+    "Displacement": "table axis = number",
+    "Ranges": "table axis = [least, greatest]",
+    "Limits": "table, see below",
+    "Shape": "table, see [shapes](#shapes)",
+}
+"""What each field type of the model is called here; a type without an entry is an error."""
+
+HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not edit. -->
+# The case file
+
+A case file is [TOML](https://toml.io) text. The same names build the same model from Python:
+`[analysis]` is `tilth.Analysis`, an entry of `[[bodies]]` is a `tilth.Body`, and so on.
+`tilth check CASE.toml` validates a file and draws its set-up without running it.
+
+* Units are yours and consistent; `[units]` only labels them. Tension is positive. y is up in 2D,
+  z is up in 3D; in axisymmetry x is the radius and y the axis.
+* A key that is not listed here is refused, and so is a number in quotes. No material parameter,
+  load or boundary condition has a default; numerical settings have.
+* A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
+* A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between
+  its rows the factor is linear in time, beyond the last row it is constant.
+* Paths are relative to the case file.
+
+A complete case, a block of soil that settles under its own weight and a prescribed plate:
+
+```toml
+format = 1
+title = "Block under a plate"
+
+[analysis]
+kind = "plane_strain"
+
+[grid]
+cell_size = 0.5
+
+[materials.clay]
+model = "von_mises"
+young_modulus = 1e6
+poisson_ratio = 0.3
+density = 1800.0
+yield_stress = 5e4
+hardening_modulus = 0.0
+
+[[bodies]]
+name = "block"
+material = "clay"
+shape = { type = "box", lower = [0, 0], upper = [4, 2] }
+basis = "gimp"
+points_per_cell = 2
+
+[[boundaries]]
+name = "base"
+type = "plane"
+axis = "y"
+at = 0.0
+condition = "fixed"
+
+[[boundaries]]
+name = "plate"
+type = "plane"
+axis = "y"
+at = 2.0
+range = { x = [1.0, 3.0] }
+condition = "prescribed"
+displacement = { x = 0.0, y = -0.05 }
+factor = [[0, 0], [0.5, 0], [1, 1]]          # gravity first, then the plate
+
+[[loads]]
+type = "body_force"
+acceleration = [0.0, -9.81]
+factor = [[0, 0], [0.5, 1]]
+
+[schedule]
+steps = 20
+
+[[track]]
+name = "plate force"
+quantity = "reaction"
+boundary = "plate"
+component = "y"
+```
+"""
+
+TOP_LEVEL = """## Top level
+
+| key | type | default | meaning |
+| --- | --- | --- | --- |
+"""
+
+
+def page() -> str:
+    """Returns the text of docs/reference/case_file.md."""
+    parts = [
+        HEADER,
+        TOP_LEVEL + "\n".join(_row(model.Model, key) for key in ("format", "title")),
+        _section("`[units]`", model.Units),
+        _section("`[analysis]`", model.Analysis),
+        _section("`[grid]`", model.Grid),
+        _section("`[grid.limits]`", model.Limits, 3),
+        "## `[materials.NAME]`\n\nNAME is yours; bodies refer to it. The equations are in "
+        "[mechanics](../theory/mechanics.md).",
+        *_variants("model", model.HenckyElastic, model.VonMises),
+        _section("`[[bodies]]`", model.Body),
+        "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
+        "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
+        "volume of the shape to round-off.",
+        *_variants(
+            "type", model.Box, model.Polygon, model.Circle, model.Cylinder, model.Sphere,
+            model.Mesh, level=4,
+        ),
+        "## `[[boundaries]]`\n\nEssential conditions; at least one. Where two hold the same "
+        "component of a node they must prescribe the same value.",
+        *_variants("type", model.PlaneBoundary, model.NodeBoundary, model.AffineBoundary),
+        "## `[[loads]]`",
+        *_variants("type", model.BodyForce, model.PointForce),
+        _section("`[schedule]`", model.Schedule),
+        _section("`[[track]]`", model.Track),
+        _section("`[output]`", model.Output),
+        "Names for `colour_by`: " + ", ".join(f"`{name}`" for name in COLOURS) + ".",
+    ]  # fmt: skip
+    return "\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
+def _section(heading: str, cls: type[Declared], level: int = 2) -> str:
+    """Returns a heading, the class's own words and the table of its keys."""
+    keys = sorted(cls.model_fields, key=lambda key: not _tells_apart(cls, key))
+    rows = "\n".join(_row(cls, key) for key in keys)
+    return (
+        f"{'#' * level} {heading}\n\n{inspect.getdoc(cls)} In Python: `tilth.{cls.__name__}`.\n\n"
+        f"| key | type | default | meaning |\n| --- | --- | --- | --- |\n{rows}"
+    )
+
+
+def _variants(key: str, *classes: type[Declared], level: int = 3) -> list[str]:
+    """Returns one section for each kind of an entry that its key `key` tells apart."""
+    return [_section(f'`{key} = "{cls.model_fields[key].default}"`', cls, level) for cls in classes]
+
+
+def _row(cls: type[Declared], key: str) -> str:
+    field = cls.model_fields[key]
+    meaning = meaning_of(cls, key) or "Says which kind of entry this is."
+    return f"| `{key}` | {_type(cls, key)} | {_default(cls, key, field)} | {_cell(meaning)} |"
+
+
+def _type(cls: type[Declared], key: str) -> str:
+    owner = next(base for base in cls.__mro__ if key in inspect.get_annotations(base))
+    annotation = str(inspect.get_annotations(owner)[key])
+    if key == "format":
+        return "whole number"
+    if key == "colour_by":
+        return "one of the names below"
+    if key == "domain_update":
+        return _choices(model.bodies.DomainUpdate.__args__)
+    if key == "kind" and cls is model.Analysis:
+        return _choices(model.Kind.__args__)
+    if key == "quantity":
+        return _choices(model.track.Quantity.__args__)
+    name = annotation.removesuffix(" | None")
+    if name.startswith("Literal["):
+        return _choices(re.findall(r'["\']([^"\']+)["\']', name))
+    return WORDS[name]
+
+
+def _choices(values: Any) -> str:
+    return ", ".join(f'`"{value}"`' for value in values)
+
+
+def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
+    if field.is_required() or key == "format" or _tells_apart(cls, key):
+        return "required"
+    if field.default is None:
+        return "-"
+    value = field.default
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'`"{value}"`'
+    return "1/1024" if key == "minimum_step" else f"{value:g}"
+
+
+def _tells_apart(cls: type[Declared], key: str) -> bool:
+    """Whether a case file must hold the key although Python fills it in from the class."""
+    return key in ("type", "model") and cls is not model.Analysis
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A block of soft clay that collapses under its weight, against AMPLE."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import Model
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, absolute, relative, vanishing
+from tilth.verification.march import initial_position, march
+from tilth.verification.reference import collapse_by_ample
+
+Floats = npt.NDArray[np.float64]
+
+FIGURE = "AMPLE, figure"
+AMPLE = "AMPLE 1.1, run"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Points in the order of their numbers: where they were and are [length], shape (n, 2).
+
+    reach: upper right corners of their domains [length], shape (n, 2); volume_change: of the
+    whole body, relative.
+    """
+
+    initial: Floats
+    final: Floats
+    reach: Floats
+    volume_change: float
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Point by point at h 1 m; run-out and surface at h 0.5 m and 0.25 m."""
+    model = example("collapse")
+    for file, grid, tolerance in (
+        ("ample.toml", "h 1 m", 0.05),
+        ("ample_grid.toml", "h 1 m, AMPLE's grid", 0.005),
+    ):
+        distance = distances_to_ample(solve(example("collapse", file)))
+        mean, largest = float(distance.mean()), float(distance.max())
+        yield vanishing(f"mean distance, {grid}", mean, tolerance, AMPLE, "m")
+        quantity = f"largest distance, {grid}"
+        yield vanishing(quantity, largest, 2.0 * tolerance, AMPLE, "m")
+    yield from surface(model, 0.5)
+    if long:
+        yield from surface(model, 0.25)
+
+
+def distances_to_ample(outcome: Outcome) -> Floats:
+    """Returns how far each point ends from AMPLE's point of the same origin [length], (n,)."""
+    reference = collapse_by_ample()
+    ours, theirs = _by_origin(outcome.initial), _by_origin(reference.initial_position)
+    return np.linalg.norm(outcome.final[ours] - reference.final_position[theirs], axis=1)
+
+
+def surface(model: Model, cell_size: float) -> Iterator[Comparison]:
+    """Run-out, symmetry axis, crest and trough; the figure reads to 0.1 m."""
+    outcome = solve(varied(model, {"grid.cell_size": cell_size}))
+    at = f"h {cell_size:g} m"
+    reach = outcome.reach
+    yield relative(f"run-out, {at}", float(reach[:, 0].max()), 13.9, 0.03, FIGURE, "m")
+    axis = outcome.initial[:, 0] == outcome.initial[:, 0].min()
+    top = float(reach[axis, 1].max())
+    yield absolute(f"height at the symmetry axis, {at}", top, 5.25, 0.1, FIGURE, "m")
+    crest = reach[:, 1].argmax()
+    crest_x, crest_y = float(outcome.final[crest, 0]), float(reach[crest, 1])
+    yield absolute(f"height of the crest, {at}", crest_y, 6.3, 0.1, FIGURE, "m")
+    yield absolute(f"place of the crest, {at}", crest_x, 8.5, 0.1, FIGURE, "m")
+    upper = np.flatnonzero(outcome.initial[:, 1] == outcome.initial[:, 1].max())
+    trough = upper[reach[upper, 1].argmin()]
+    trough_x, trough_y = float(outcome.final[trough, 0]), float(reach[trough, 1])
+    yield absolute(f"height of the trough, {at}", trough_y, 4.85, 0.1, FIGURE, "m")
+    yield absolute(f"place of the trough, {at}", trough_x, 5.8, 0.1, FIGURE, "m")
+    change = outcome.volume_change
+    yield vanishing(f"change of the volume, {at}", change, 0.02, "elastic strain is small")
+
+
+def solve(model: Model) -> Outcome:
+    """Runs a collapse to its end."""
+    points = march(model).points
+    order = np.argsort(points.point_id)
+    return Outcome(
+        initial=np.round(initial_position(points)[order], 9),
+        final=points.position[order],
+        reach=(points.position + points.half_length)[order],
+        volume_change=float(points.volume.sum() / points.initial_volume.sum() - 1.0),
+    )
+
+
+def _by_origin(position: Floats) -> npt.NDArray[np.intp]:
+    """Returns the order by initial position, y first, to round-off."""
+    return np.lexsort(np.round(position, 6).T)

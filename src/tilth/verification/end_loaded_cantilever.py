@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A cantilever bent through more than its length, against finite elements of the same law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.loads import nearest_points
+from tilth.model import Model
+from tilth.points import MaterialPoints
+from tilth.simulation import Simulation, StepResult, initial_points
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.march import march
+from tilth.verification.reference import end_loaded_cantilever
+
+Floats = npt.NDArray[np.float64]
+
+LENGTH = 10.0
+TIP = (10.0, 0.5)
+SOURCE = "FE, 80 x 8 nine-node"
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """The whole curve of the tip at h 0.25 m (0.01 of the length) and 0.125 m (0.005)."""
+    yield from compare(0.25, 0.01)
+    if long:
+        yield from compare(0.125, 0.005)
+
+
+def compare(cell_size: float, tolerance: float) -> Iterator[Comparison]:
+    """Largest distance to the reference over all steps, and the tip under full load."""
+    reference = end_loaded_cantilever()
+    fraction, tip = tip_curve(
+        varied(example("end_loaded_cantilever"), {"grid.cell_size": cell_size})
+    )
+    exact = np.stack(
+        [np.interp(fraction, reference.load_fraction, u) for u in reference.displacement.T], axis=1
+    )
+    distance = np.linalg.norm(tip - exact, axis=1) / LENGTH
+    at = f"h {cell_size:g} m"
+    quantity = f"largest distance of the tip over the length, {at}"
+    yield vanishing(quantity, float(distance.max()), tolerance, SOURCE)
+    for name, computed, expected in zip("xy", tip[-1], exact[-1], strict=True):
+        quantity = f"tip displacement {name} under full load, {at}"
+        yield relative(quantity, float(computed), float(expected), 0.01, SOURCE, "m")
+
+
+def tip_curve(model: Model) -> tuple[Floats, Floats]:
+    """Returns load fraction (steps,) and displacement of the end face's middle (steps, 2)."""
+    initial = initial_points(model)
+    near = nearest_points(initial, TIP, model.cell_size)
+    start = initial.position[initial.index_of(near)]
+    fraction, tip = [], []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        fraction.append(time)
+        tip.append(displacement_beyond(simulation.points, near, start, np.array(TIP)))
+
+    march(model, after_step)
+    return np.array(fraction), np.array(tip)
+
+
+def displacement_beyond(
+    points: MaterialPoints, ids: npt.NDArray[np.int64], start: Floats, place: Floats
+) -> Floats:
+    """Displacement of a material place that no point stands at, from its nearest points.
+
+    The points stand half their spacing inside the end face; each carries its surroundings along
+    with its deformation gradient, x(X) = x_p + F_p (X - X_p), and the mean over them is taken.
+
+    Args:
+        points: at the time of interest; `ids` of the nearest ones, `start` where they were.
+        place: the material place X in the undeformed body, shape (dim,).
+    """
+    index = points.index_of(ids)
+    gradient = points.deformation_gradient[index, : len(place), : len(place)]
+    carried = points.position[index] + np.einsum("pij,pj->pi", gradient, place - start)
+    return np.asarray(carried.mean(axis=0) - place)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A column compressed to half its height by its own weight, against its closed form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.model import BodyForce, Model
+from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms import SelfWeightColumn
+from tilth.verification.comparison import (
+    Comparison,
+    at_least,
+    relative,
+    vanishing,
+    within_factor,
+)
+from tilth.verification.march import initial_position, march
+from tilth.verification.reference import AMPLE_COLUMN_ERROR
+
+PROBLEM = "self_weight_column"
+HEIGHT = 50.0
+AMPLE = "AMPLE, figure"
+CLOSED_FORM = "closed form"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is compared of a column: errors relative to the base stress [-], height [length]."""
+
+    stress_error: float
+    lateral_error: float
+    plastic_strain_error: float
+    height: float
+    exact_height: float
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Elastic (soft and stiff), von Mises, standard MPM, axisymmetric and 3D."""
+    plane_strain = example(PROBLEM)
+    grids = [4, 8, 16, 32, 64] + ([128, 256, 8192] if long else [])
+    errors = {}
+    for cells in grids:
+        outcome = solve(plane_strain, cells)
+        errors[cells] = outcome.stress_error
+        quantity = f"vertical stress error, {cells} cells"
+        yield within_factor(quantity, errors[cells], AMPLE_COLUMN_ERROR[cells], 1.5, AMPLE)
+        if cells == 64:
+            quantity = "vertical stress error, 64 cells, as run"
+            yield relative(quantity, errors[64], 4.357e-4, 0.01, "AMPLE 1.1, run")
+            yield height("final height, 64 cells", outcome)
+    for coarse, fine in ((4, 32), (256, 8192)) if long else ((4, 32),):
+        rates = [log_slope(e[coarse], e[fine], fine / coarse) for e in (errors, AMPLE_COLUMN_ERROR)]
+        quantity = f"convergence rate, {coarse} to {fine} cells"
+        yield relative(quantity, *rates, 0.05, AMPLE)
+    yield from stiff(plane_strain)
+    yield from standard(plane_strain, long)
+    yield from other_kinds(solve(plane_strain, 16).stress_error)
+    yield from von_mises(long)
+
+
+def stiff(model: Model) -> Iterator[Comparison]:
+    """The column of AMPLE's web page, a hundred times stiffer."""
+    outcome = solve(varied(model, {"materials.soil.young_modulus": 1e6}), 64)
+    yield height("final height, E 1 MPa, 64 cells", outcome)
+
+
+def standard(model: Model, long: bool) -> Iterator[Comparison]:
+    """Standard MPM: its error stays between 6e-2 and 1e-1, whatever the grid."""
+    linear = varied(model, {"bodies.0.basis": "linear", "bodies.0.domain_update": None})
+    for cells in (8, 64, 256) if long else (8, 64):
+        error = solve(linear, cells).stress_error
+        quantity = f"vertical stress error, standard MPM, {cells} cells"
+        band = math.sqrt(0.06 * 0.1), math.sqrt(0.1 / 0.06)
+        yield within_factor(quantity, error, *band, "AMPLE: 0.06 to 0.1")
+
+
+def other_kinds(plane_strain_error: float) -> Iterator[Comparison]:
+    """The same column as a cylinder and as a prism."""
+    for file, kind in (("axisymmetric.toml", "axisymmetric"), ("three_dimensional.toml", "3d")):
+        outcome = solve(example(PROBLEM, file), 16)
+        quantity = f"vertical stress error, {kind}, 16 cells"
+        yield relative(quantity, outcome.stress_error, plane_strain_error, 0.005, "plane strain")
+
+
+def von_mises(long: bool) -> Iterator[Comparison]:
+    """The column that yields under its weight."""
+    model = example(PROBLEM, "von_mises.toml")
+    coarse, fine = solve(model, 16), solve(model, 256 if long else 64)
+    cells = "256 cells" if long else "64 cells"
+    yield height(f"final height, von Mises, {cells}", fine)
+    for name, value in (
+        ("vertical stress", fine.stress_error),
+        ("lateral stress", fine.lateral_error),
+        ("plastic strain", fine.plastic_strain_error),
+    ):
+        yield vanishing(f"{name} error, von Mises, {cells}", value, 2e-3, CLOSED_FORM)
+    rate = log_slope(coarse.stress_error, fine.stress_error, 16.0 if long else 4.0)
+    quantity = f"convergence rate, von Mises, 16 to {cells}"
+    yield at_least(quantity, rate, 1.0, 0.0, "first order at least")
+
+
+def log_slope(coarse: float, fine: float, ratio: float) -> float:
+    """Returns the order p of two errors ~ h^p on grids whose cell sizes have this ratio."""
+    return math.log(coarse / fine) / math.log(ratio)
+
+
+def height(quantity: str, outcome: Outcome) -> Comparison:
+    """The upper edge of the uppermost domain against the closed form."""
+    return relative(quantity, outcome.height, outcome.exact_height, 1e-3, CLOSED_FORM, "m")
+
+
+def solve(model: Model, cells: int) -> Outcome:
+    """Solves a column on this number of cells over its height, one wide."""
+    simulation = march(with_cells(model, cells))
+    points = simulation.points
+    material = model.materials["soil"]
+    load = model.loads[0]
+    assert isinstance(load, BodyForce)
+    exact = SelfWeightColumn(HEIGHT, -load.acceleration[-1], material)
+    up = model.dimension - 1
+    level, volume = initial_position(points)[:, up], points.initial_volume
+    lateral = points.stress[:, 0] - exact.lateral_stress(level)
+    plastic = points.plastic[:, 0] - exact.plastic_strain(level)
+    return Outcome(
+        stress_error=exact.stress_error(points.stress[:, up], level, volume),
+        lateral_error=float(np.abs(lateral) @ volume / (exact.base_stress * volume.sum())),
+        plastic_strain_error=float(np.abs(plastic) @ volume / volume.sum()),
+        height=float((points.position[:, up] + points.half_length[:, up]).max()),
+        exact_height=exact.final_height,
+    )
+
+
+def with_cells(model: Model, cells: int) -> Model:
+    """Returns the column with cubic cells, and one of them over its width."""
+    size = HEIGHT / cells
+    width = [size] * (model.dimension - 1)
+    changes = {"grid.cell_size": size, "bodies.0.shape.upper": [*width, HEIGHT]}
+    for i, boundary in enumerate(model.boundaries):
+        if getattr(boundary, "at", 0.0) != 0.0:  # the walls away from the origin
+            changes[f"boundaries.{i}.at"] = size
+    return varied(model, changes)

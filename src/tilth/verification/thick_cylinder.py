@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A thick cylinder widened from inside by little, against Lame's solution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tilth.model import Box, HenckyElastic, Model, PlaneBoundary
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms import ThickCylinder
+from tilth.verification.comparison import Comparison, absolute, relative, vanishing
+from tilth.verification.march import initial_position, march
+
+SOURCE = "Lame's closed form"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Relative errors in the mean square of the points, and the pressure on the inner wall."""
+
+    displacement_error: float
+    stress_error: float
+    pressure: float
+    exact_pressure: float
+
+    @property
+    def pressure_error(self) -> float:
+        """Relative error of the pressure."""
+        return abs(self.pressure / self.exact_pressure - 1.0)
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Errors on a fine grid and their rates, for both bases."""
+    cells = 64 if long else 32
+    for basis, rule in (("linear", None), ("gimp", "right_stretch")):
+        changes = {"bodies.0.basis": basis, "bodies.0.domain_update": rule}
+        model = varied(example("thick_cylinder"), changes)
+        coarse, fine = solve(model, cells // 2), solve(model, cells)
+        at = f"{basis}, {cells} cells"
+        pair = (fine.pressure, fine.exact_pressure)
+        yield relative(f"inner pressure, {at}", *pair, 0.04 / cells, SOURCE, "Pa")
+        error = fine.displacement_error
+        yield vanishing(f"displacement error, {at}", error, 0.01 / cells, SOURCE)
+        yield vanishing(f"stress error, {at}", fine.stress_error, 0.64 / cells, SOURCE)
+        for name, order in (("displacement", 2.0), ("stress", 1.0), ("pressure", 2.0)):
+            errors = (getattr(outcome, f"{name}_error") for outcome in (coarse, fine))
+            rate = math.log2(next(errors) / next(errors))
+            quantity = f"convergence rate of the {name}, {basis}"
+            yield absolute(quantity, rate, order, 0.15, "bilinear elements")
+
+
+def solve(model: Model, cells: int) -> Outcome:
+    """Solves the cylinder on this number of cells over its wall, one high."""
+    box, inner, material = model.bodies[0].shape, model.boundaries[0], model.materials["steel"]
+    assert isinstance(box, Box)
+    assert isinstance(inner, PlaneBoundary)
+    assert inner.displacement is not None
+    assert isinstance(material, HenckyElastic)
+    a, b = box.lower[0], box.upper[0]
+    size = (b - a) / cells
+    changes = {"grid.cell_size": size, "bodies.0.shape.upper": [b, size], "boundaries.2.at": size}
+    pressure = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        pressure.append(result.resultants[inner.name][0] / (2.0 * math.pi * a * size))
+
+    points = march(varied(model, changes), after_step).points
+    exact = ThickCylinder(a, b, inner.displacement["x"], material)
+    radius, volume = initial_position(points)[:, 0], points.initial_volume
+    displacement, stress = exact.radial_displacement(radius), exact.stress(radius)
+    off = (points.displacement[:, 0] - displacement) ** 2 @ volume / (displacement**2 @ volume)
+    off_stress = ((points.stress[:, :3] - stress) ** 2).sum(axis=1) @ volume
+    return Outcome(
+        displacement_error=math.sqrt(off),
+        stress_error=math.sqrt(off_stress / ((stress**2).sum(axis=1) @ volume)),
+        pressure=float(pressure[-1]),
+        exact_pressure=exact.pressure,
+    )

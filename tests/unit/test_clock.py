@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The clock of adaptive load steps: hits its events exactly, halves, grows, gives up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tilth.clock import GROW_AFTER, Clock
+from tilth.model import Schedule
+
+
+def march(clock: Clock, fails: set[int] = frozenset()) -> list[float]:  # type: ignore[assignment]
+    """Times accepted until the end; attempts whose number is in `fails` are cut."""
+    times, attempt = [], 0
+    while not clock.done:
+        after = clock.next_time()
+        assert after > clock.time
+        if attempt in fails:
+            assert clock.cut()
+        else:
+            clock.accept(after)
+            times.append(after)
+        attempt += 1
+        assert attempt < 10_000
+    return times
+
+
+@pytest.mark.parametrize("steps", [1, 3, 7, 40, 365])
+@pytest.mark.parametrize("end", [1.0, 0.3, 1e6 / 3])
+def test_regular_times_are_hit_exactly(steps: int, end: float) -> None:
+    schedule = Schedule(steps=steps, end=end, outputs=1)
+    times = march(Clock(schedule))
+    assert times == [schedule.regular_time(k) for k in range(1, steps + 1)]
+    assert times[-1] == end
+
+
+def test_last_step_of_a_step_size_is_shorter() -> None:
+    assert march(Clock(Schedule(step_size=0.3, outputs=1))) == [0.3, 0.6, pytest.approx(0.9), 1.0]
+
+
+def test_output_times_between_steps_are_hit_exactly() -> None:
+    schedule = Schedule(steps=4, output_times=[0.1, 1 / 3, 0.5])
+    times = march(Clock(schedule))
+    assert times == [0.1, 0.25, 1 / 3, 0.5, 0.75, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_all_events_are_hit_whatever_fails(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    outputs = sorted(set(random.uniform(0.01, 1.0, 5).tolist()))
+    schedule = Schedule(steps=10, output_times=outputs, minimum_step=1e-9)
+    fails = set(random.integers(0, 60, 15).tolist())
+    times = march(Clock(schedule), fails)
+    events = {schedule.regular_time(k) for k in range(1, 11)} | set(outputs)
+    assert events <= set(times)
+    assert np.all(np.diff([0.0, *times]) > 0)
+    assert np.diff([0.0, *times]).max() <= 0.1 * (1 + 1e-8)
+
+
+def test_failed_step_is_halved_and_grows_back() -> None:
+    clock = Clock(Schedule(steps=4, outputs=1))
+    assert clock.next_time() == 0.25
+    assert clock.cut()
+    assert clock.next_time() == 0.125
+    assert clock.cut()
+    assert clock.next_time() == 0.0625
+    sizes = []
+    while not clock.done:
+        before = clock.time
+        clock.accept(clock.next_time())
+        sizes.append(clock.time - before)
+    # two of each size before it doubles; the fifth is cut short by the regular time 0.5
+    assert sizes == [0.0625, 0.0625, 0.125, 0.125, 0.125, 0.25, 0.25]
+    assert GROW_AFTER == 2
+
+
+def test_cut_halves_the_step_that_failed_not_the_regular_one() -> None:
+    """A step shortened by an output time is itself halved, so that a retry is never the same."""
+    clock = Clock(Schedule(steps=2, output_times=[0.1]))
+    assert clock.next_time() == 0.1
+    assert clock.cut()
+    assert clock.next_time() == 0.05
+
+
+def test_least_step_ends_the_halving() -> None:
+    clock = Clock(Schedule(steps=2, minimum_step=0.25, outputs=1))
+    assert clock.cut()  # 0.25
+    assert clock.cut()  # 0.125 = a quarter of 0.5: still allowed
+    assert not clock.cut()
+    assert clock.time == 0.0
+    assert clock.step == 0
+
+
+def test_without_adaptivity_a_failed_step_is_the_end() -> None:
+    assert not Clock(Schedule(steps=2, adaptive=False)).cut()
+
+
+@pytest.mark.parametrize("stop", range(1, 12))
+def test_restored_clock_goes_on_as_the_first(stop: int) -> None:
+    schedule = Schedule(steps=3, output_times=[0.2, 0.7], minimum_step=1e-3)
+
+    def times(restore_at: int) -> list[float]:
+        clock, found, attempt = Clock(schedule), [], 0
+        while not clock.done:
+            after = clock.next_time()
+            if attempt in (1, 2, 5):
+                assert clock.cut()
+            else:
+                clock.accept(after)
+                found.append(after)
+                if len(found) == restore_at:
+                    clock = Clock(
+                        schedule, step=clock.step, time=clock.time, size=clock.size,
+                        successes=clock.successes,
+                    )  # fmt: skip
+            attempt += 1
+        return found
+
+    assert times(stop) == times(0)
