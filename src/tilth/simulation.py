@@ -136,6 +136,7 @@ class Simulation:
             self.soil, active, conditions, force_before, force, Springs.of(self.soil, active),
             self._solver, self._newton, self.timers, on_iteration,
         )  # fmt: skip
+        self._require_inside(active, equilibrium)
         self.soil.advance(active, equilibrium.displacement)
         self._note_bounds(bound_domains(self.points, self.grid))
         mean_force = 0.5 * (
@@ -147,6 +148,18 @@ class Simulation:
             resultants=conditions.resultants(equilibrium.reaction),
             work=float((mean_force * equilibrium.displacement).sum()),
         )
+
+    def _require_inside(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+        if self.grid.lower is None:
+            return
+        moved = self.soil.interpolate(active, equilibrium.displacement)
+        outside = self.grid.first_point_outside(self.points.position + moved)
+        if outside is not None:
+            raise StepFailed(
+                "a point left the limits of the grid",
+                point=int(self.points.point_id[outside]),
+                residuals=equilibrium.residuals,
+            )
 
     def _note(self, key: str, text: str) -> None:
         if key not in self._said:

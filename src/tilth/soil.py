@@ -42,7 +42,7 @@ class Soil:
         self._increment = np.empty((n, 9))
         self._strain = np.empty((n, 6))
         self._plastic = np.empty((n, 2))
-        self._state = np.empty_like(points.state)
+        self._state = np.zeros_like(points.state)  # not every material writes all columns
         self._response = np.empty((n, _core.response_size(kind)))
 
     def begin_step(self) -> None:

@@ -113,7 +113,8 @@ def solve_step(
             return Equilibrium(displacement, reaction, initial_reaction, residuals)
         if len(residuals) > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            raise StepFailed(reason, residuals=residuals)
+            worst = _nearest_point(soil, active, np.where(held, 0.0, internal - force))
+            raise StepFailed(reason, point=worst, residuals=residuals)
         if system is None:
             with timers.measure("assembly"):
                 system = LinearSystem(active, held)
@@ -138,6 +139,13 @@ def solve_step(
             evaluate, displacement, change, shares, size, residuals
         )
         moving = False
+
+
+def _nearest_point(soil: Soil, active: ActiveGrid, residual: Floats) -> int:
+    """Returns the number of the point nearest to the node with the largest residual force."""
+    node = int(np.linalg.norm(residual, axis=1).argmax())
+    distance = np.linalg.norm(soil.points.position - active.position[node], axis=1)
+    return int(soil.points.point_id[int(distance.argmin())])
 
 
 def _best(

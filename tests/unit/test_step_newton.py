@@ -78,9 +78,9 @@ def test_reactions_balance_the_weight(kind: str, basis: str) -> None:
     up = dimension(kind) - 1
     weight = 20.0 * simulation.points.mass.sum()
     base = result.resultants["base"]
-    assert base[up] == pytest.approx(weight, rel=1e-7)  # the springs of support.py hold 1e-8
+    assert base[up] == pytest.approx(weight, rel=1e-6)  # the springs of support.py hold 1e-8
     if kind != "axisymmetric":
-        np.testing.assert_allclose(base[:up], -0.3 * weight, rtol=1e-7)
+        np.testing.assert_allclose(base[:up], -0.3 * weight, rtol=1e-6)
     held = result.equilibrium.reaction != 0.0
     at_base = result.active.position[:, up] == 0.0
     assert not held[~at_base, up].any()  # free nodes have no reaction

@@ -17,7 +17,7 @@ def folder_of_cases() -> Path:
     An installed tilth has it in its package: CMakeLists.txt installs the case files there. In a
     source tree it is `examples`, where they are kept.
     """
-    installed = Path(__file__).with_name("cases")
+    installed = Path(__file__).with_name("case_files")
     return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"
 
 

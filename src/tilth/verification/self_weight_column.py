@@ -54,9 +54,11 @@ def comparisons(long: bool) -> Iterator[Comparison]:
             yield relative(quantity, errors[64], 4.357e-4, 0.01, "AMPLE 1.1, run")
             yield height("final height, 64 cells", outcome)
     for coarse, fine in ((4, 32), (256, 8192)) if long else ((4, 32),):
-        rates = [log_slope(e[coarse], e[fine], fine / coarse) for e in (errors, AMPLE_COLUMN_ERROR)]
+        rate, published = (
+            log_slope(e[coarse], e[fine], fine / coarse) for e in (errors, AMPLE_COLUMN_ERROR)
+        )
         quantity = f"convergence rate, {coarse} to {fine} cells"
-        yield relative(quantity, *rates, 0.05, AMPLE)
+        yield relative(quantity, rate, published, 0.05, AMPLE)
     yield from stiff(plane_strain)
     yield from standard(plane_strain, long)
     yield from other_kinds(solve(plane_strain, 16).stress_error)

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""README and docs are true: code blocks run, case files validate, links and commands exist."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+
+import tilth
+from tilth.cli import cli
+
+ROOT = Path(__file__).parents[1]
+FOLDERS = ("docs", "examples", "benchmarks")
+PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("**/*.md"))
+PAGES += sorted(ROOT.glob("*.md"))
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """The fenced code blocks of a page in one language ("" for none named)."""
+    text = page.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def pages_with(language: str) -> Any:
+    found = [page for page in PAGES if blocks(page, language)]
+    return pytest.mark.parametrize("page", found, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+@pytest.fixture(scope="module")
+def column(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that the README's first command writes."""
+    folder = tmp_path_factory.mktemp("docs") / "column"
+    model = tilth.load_case(ROOT / "examples" / "self_weight_column" / "case.toml")
+    tilth.run(model, folder, quiet=True)
+    return folder
+
+
+@pages_with("python")
+def test_python_blocks_run(
+    page: Path, column: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All blocks of a page, one after the other, beside the folder of the README's first run."""
+    shutil.copytree(column, tmp_path / "column")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": "documented"}
+    for block in blocks(page, "python"):
+        exec(compile(block, str(page), "exec"), names)
+
+
+@pages_with("toml")
+def test_case_files_validate(page: Path, tmp_path: Path) -> None:
+    for number, block in enumerate(blocks(page, "toml")):
+        case = tmp_path / f"{number}.toml"
+        case.write_text(block, encoding="utf-8")
+        tilth.load_case(case)
+
+
+def test_readme_declares_the_model_of_the_example(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The Python block and the case file are the same problem, but for the curves tracked."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    (block,) = blocks(ROOT / "README.md", "python")
+    exec(compile(block, "README.md", "exec"), names)
+    case = tilth.load_case(ROOT / "examples" / "self_weight_column" / "case.toml")
+    ours, theirs = names["model"].to_dict(), case.to_dict()
+    for key in set(theirs) - {"track", "output"}:
+        assert ours[key] == theirs[key], key
+    height = names["result"].history["height [m]"][-1]
+    assert f"# {height:.2f} m; in closed form 24.06 m" in block
+
+
+def test_readme_has_two_commands_each_on_one_line() -> None:
+    commands = [line for block in blocks(ROOT / "README.md", "") for line in block.splitlines()]
+    start = "python3 -m venv .venv && .venv/bin/pip install "
+    run = "&& .venv/bin/tilth run examples/self_weight_column/case.toml --out column"
+    assert commands == [f"{start}. {run}", f'{start}".[test]" && .venv/bin/pytest']
+    assert (ROOT / "examples" / "self_weight_column" / "case.toml").is_file()
+
+
+@every_page
+def test_links_lead_somewhere(page: Path) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith("https://"):
+            continue
+        path, _, heading = target.partition("#")
+        place = (page.parent / path).resolve() if path else page
+        assert place.exists(), f"{target}: no such file"
+        if heading:
+            assert heading in anchors(place), f"{target}: no such heading"
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, made as the usual renderers do."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in headings}
+
+
+PLACES = ("src/", "cpp/", "docs/", "tests/", "examples/", "benchmarks/", ".ci/")
+
+
+@every_page
+def test_files_that_are_named_exist(page: Path) -> None:
+    """Paths in backticks; those that a how-to tells the reader to write are its own."""
+    text = page.read_text(encoding="utf-8")
+    to_write = set(re.findall(r"^## \d+\. .*`([^`]+)`$", text, re.MULTILINE))
+    for name in set(re.findall(r"`([^`\s*]+)`", text)) - to_write:
+        if name.startswith(PLACES):
+            assert (ROOT / name).exists(), f"{name}: no such file"
+
+
+@every_page
+def test_commands_exist_with_their_options(page: Path) -> None:
+    for line in re.findall(
+        r"(?:^|`|&& |/)tilth ([a-z][^`\n|&]*)", page.read_text(encoding="utf-8")
+    ):
+        words = re.sub(r"[\[\]]", " ", line).split()
+        command = cli.commands.get(words[0])
+        assert isinstance(command, click.Command), f"tilth {line}: no such command"
+        known = {option for parameter in command.params for option in parameter.opts}
+        options = {word for word in words if word.startswith("--")}
+        assert options <= known | {"--help"}, f"tilth {line}: no such option"
+
+
+def test_reference_of_the_case_file_is_up_to_date() -> None:
+    """Run `python docs/generate_reference.py` where it is not."""
+    file = ROOT / "docs" / "generate_reference.py"
+    spec = importlib.util.spec_from_file_location("generate_reference", file)
+    assert spec is not None
+    assert spec.loader is not None
+    generator = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generator)
+    assert generator.PAGE.read_text(encoding="utf-8") == generator.page()
+
+
+def test_changelog_has_this_version() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"^## \[{re.escape(tilth.__version__)}\]", text, re.MULTILINE)
+
+
+CHECK_MATERIAL = """
+#include <cstdio>
+
+#include "voce.hpp"
+
+int main() {
+  const double parameters[] = {1000.0, 0.3, 60.0, 90.0, 10.0};
+  const auto material = tilth::material::Voce::from(parameters);
+  const double before = 0.02, trial[3] = {0.2, -0.1, 0.03}, step = 1e-6;
+  double tau[3], elastic[3], tangent[3][3], spare[3], high[3], low[3], none[3][3];
+  if (!material.update(trial, before, nullptr, nullptr, tau, elastic, tangent)) return 1;
+  double error = 0.0;
+  for (int b = 0; b < 3; ++b) {
+    double above[3] = {trial[0], trial[1], trial[2]}, below[3] = {trial[0], trial[1], trial[2]};
+    above[b] += step, below[b] -= step;
+    material.update(above, before, nullptr, nullptr, high, spare, none);
+    material.update(below, before, nullptr, nullptr, low, spare, none);
+    for (int a = 0; a < 3; ++a)
+      error = std::fmax(error, std::fabs((high[a] - low[a]) / (2.0 * step) - tangent[a][b]));
+  }
+  std::printf("%.17g %.17g %.17g %.3g\\n", tau[0], tau[1], tau[2], error);
+}
+"""
+
+CHECK_BASIS = """
+#include <cstdio>
+
+#include "quadratic_spline.hpp"
+
+int main() {
+  using Spline = tilth::basis::QuadraticSpline;
+  for (double x = -2.0; x < 2.0; x += 0.0625) {
+    const auto support = Spline::support(x, 0.0);
+    double one = 0.0, linear = 0.0, slope = 0.0;
+    for (int i = 0; i < support.count; ++i) {
+      double value, derivative;
+      Spline::evaluate(x - (support.first + i), 0.0, value, derivative);
+      one += value;
+      linear += value * (support.first + i);
+      slope += derivative * (support.first + i);
+    }
+    if (std::fabs(one - 1) + std::fabs(linear - x) + std::fabs(slope - 1) > 1e-14) return 1;
+  }
+  std::puts("reproduces linear fields");
+}
+"""
+
+
+def compiled_output(folder: Path, header: Path, program: str) -> str:
+    """What a program prints that includes a documented header, compiled beside tilth's."""
+    compiler = shutil.which("c++") or shutil.which("g++")
+    assert compiler is not None, "a compiler is needed to install tilth"
+    (folder / "check.cpp").write_text(program, encoding="utf-8")
+    where = ROOT / "cpp" / "tilth" / header.parent.name
+    arguments = ["-std=c++20", "-Wall", "-Wextra", "-Werror", f"-I{folder}", f"-I{where}"]
+    program_file = folder / "check"
+    command = [compiler, *arguments, str(folder / "check.cpp"), "-o", str(program_file)]
+    subprocess.run(command, check=True, capture_output=True)
+    return subprocess.run([program_file], check=True, capture_output=True, text=True).stdout
+
+
+def test_documented_material_works(tmp_path: Path) -> None:
+    (header,) = blocks(ROOT / "docs" / "howto" / "add_a_material.md", "cpp")
+    place = tmp_path / "material" / "voce.hpp"
+    (tmp_path / "voce.hpp").write_text(header, encoding="utf-8")
+    words = compiled_output(tmp_path, place, CHECK_MATERIAL).split()
+    *stress, error = (float(word) for word in words)
+    assert error < 1e-4  # of a tangent of about 1e3
+    mean = sum(stress) / 3.0
+    von_mises = (1.5 * sum((s - mean) ** 2 for s in stress)) ** 0.5
+    assert 60.0 < von_mises < 90.0
+
+
+def test_documented_basis_works(tmp_path: Path) -> None:
+    (header,) = blocks(ROOT / "docs" / "howto" / "add_a_basis.md", "cpp")
+    place = tmp_path / "basis" / "quadratic_spline.hpp"
+    (tmp_path / "quadratic_spline.hpp").write_text(header, encoding="utf-8")
+    assert "reproduces" in compiled_output(tmp_path, place, CHECK_BASIS)

@@ -1,0 +1,314 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A resumed run ends in the same bits as one that was never interrupted."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from small_problems import block_entries, material_entries, plane, rollers, weight
+
+import tilth.analysis
+from tilth import BadInput, Model, resume, run
+from tilth.cli import run_command
+from tilth.output import read_checkpoint
+from tilth.record import Recorder
+from tilth.simulation import StepResult
+
+STEPS = 8
+
+
+def entries_of(kind: str = "plane_strain") -> dict[str, Any]:
+    """A plastic block that is squeezed, with one step that has to be cut on the way."""
+    entries = block_entries(
+        kind, "gimp", "von_mises", cells=1, loads=[weight(kind, 2.0)],
+        boundaries=[*rollers(kind, sides=False), plane(
+            "top", "z" if kind == "3d" else "y", 1.0, condition="prescribed",
+            displacement={"z" if kind == "3d" else "y": -0.2},
+        )],
+        schedule={"steps": STEPS, "output_times": [0.2, 0.5, 0.6]},
+    )  # fmt: skip
+    entries["grid"]["cell_size"] = 0.25 if kind != "3d" else 0.5
+    entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
+    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": 4}
+    entries["output"] = {"report": False, "deformation_gradient": True}
+    entries["track"] = [
+        {"name": "top", "quantity": "reaction", "boundary": "top", "component": "y"},
+        {"name": "work", "quantity": "energy", "kind": "external_work"},
+        {"name": "lost", "quantity": "energy", "kind": "plastic_dissipation"},
+        {"name": "side", "quantity": "run_out", "axis": "x", "of": "domains"},
+    ]
+    return entries
+
+
+def datasets(file: Path) -> dict[str, bytes]:
+    """Every data set of a results file."""
+    found: dict[str, bytes] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            found[name] = np.asarray(item[()]).tobytes()
+
+    with h5py.File(file) as results:
+        results.visititems(take)
+    return found
+
+
+def assert_same_results(one: Path, other: Path) -> None:
+    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
+    first, second = datasets(one / "results.vtkhdf"), datasets(other / "results.vtkhdf")
+    assert first.keys() == second.keys()
+    for name, content in first.items():
+        assert content == second[name], f"{name} differs"
+    arrays, meta = read_checkpoint(checkpoint_of(one))
+    again, meta_again = read_checkpoint(checkpoint_of(other))
+    assert meta == meta_again
+    assert arrays.keys() == again.keys()
+    for name, array in arrays.items():
+        assert array.tobytes() == again[name].tobytes(), f"{name} differs"
+
+
+def checkpoint_of(folder: Path) -> Path:
+    from tilth.output.folder import CHECKPOINT
+
+    return folder / CHECKPOINT
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return Model.from_dict(entries_of())
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("uninterrupted") / "out"
+    result = run(model, folder, quiet=True)
+    assert result.points.plastic[:, 0].max() > 1e-2
+    return folder
+
+
+class Stopped(Exception):
+    """Stands for whatever ends a run from outside."""
+
+
+def run_until(model: Model, folder: Path, step: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs and stops right after `step` is recorded."""
+    record = Recorder.step
+
+    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
+        record(self, clock, size, result)
+        if clock.step == step:
+            raise Stopped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Recorder, "step", stop)
+        with pytest.raises(Stopped):
+            run(model, folder, quiet=True)
+
+
+def number_of_steps(folder: Path) -> int:
+    return len((folder / "history.csv").read_text().splitlines()) - 2
+
+
+def test_the_case_is_worth_resuming(uninterrupted: Path) -> None:
+    """More steps than regular and output times: a step was cut, and grew again."""
+    assert number_of_steps(uninterrupted) >= 10
+    log = (uninterrupted / "log.txt").read_text()
+    assert "no equilibrium" in log or "inverted" in log
+
+
+@pytest.mark.parametrize("step", range(1, 10))
+def test_resumed_after_a_step(
+    step: int, model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_until(model, tmp_path / "out", step, monkeypatch)
+    result = resume(tmp_path / "out", quiet=True)
+    assert result.steps == number_of_steps(uninterrupted) - step
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "3d"])
+def test_resumed_in_other_kinds(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = Model.from_dict(entries_of(kind))
+    run(model, tmp_path / "whole", quiet=True)
+    run_until(model, tmp_path / "out", 2, monkeypatch)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "out")
+
+
+def test_resumed_twice_and_from_rare_checkpoints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps after the last checkpoint are dropped from all files and computed again."""
+    entries = entries_of()
+    entries["output"]["checkpoint_every"] = 3
+    model = Model.from_dict(entries)
+    run(model, tmp_path / "whole", quiet=True)
+    run_until(model, tmp_path / "out", 5, monkeypatch)
+    assert number_of_steps(tmp_path / "out") == 5
+    record = Recorder.step
+
+    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
+        record(self, clock, size, result)
+        if clock.step == 7:
+            raise Stopped
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Recorder, "step", stop)
+        with pytest.raises(Stopped):
+            resume(tmp_path / "out", quiet=True)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "out")
+
+
+def test_resuming_a_finished_run_changes_nothing(uninterrupted: Path, tmp_path: Path) -> None:
+    shutil.copytree(uninterrupted, tmp_path / "out")
+    result = resume(tmp_path / "out", quiet=True)
+    assert result.steps == 0
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_failure_in_the_middle_of_a_step_is_resumable(
+    model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tilth.soil import Soil
+
+    calls = 0
+    update = Soil.update
+
+    def fail(self: Soil, *arguments: Any) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 20:
+            raise Stopped
+        update(self, *arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Soil, "update", fail)
+        with pytest.raises(Stopped):
+            run(model, tmp_path / "out", quiet=True)
+    assert 1 < number_of_steps(tmp_path / "out") < number_of_steps(uninterrupted)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_keyboard_interrupt_is_logged_and_resumable(
+    model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    advance = tilth.analysis.Simulation.advance
+
+    def interrupt(self: Any, before: float, after: float, *more: Any) -> StepResult:
+        if before >= 0.5:
+            raise KeyboardInterrupt
+        return advance(self, before, after, *more)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(tilth.analysis.Simulation, "advance", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            run(model, tmp_path / "out", quiet=True)
+    assert "interrupted by the user after step" in (tmp_path / "out" / "log.txt").read_text()
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
+    entries = entries_of()
+    entries["output"]["checkpoint_every"] = 0
+    run(Model.from_dict(entries), tmp_path / "out", quiet=True)
+    with pytest.raises(BadInput, match="nothing to resume"):
+        resume(tmp_path / "out", quiet=True)
+    with pytest.raises(BadInput, match="cannot be read"):
+        resume(tmp_path, quiet=True)
+
+
+# --- a process that is killed ----------------------------------------------------------------
+
+SLOW = """
+import json, sys, time
+from pathlib import Path
+from tilth.soil import Soil
+from tilth.cli import run_command
+update = Soil.update
+def slowly(self, *arguments):
+    time.sleep(0.005)
+    update(self, *arguments)
+Soil.update = slowly
+sys.exit(run_command(["run", sys.argv[1], "--out", sys.argv[2], "--quiet"]))
+"""
+
+
+@pytest.fixture(scope="module")
+def case(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("case") / "block.toml"
+
+    def value(item: Any) -> str:
+        if isinstance(item, dict):
+            return "{" + ", ".join(f"{json.dumps(k)} = {value(v)}" for k, v in item.items()) + "}"
+        if isinstance(item, list):
+            return "[" + ", ".join(map(value, item)) + "]"
+        return json.dumps(item)
+
+    entries = model.to_dict()
+    file.write_text("".join(f"{key} = {value(v)}\n" for key, v in entries.items()))
+    return file
+
+
+def start(case: Path, out: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", SLOW, str(case), str(out)],
+        env={**os.environ, "OMP_WAIT_POLICY": "passive"},
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def wait_for_steps(process: subprocess.Popen[str], out: Path, steps: int) -> None:
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        if checkpoint_of(out).exists() and number_of_steps(out) >= steps:
+            return
+        assert process.poll() is None, process.communicate()[1]
+        time.sleep(0.002)
+    raise AssertionError("the run makes no progress")
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_killed_at_any_moment(seed: int, case: Path, uninterrupted: Path, tmp_path: Path) -> None:
+    random = np.random.default_rng(seed)
+    process = start(case, tmp_path / "out")
+    try:
+        wait_for_steps(process, tmp_path / "out", int(random.integers(1, 7)))
+        time.sleep(random.uniform(0, 0.06))
+        assert process.poll() is None
+    finally:
+        process.kill()
+        process.communicate()
+    assert run_command(["resume", str(tmp_path / "out"), "--quiet"]) == 0
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_interrupt_key_gives_exit_code_three_and_says_how_to_go_on(
+    case: Path, uninterrupted: Path, tmp_path: Path
+) -> None:
+    process = start(case, tmp_path / "out")
+    try:
+        wait_for_steps(process, tmp_path / "out", 2)
+        process.send_signal(signal.SIGINT)
+        error = process.communicate(timeout=60)[1]
+    finally:
+        process.kill()
+    assert process.returncode == 3, error
+    assert f"tilth resume {tmp_path / 'out'}" in error
+    assert run_command(["resume", str(tmp_path / "out"), "--quiet"]) == 0
+    assert_same_results(uninterrupted, tmp_path / "out")

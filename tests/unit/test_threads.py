@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The same bits for any number of threads, and from one run to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from small_problems import (
+    Laboratory,
+    assert_same_bits,
+    block_entries,
+    material_entries,
+    plane,
+    rollers,
+    weight,
+)
+
+from tilth import Model, _core
+from tilth.simulation import Simulation
+
+
+@pytest.fixture(autouse=True)
+def _restore_threads() -> Iterator[None]:
+    before = _core.threads()
+    yield
+    _core.set_threads(before)
+
+
+def entries_of(kind: str, basis: str, material: str) -> dict[str, Any]:
+    """A block of many cells that is squeezed until points have crossed cells."""
+    cells = 12 if kind != "3d" else 5
+    entries = block_entries(
+        kind, basis, material, cells=1, loads=[weight(kind, 2.0)],
+        boundaries=[*rollers(kind, sides=False), plane(
+            "top", "z" if kind == "3d" else "y", 1.0, condition="prescribed",
+            displacement={"z" if kind == "3d" else "y": -0.25},
+        )],
+    )  # fmt: skip
+    entries["grid"]["cell_size"] = 1.0 / cells
+    entries["materials"]["soil"] = material_entries(material, yield_stress=25.0)
+    entries["analysis"]["tolerance"] = 1e-6
+    return entries
+
+
+def final_state(
+    threads: int, entries: dict[str, Any], steps: int
+) -> tuple[Simulation, list[np.ndarray]]:
+    _core.set_threads(threads)
+    assert _core.threads() == threads
+    simulation = Simulation(Model.from_dict(entries))
+    solutions = []
+    for k in range(steps):
+        result = simulation.advance(0.05 * k, 0.05 * (k + 1))
+        solutions += [result.equilibrium.displacement, result.equilibrium.reaction]
+    return simulation, solutions
+
+
+@pytest.mark.parametrize(
+    ("kind", "basis", "material", "steps"),
+    [
+        ("plane_strain", "gimp", "von_mises", 5),
+        ("axisymmetric", "gimp", "von_mises", 3),
+        ("3d", "linear", "hencky_elastic", 2),
+        ("3d", "gimp", "von_mises", 3),
+    ],
+)
+def test_same_bits_for_any_number_of_threads(
+    kind: str, basis: str, material: str, steps: int
+) -> None:
+    entries = entries_of(kind, basis, material)
+    one, solution = final_state(1, entries, steps)
+    for threads in (1, 2, 3):
+        other, again = final_state(threads, entries, steps)
+        assert_same_bits(one.points, other.points)
+        for first, second in zip(solution, again, strict=True):
+            assert first.tobytes() == second.tobytes()
+    if material == "von_mises":
+        assert one.points.plastic[:, 0].max() > 1e-3
+    if kind == "plane_strain":  # points have changed cells: they were sorted anew on the way
+        assert not np.array_equal(one.points.point_id, np.sort(one.points.point_id))
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_kernels_give_the_same_bits(kind: str, basis: str) -> None:
+    """Force, stiffness and scatter of irregular points, many groups to a node."""
+    results = []
+    for threads in (1, 2, 4):
+        _core.set_threads(threads)
+        random = np.random.default_rng(0)
+        laboratory = Laboratory.of(kind, basis, "von_mises", random, cells=3)
+        u = laboratory.random_displacement(random, 0.05)
+        force = laboratory.internal_force(u)
+        matrix = laboratory.stiffness(u)
+        nodal = laboratory.soil.scatter(laboratory.active, laboratory.points.position)
+        results.append((force.tobytes(), matrix.data.tobytes(), nodal.tobytes()))
+    assert results[0] == results[1] == results[2]
