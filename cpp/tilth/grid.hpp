@@ -26,8 +26,8 @@ inline Lattice unpack(std::int64_t key) {
           ((key >> (2 * key_bits)) & key_mask) - key_bias};
 }
 
-/// A point's support in one key: the first node's lattice place, then two bits per direction with
-/// the number of nodes less two. Points with equal keys share all their nodes.
+/// A point's support in one key: the first node's lattice place, then one bit per direction that
+/// tells two nodes from three. Points with equal keys share all their nodes.
 inline std::int64_t pack_support(const Lattice& first, const std::array<int, 3>& count) {
   const std::int64_t code = (count[0] - 2) | ((count[1] - 2) << 1) | ((count[2] - 2) << 2);
   return (pack(first) << 3) | code;

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.clock import Clock
 from tilth.errors import AnalysisFailed, StepFailed
+from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
 from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
@@ -107,11 +108,13 @@ def set_threads(threads: int | None) -> int:
 def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> Result:
     """Takes load steps to the end of the schedule, halving those that fail."""
     first, iterations = clock.step, 0
-    with recorder.recording(clock, quiet) as progress:
+    with recorder.recording(clock, quiet) as progress, InterruptKey() as interrupt:
         while not clock.done:
+            interrupt.check()
             before, after = clock.time, clock.next_time()
 
             def on_iteration(iteration: int, residual: float) -> None:
+                interrupt.check()
                 progress.iteration(clock.step + 1, iteration, residual)
 
             try:

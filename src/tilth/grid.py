@@ -83,6 +83,7 @@ class ActiveGrid:
         stencils: one per body, in the order of the bodies.
         row_start, column: pattern of the node-block matrix.
         block_start, block_position: per body, where its groups' blocks stand in the pattern.
+        points: the points that are located.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
 
@@ -93,6 +94,7 @@ class ActiveGrid:
     column: npt.NDArray[np.int32]
     block_start: list[Integers]
     block_position: list[npt.NDArray[np.int32]]
+    points: MaterialPoints
     owned: tuple[int, int] = field(default=(0, 0))
 
     @property
@@ -109,6 +111,21 @@ class ActiveGrid:
     def position(self) -> Floats:
         """Positions of the active nodes [length], shape (nodes, dim)."""
         return self.grid.origin + self.lattice[:, : self.grid.dim] * self.grid.cell_size
+
+    @cached_property
+    def occupied(self) -> Integers:
+        """Sorted keys of the cells that hold a point's centre, each that of its lowest node.
+
+        To be asked for before the points move.
+        """
+        place = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
+        return np.unique(_core.node_keys(_in_space(place.astype(np.int64))))
+
+    def find(self, lattice: Integers) -> Integers:
+        """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
+        keys = _core.node_keys(lattice)
+        number = np.searchsorted(self.key, keys).clip(max=self.nodes - 1)
+        return np.where(self.key[number] == keys, number, -1)
 
     @cached_property
     def reach(self) -> int:
@@ -206,8 +223,14 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
         column=column,
         block_start=[start for start, _ in blocks],
         block_position=[position for _, position in blocks],
+        points=points,
         owned=(0, len(key)),
     )
+
+
+def _in_space(lattice: Integers) -> Integers:
+    """Lattice places with a third component, 0 in 2D, shape (n, 3)."""
+    return np.ascontiguousarray(np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1]))))
 
 
 def _stencil(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -77,21 +77,23 @@ class Simulation:
             upper=None if limits is None else np.array(limits.upper, dtype=float),
         )
         self.boundaries = make_boundaries(model)
-        self._solver = choose_solver(model.analysis.solver)
         initial = initial_points(model)
+        self._solver = choose_solver(model.analysis.solver, len(initial))
         self.loads = Loads(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
         self._said: set[str] = set()
         self._buffers = Buffers()
-        self._newton = Newton(
+        plain = Newton(
             tolerance=model.analysis.tolerance,
             maximum_iterations=model.analysis.maximum_iterations,
-            line_search=model.analysis.line_search,
+            line_search=model.analysis.line_search or False,
             round_off=ROUND_OFF
             * max(float(body.parameters[0]) for body in self.points.bodies)
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
         )
+        patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
+        self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
         self._note_bounds(bound_domains(self.points, self.grid))
 
     def check(self) -> ActiveGrid:
@@ -132,10 +134,22 @@ class Simulation:
         self.soil.begin_step()
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
-        equilibrium = solve_step(
-            self.soil, active, conditions, force_before, force, Springs.of(self.soil, active),
-            self._solver, self._newton, self.timers, on_iteration,
-        )  # fmt: skip
+        springs = Springs.of(self.soil, active)
+        for newton in self._attempts:
+            try:
+                equilibrium = solve_step(
+                    self.soil, active, conditions, force_before, force, springs,
+                    self._solver, newton, self.timers, on_iteration,
+                )  # fmt: skip
+                break
+            except StepFailed as failure:
+                if newton is self._attempts[-1]:
+                    raise
+                self._note(
+                    "line search",
+                    f"the step to time {after:.6g}, and perhaps later ones, is repeated with a "
+                    f"line search: {failure.reason}",
+                )
         self._require_inside(active, equilibrium)
         self.soil.advance(active, equilibrium.displacement)
         self._note_bounds(bound_domains(self.points, self.grid))

@@ -79,16 +79,14 @@ def _body(body: Body, points: int) -> str:
 
 
 def _material(name: str, material: Material, model: Model) -> str:
-    stress = model.units.stress
+    units = {
+        "poisson_ratio": "",
+        "density": f" {model.units.mass}/{model.units.length}^3",
+    }
     parts = [
-        f"Young's modulus {material.young_modulus:g} {stress}",
-        f"Poisson's ratio {material.poisson_ratio:g}",
+        f"{key.replace('_', ' ')} {value:g}{units.get(key, f' {model.units.stress}')}"
+        for key, value in material.model_dump(exclude={"model"}, exclude_none=True).items()
     ]
-    if material.model == "von_mises":
-        parts.append(f"yield stress {material.initial_yield_stress:g} {stress}")
-        parts.append(f"hardening modulus {material.hardening_modulus:g} {stress}")
-    if material.density is not None:
-        parts.append(f"density {material.density:g} {model.units.mass}/{model.units.length}^3")
     return f"{name}: {material.model}, {', '.join(parts)}"
 
 

@@ -4,8 +4,14 @@
 A node that only a sliver of material touches has a stiffness that vanishes with the square of
 the overlap (GIMP), or belongs to a cell whose few points leave some of its motions without
 strain. Such nodes are held to their place at the start of the step by weak springs, in the force
-and in the stiffness alike, so that Newton's iteration stays quadratic. The springs are so weak
-that they change the solution by less than the tolerance of the iteration (docs/decisions).
+and in the stiffness alike, so that Newton's iteration stays quadratic. They resist the
+rigid part of the step's motion, too: in the 64-cell column they carry 1e-9 of the weight, and a
+body that hangs on few points (an edge 1e-4 of a cell wide) up to 3e-5 of it
+(docs/decisions/0004-weak-springs.md).
+
+Motions without any strain at the points, such as the hour-glass motions of cells with a single
+point, get a still smaller stiffness in the matrix only: the equilibrium that Newton's iteration
+finds is not changed by it, and such motions stay zero.
 """
 
 from __future__ import annotations
@@ -27,11 +33,21 @@ LEAST_SUPPORT = 0.5
 """A node is badly supported below this share of what a corner of a full cell gives it."""
 
 
+RELATIVE_SHIFT = 1e-11
+"""The same measure of the stiffness added to all nodes in the matrix only."""
+
+
 @dataclass(frozen=True)
 class Springs:
-    """Weak springs on badly supported nodes: stiffness [force/length], shape (nodes,)."""
+    """Weak springs on badly supported nodes.
+
+    Attributes:
+        stiffness: of the springs [force/length], shape (nodes,).
+        shift: stiffness added to the matrix alone [force/length], shape (nodes,).
+    """
 
     stiffness: Floats
+    shift: Floats
 
     @classmethod
     def of(cls, soil: Soil, active: ActiveGrid) -> Springs:
@@ -44,16 +60,15 @@ class Springs:
             support /= circumference
             stiffness *= circumference
         young_modulus = max(float(body.parameters[0]) for body in points.bodies)
-        stiffness *= RELATIVE_STIFFNESS * young_modulus
-        stiffness[support >= LEAST_SUPPORT * 0.5**active.grid.dim] = 0.0
-        return cls(stiffness)
+        stiffness *= young_modulus
+        badly = support < LEAST_SUPPORT * 0.5**active.grid.dim
+        return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
     def force(self, displacement: Floats) -> Floats:
         """Returns the springs' internal force [force], shape (nodes, dim)."""
         return self.stiffness[:, None] * displacement
 
     def add_stiffness(self, active: ActiveGrid, blocks: Floats) -> None:
-        """Adds the springs to the diagonal blocks of the matrix (blocks, dim, dim)."""
-        nodes = np.flatnonzero(self.stiffness)
+        """Adds the springs and the shift to the diagonal blocks (blocks, dim, dim)."""
         for k in range(active.grid.dim):
-            blocks[active.diagonal[nodes], k, k] += self.stiffness[nodes]
+            blocks[active.diagonal, k, k] += self.stiffness + self.shift

@@ -39,7 +39,7 @@ def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
         if module.fails is not None:
             raise module.fails
 
-    module.run = module.resume = module.report = record
+    module.run = module.resume = record
     monkeypatch.setitem(sys.modules, "tilth.analysis", module)
     monkeypatch.setattr("tilth.analysis", module, raising=False)
     return module
@@ -82,9 +82,18 @@ def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any)
     assert analysis.calls == [((tmp_path,), {"threads": 1, "quiet": False})]
 
 
-def test_report_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
-    assert tilth("report", tmp_path).code == 0
-    assert analysis.calls == [((tmp_path,), {})]
+def test_report_hands_the_folder_on(
+    tilth: Tilth, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tilth.present.write_report", lambda folder: folder / "report.html")
+    outcome = tilth("report", tmp_path)
+    assert outcome == Outcome(0, f"report written to {tmp_path / 'report.html'}\n", "")
+
+
+def test_report_of_a_folder_without_a_run_is_refused(tilth: Tilth, tmp_path: Path) -> None:
+    outcome = tilth("report", tmp_path)
+    assert outcome.code == 2
+    assert "model.json cannot be read" in outcome.err
 
 
 def test_an_analysis_that_fails_has_exit_code_1(tilth: Tilth, case: Case, analysis: Any) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,7 +186,7 @@ def test_gimp_is_the_mean_of_the_hats_over_the_domain(dim: int) -> None:
             inner = np.arange(np.ceil(low), np.floor(high) + 1)
             cuts = np.unique(np.concatenate([[low], inner, [high]]))
             mean = np.zeros(len(found.node))
-            for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+            for a, b in itertools.pairwise(cuts):
                 for x, w in zip(0.5 * (a + b) + 0.5 * (b - a) * gauss, weight, strict=True):
                     hat = np.maximum(0.0, 1.0 - np.abs(x - found.node[:, k]))
                     mean += 0.5 * (b - a) * w * hat / (high - low)

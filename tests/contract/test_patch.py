@@ -99,7 +99,7 @@ def test_first_step_from_aligned_points(kind: str, basis: str) -> None:
     active = simulation.check()
     assert active.nodes == (CELLS + 1) ** dimension(kind)
     result = simulation.advance(0.0, 1.0)
-    assert result.equilibrium.iterations == 1  # the linear prediction is homogeneous already
+    assert result.equilibrium.residuals[1] < 1e-10  # the first prediction is homogeneous already
     exact = active.position @ (gradient - np.eye(len(gradient))).T
     np.testing.assert_allclose(result.equilibrium.displacement, exact, rtol=0, atol=1e-12)
     stress = hencky_stress(full(kind, gradient))

@@ -13,6 +13,7 @@ from small_problems import KINDS, affine, block_entries, plane, rollers
 
 from tilth import BadInput, Model
 from tilth.boundaries import Conditions
+from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 
 
@@ -222,3 +223,48 @@ def test_bodies_that_touch_hold_each_other() -> None:
     other["shape"] = {"type": "box", "lower": [0.0, 2.0], "upper": [2.0, 3.0]}
     entries["bodies"].append(other)
     Simulation(Model.from_dict(entries)).check()
+
+
+# --- domains that reach across a boundary -----------------------------------------------------
+
+
+def holders(
+    boundaries: list[dict[str, Any]], move: tuple[float, float]
+) -> dict[tuple[float, float], str]:
+    """Who holds the vertical displacement of each node under a GIMP block moved by `move`."""
+    entries = block_entries("plane_strain", "gimp", boundaries=boundaries)
+    ready = Simulation(Model.from_dict(entries))
+    ready.points.position += move
+    active = locate(ready.points, ready.grid, Buffers())
+    found = Conditions.gather(ready.boundaries, active, 0.0, 1.0)
+    names = [*found.names, "nobody"]
+    return {
+        (float(x), float(y)): names[number]
+        for (x, y), number in zip(active.position, found.holder[:, 1], strict=True)
+    }
+
+
+BASE = plane("base", "y", 0.0, condition="fixed")
+
+
+def test_nodes_that_only_domains_reach_behind_a_plane_are_held_too() -> None:
+    found = holders([BASE, FAR["x"]], (0.0, -0.01))
+    assert {place: found[place] for place in found if place[1] < 0.0} == {
+        (0.0, -1.0): "base", (1.0, -1.0): "base", (2.0, -1.0): "base",
+    }  # fmt: skip
+    assert {found[place] for place in found if place[1] > 0.0} == {"nobody"}
+
+
+def test_nodes_behind_a_plane_with_soil_on_both_sides_are_free() -> None:
+    found = holders([plane("middle", "y", 1.0, condition="fixed"), FAR["x"]], (0.0, -0.01))
+    assert {place[1] for place in found if found[place] == "middle"} == {1.0}
+
+
+@pytest.mark.parametrize("height", [0.0, 1.0])
+def test_slivers_beside_the_soil_are_free(height: float) -> None:
+    """A free side face reaches into the next column of cells: no plane may hold that up."""
+    across = plane("across", "y", height, condition="fixed")
+    found = holders([across, FAR["x"]], (0.01, -0.01))
+    beside = {place: found[place] for place in found if place[0] == 3.0 and place[1] > height}
+    assert beside
+    assert set(beside.values()) == {"nobody"}

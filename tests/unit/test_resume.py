@@ -138,9 +138,7 @@ def test_resumed_after_a_step(
 
 
 @pytest.mark.parametrize("kind", ["axisymmetric", "3d"])
-def test_resumed_in_other_kinds(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_resumed_in_other_kinds(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = Model.from_dict(entries_of(kind))
     run(model, tmp_path / "whole", quiet=True)
     run_until(model, tmp_path / "out", 2, monkeypatch)

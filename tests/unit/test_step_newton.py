@@ -46,7 +46,9 @@ def leaning_block(
     del body["points_per_cell"]
     body["spacing"] = 0.3
     body["shape"] = {"type": "box", "lower": lower, "upper": [1.8] * dim}
-    entries["analysis"] |= {"tolerance": 1e-13, "maximum_iterations": 40, **analysis}
+    entries["analysis"] |= {
+        "tolerance": 1e-13, "maximum_iterations": 40, "line_search": False, **analysis,
+    }  # fmt: skip
     return Simulation(Model.from_dict(entries))
 
 

@@ -57,10 +57,8 @@ def test_exponential_of_a_strain(kind: str, values: list[float]) -> None:
     strain = symmetric(np.tile(values, (20, 1)), kind, random)
     found = exponential(kind, strain)
     for e, b in zip(strain, found, strict=True):
-        if np.abs(e).max() < 1e-6:
-            exact = 2 * e + 2 * e @ e
-        else:
-            exact = expm(2 * e) - np.eye(3)
+        tiny = np.abs(e).max() < 1e-6
+        exact = 2 * e + 2 * e @ e if tiny else expm(2 * e) - np.eye(3)
         scale = max(np.abs(exact).max(), 1e-300)
         assert np.abs(b - exact).max() <= 2e-14 * scale * max(1.0, np.exp(2 * np.abs(e).max()))
 
@@ -141,9 +139,7 @@ def test_stretch_rules_are_the_polar_decomposition(kind: str, degrees: float) ->
         stretched(kind, "right_stretch", gradient), np.diag(stretch), rtol=1e-12
     )
     left = polar(gradient, side="left")[1]
-    np.testing.assert_allclose(
-        stretched(kind, "left_stretch", gradient), np.diag(left), rtol=1e-12
-    )
+    np.testing.assert_allclose(stretched(kind, "left_stretch", gradient), np.diag(left), rtol=1e-12)
 
 
 def test_names_of_unknown_rules_and_kinds_are_refused() -> None:

@@ -80,9 +80,7 @@ def test_out_of_plane_components_in_3d() -> None:
     asked = [{"quantity": "stress", "at": [0, 0, 0], "component": c} for c in ("yz", "xz")]
     asked.append({"quantity": "displacement", "at": [2.0, 2.0, 2.0], "component": "z"})
     rows, simulation, _ = track(asked, entries, 1)
-    np.testing.assert_allclose(
-        rows[-1], [*simulation.points.stress[0, 4:], -0.1 * 1.75], rtol=1e-9
-    )
+    np.testing.assert_allclose(rows[-1], [*simulation.points.stress[0, 4:], -0.1 * 1.75], rtol=1e-9)
     assert rows[-1][0] < -1.0 < 1.0 < rows[-1][1]
 
 

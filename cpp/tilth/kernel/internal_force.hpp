@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Internal force of the points of one body in the previously converged configuration,
 //   f_a = sum_p V0_p tau_p dF_p^-T grad S_a   (+ hoop: V0 tau_zz S_a / r to the radial component),
-// added to `force` (nodes, dim). (Coombs & Augarde 2020; docs/theory/mechanics.md)
+// added to `force` (nodes, dim). (Coombs et al. 2020, CMAME 358, 112622; docs/theory/mechanics.md)
 #pragma once
 
 #include "response.hpp"

@@ -47,8 +47,12 @@ class Analysis(Declared):
     """Newton's iteration ends where the residual, relative to the forces, is below this [-]."""
     maximum_iterations: Count = 15
     """Newton iterations after which a step counts as not converged."""
-    line_search: Flag = False
-    """Whether Newton's step is shortened where the full one does not reduce the residual."""
+    line_search: Flag | None = None
+    """Whether Newton's step is shortened where the full one does not reduce the residual.
+
+    If not given, a load step that fails without is repeated with it, and with twice the
+    iterations, before it is halved.
+    """
     solver: Literal["auto", "superlu", "pardiso"] = "auto"
     """Linear solver; "auto" takes the fastest one installed."""
 

@@ -15,12 +15,18 @@ SOLVERS: dict[str, type[Solver]] = {"pardiso": Pardiso, "superlu": SuperLU}
 __all__ = ["SOLVERS", "LinearSystem", "Solution", "SolveFailed", "Solver", "choose_solver"]
 
 
-def choose_solver(name: str) -> Solver:
-    """Returns a solver by name; "auto" takes the first one that is installed.
+SMALL = 20_000
+"""Number of points below which a threaded solver does not pay."""
+
+
+def choose_solver(name: str, points: int = SMALL) -> Solver:
+    """Returns a solver by name; "auto" takes SuperLU for few points, else the first installed.
 
     Raises:
         BadInput: if the named solver is not installed.
     """
+    if name == "auto" and points < SMALL:
+        return SuperLU()
     if name == "auto":
         return next(solver() for solver in SOLVERS.values() if solver.available())
     if not SOLVERS[name].available():
