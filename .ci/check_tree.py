@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rules of CONTRIBUTING.md that no linter knows: length of files, licence lines, the core's stub."""
+"""Rules of CONTRIBUTING.md that no linter knows: length, licence lines, the core's stub."""
 
 from __future__ import annotations
 
