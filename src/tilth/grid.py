@@ -81,20 +81,16 @@ class ActiveGrid:
         grid: the regular grid.
         key: sorted keys of the active nodes, shape (nodes,); x fastest.
         stencils: one per body, in the order of the bodies.
-        row_start, column: pattern of the node-block matrix.
-        block_start, block_position: per body, where its groups' blocks stand in the pattern.
         points: the points that are located.
+        couplings: further nodes that the matrix must couple, see `couple`.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
 
     grid: Grid
     key: Integers
     stencils: list[Stencil]
-    row_start: Integers
-    column: npt.NDArray[np.int32]
-    block_start: list[Integers]
-    block_position: list[npt.NDArray[np.int32]]
     points: MaterialPoints
+    couplings: list[npt.NDArray[np.int32]] = field(default_factory=list)
     owned: tuple[int, int] = field(default=(0, 0))
 
     @property
@@ -127,10 +123,53 @@ class ActiveGrid:
         number = np.searchsorted(self.key, keys).clip(max=self.nodes - 1)
         return np.where(self.key[number] == keys, number, -1)
 
+    def couple(self, node: npt.NDArray[np.int32]) -> None:
+        """Makes room in the matrix for blocks among the nodes of each row of `node`, (e, n).
+
+        To be called before the pattern is asked for.
+        """
+        assert "_pattern" not in self.__dict__, "the pattern is fixed already"
+        self.couplings.append(node)
+
     @cached_property
     def reach(self) -> int:
-        """Largest number of cells between two nodes that share a point."""
-        return max(int(stencil.count.max()) for stencil in self.stencils) - 1
+        """Largest number of cells between two nodes that the matrix couples."""
+        most = max(int(stencil.count.max()) for stencil in self.stencils) - 1
+        for node in self.couplings:
+            place = self.lattice[node]
+            most = max(most, int((place.max(axis=1) - place.min(axis=1)).max()))
+        return most
+
+    @cached_property
+    def _pattern(self) -> tuple[Integers, npt.NDArray[np.int32]]:
+        starts = [stencil.node_start for stencil in self.stencils]
+        starts += [_row_starts(node) for node in self.couplings]
+        nodes = [stencil.node for stencil in self.stencils]
+        nodes += [node.ravel() for node in self.couplings]
+        offsets = np.cumsum([0] + [len(node) for node in nodes])
+        start = [start[:-1] + offset for start, offset in zip(starts, offsets, strict=False)]
+        row_start, column = _core.block_pattern(
+            self.nodes, np.concatenate([*start, offsets[-1:]]), np.concatenate(nodes)
+        )
+        return row_start, column
+
+    @property
+    def row_start(self) -> Integers:
+        """First block of each row of the node-block matrix, shape (nodes + 1,)."""
+        return self._pattern[0]
+
+    @property
+    def column(self) -> npt.NDArray[np.int32]:
+        """Column of each block, sorted within a row."""
+        return self._pattern[1]
+
+    @cached_property
+    def block_positions(self) -> list[tuple[Integers, npt.NDArray[np.int32]]]:
+        """Per body, where the blocks of its groups stand in the pattern: start, position."""
+        return [
+            _core.block_positions(s.node_start, s.node, self.row_start, self.column)
+            for s in self.stencils
+        ]
 
     @cached_property
     def diagonal(self) -> Integers:
@@ -207,25 +246,17 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     stencils = [
         _stencil(points, i, grid, key, buffers, *support) for i, support in enumerate(supports)
     ]
-    offsets = np.cumsum([0] + [len(stencil.node) for stencil in stencils])
-    node_start = np.concatenate(
-        [s.node_start[:-1] + o for s, o in zip(stencils, offsets, strict=False)] + [offsets[-1:]]
-    )
-    row_start, column = _core.block_pattern(
-        len(key), node_start, np.concatenate([stencil.node for stencil in stencils])
-    )
-    blocks = [_core.block_positions(s.node_start, s.node, row_start, column) for s in stencils]
     return ActiveGrid(
         grid=grid,
         key=key,
         stencils=stencils,
-        row_start=row_start,
-        column=column,
-        block_start=[start for start, _ in blocks],
-        block_position=[position for _, position in blocks],
         points=points,
         owned=(0, len(key)),
     )
+
+
+def _row_starts(node: npt.NDArray[np.int32]) -> Integers:
+    return np.arange(node.shape[0] + 1, dtype=np.int64) * node.shape[1]
 
 
 def _in_space(lattice: Integers) -> Integers:

@@ -13,8 +13,10 @@ from tilth import _core
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, make_boundaries
 from tilth.boundaries.together import require_no_rigid_motion
+from tilth.coupling import LinearForces
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
+from tilth.ghost import ghost_stabilisation
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model
@@ -134,11 +136,12 @@ class Simulation:
         self.soil.begin_step()
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
+        linear = LinearForces(active, ghost_stabilisation(self.soil, active, conditions.held))
         springs = Springs.of(self.soil, active)
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
-                    self.soil, active, conditions, force_before, force, springs,
+                    self.soil, active, conditions, force_before, force, springs, linear,
                     self._solver, newton, self.timers, on_iteration,
                 )  # fmt: skip
                 break

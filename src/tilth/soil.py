@@ -86,12 +86,12 @@ class Soil:
         """Fills `matrix` (blocks, dim, dim) with the derivative of the force [force/length]."""
         with self._timers.measure("assembly"):
             matrix.fill(0.0)
-            for i, (body, stencil) in enumerate(
-                zip(self.points.bodies, active.stencils, strict=True)
+            for body, stencil, (start, position) in zip(
+                self.points.bodies, active.stencils, active.block_positions, strict=True
             ):
                 s = slice(body.start, body.stop)
                 _core.stiffness(
-                    self.kind, stencil, active.block_start[i], active.block_position[i],
+                    self.kind, stencil, start, position,
                     self.points.initial_volume[s], self.points.position[s], self._response[s],
                     matrix,
                 )  # fmt: skip

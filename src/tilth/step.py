@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tilth.boundaries import Conditions
 from tilth.comm import SERIAL, Communicator, norm
+from tilth.coupling import LinearForces
 from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.soil import Soil
@@ -68,6 +69,7 @@ def solve_step(
     force_before: Floats,
     force: Floats,
     springs: Springs,
+    linear: LinearForces,
     solver: Solver,
     newton: Newton,
     timers: Timers,
@@ -91,7 +93,7 @@ def solve_step(
     def evaluate(u: Floats) -> tuple[Floats, float, float]:
         """Internal force, norm of the residual on the free nodes, and that over the forces'."""
         soil.update(active, u)
-        internal = soil.internal_force(active) + springs.force(u)
+        internal = soil.internal_force(active) + springs.force(u) + linear.force(u)
         rest = internal - force
         free = norm(comm, np.where(held, 0.0, rest)[own])
         reaction = norm(comm, np.where(held, rest, 0.0)[own])
@@ -120,6 +122,7 @@ def solve_step(
                 system = LinearSystem(active, held)
         soil.stiffness(active, system.blocks)
         springs.add_stiffness(active, system.blocks)
+        linear.add_stiffness(system.blocks)
         change = np.zeros_like(displacement)
         right_side = force - internal
         if moving:

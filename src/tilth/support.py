@@ -26,7 +26,7 @@ from tilth.soil import Soil
 
 Floats = npt.NDArray[np.float64]
 
-RELATIVE_STIFFNESS = 1e-8
+RELATIVE_STIFFNESS = 0.0
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
 
 LEAST_SUPPORT = 0.5

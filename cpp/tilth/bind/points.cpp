@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/advance.hpp"
+#include "../kernel/cells.hpp"
 #include "../kernel/internal_force.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/stress.hpp"
@@ -79,6 +80,36 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
     kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
                                       response.data(), matrix.data());
   });
+}
+
+void add_blocks(int dim, ConstIntegers node_start, ConstShorts node, ConstIntegers block_start,
+                ConstShorts block_position, ConstDoubles blocks, Doubles matrix) {
+  if (dim != 2 && dim != 3) throw std::invalid_argument("dimension must be 2 or 3");
+  const double* block = blocks.data();
+  for (std::size_t g = 0; g + 1 < node_start.size(); ++g) {
+    const std::int64_t first = node_start.data()[g];
+    const int n = static_cast<int>(node_start.data()[g + 1] - first);
+    const auto scatter = dim == 2 ? &kernel::scatter_blocks<2> : &kernel::scatter_blocks<3>;
+    scatter(n, node.data() + first, block_position.data() + block_start.data()[g], block,
+            matrix.data());
+    block += std::int64_t{n} * n * dim * dim;
+  }
+}
+
+/// Adds each point's volume and its volume times `modulus` to the cells that its domain fills.
+void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
+                ConstDoubles volume, double modulus, ConstDoubles origin, ConstDoubles cell_size,
+                ConstIntegers cell_keys, Doubles filled) {
+  const StencilView stencil(stencil_handle);
+  const auto first = nb::cast<ConstIntegers>(stencil_handle.attr("first"));
+  const auto count = nb::cast<ConstShorts>(stencil_handle.attr("count"));
+  require_size(volume, stencil.points(), "volume");
+  require_size(filled, 2 * static_cast<std::int64_t>(cell_keys.size()), "filled");
+  const auto dim = static_cast<int>(position.shape(1));
+  const auto fill = dim == 2 ? &kernel::fill_cells<2> : &kernel::fill_cells<3>;
+  fill(stencil, first.data(), count.data(), position.data(), half_length.data(), volume.data(),
+       modulus, origin.data(), cell_size.data(), static_cast<std::int64_t>(cell_keys.size()),
+       cell_keys.data(), filled.data());
 }
 
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
@@ -199,6 +230,12 @@ void bind_points(nb::module_& module) {
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
              "initial_volume"_a, "position"_a, "response"_a, "matrix"_a,
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
+  module.def("add_blocks", &add_blocks, "dim"_a, "node_start"_a, "node"_a, "block_start"_a,
+             "block_position"_a, "blocks"_a, "matrix"_a,
+             "Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.");
+  module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
+             "modulus"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
+             "Adds volume and volume times modulus of the points to filled (cells, 2).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Forces among few nodes that are linear in the displacement of the step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from tilth import _core
+from tilth.grid import ActiveGrid
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Elements of n nodes each with the force f_a + sum_b matrix_ab u_b on node a.
+
+    Attributes:
+        node: node numbers, shape (elements, n).
+        matrix: [force/length], shape (elements, n, n, dim, dim).
+        force: at zero displacement [force], shape (elements, n, dim).
+    """
+
+    node: npt.NDArray[np.int32]
+    matrix: Floats
+    force: Floats
+
+
+class LinearForces:
+    """The sum of all couplings of a step, in the matrix's pattern."""
+
+    def __init__(self, active: ActiveGrid, couplings: list[Coupling]) -> None:
+        dim = active.grid.dim
+        for coupling in couplings:
+            active.couple(coupling.node)
+        self.blocks: Floats = np.zeros((len(active.column), dim, dim))
+        self._constant = np.zeros((active.nodes, dim))
+        for coupling in couplings:
+            start = np.arange(len(coupling.node) + 1, dtype=np.int64) * coupling.node.shape[1]
+            node = np.ascontiguousarray(coupling.node, dtype=np.int32).ravel()
+            positions = _core.block_positions(start, node, active.row_start, active.column)
+            rows = np.ascontiguousarray(coupling.matrix.transpose(0, 1, 3, 4, 2))
+            _core.add_blocks(dim, start, node, *positions, rows, self.blocks)
+            np.add.at(self._constant, coupling.node, coupling.force)
+        self._any = bool(couplings)
+        self._pattern = (active.column, active.row_start)
+
+    def force(self, displacement: Floats) -> Floats:
+        """Returns the force for a nodal displacement of the step [force], shape (nodes, dim)."""
+        if not self._any:
+            return np.zeros_like(displacement)
+        size = displacement.size
+        matrix = sp.bsr_matrix((self.blocks, *self._pattern), shape=(size, size))
+        product: Floats = matrix @ displacement.ravel()
+        return self._constant + product.reshape(displacement.shape)
+
+    def add_stiffness(self, blocks: Floats) -> None:
+        """Adds the matrix of all couplings to the node-block matrix."""
+        if self._any:
+            blocks += self.blocks

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ghost stabilisation: ties the nodes of hardly filled cells to the material beside them.
+
+A cell at the edge of a body that holds a sliver of material gives its outer nodes a stiffness
+that vanishes with the sliver. A penalty on the jump of the normal derivative of the step's
+displacement across the cell's faces (Burman 2010; Sticko et al. 2020; for the material point
+method Coombs 2022) gives them stiffness instead:
+
+    f = gamma E h integral over the face of [d u / d n] [d v / d n],
+
+with E the volume-weighted Young's modulus of the two cells and h the cell's size along the
+face's normal. In units of force: E h (1/length)^2 length^(dim-1) length = E length^(dim-1). It
+vanishes for every displacement that is linear across the two cells, so that it has no net force,
+resists no rigid motion, and leaves a homogeneous strain alone. It is weighted by how empty the
+cell is and vanishes from half a cell on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.coupling import Coupling
+from tilth.grid import ActiveGrid
+from tilth.soil import Soil
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+GAMMA = 0.0125
+"""The penalty's dimensionless factor."""
+
+FULL = 0.5
+"""Share of a cell from which on it is not stabilised."""
+
+
+def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floats]:
+    """Returns the populated cells: keys, filled share [-], mean Young's modulus [stress].
+
+    The key is that of the cell's lowest node; the share is that of the cell's volume, in
+    axisymmetry of the ring it sweeps.
+    """
+    grid = active.grid
+    first = np.concatenate([stencil.first for stencil in active.stencils])
+    count = np.concatenate([stencil.count for stencil in active.stencils])
+    key = np.asarray(_core.active_nodes(first, np.maximum(count - 1, 1)))
+    filled = np.zeros((len(key), 2))
+    volume = soil.points.volume
+    for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
+        s = slice(body.start, body.stop)
+        _core.fill_cells(
+            stencil, soil.points.position[s], soil.points.half_length[s], volume[s],
+            float(body.parameters[0]), grid.origin, grid.cell_size, key, filled,
+        )  # fmt: skip
+    size = np.full(len(key), float(np.prod(grid.cell_size)))
+    if soil.kind == "axisymmetric":
+        size *= 2.0 * np.pi * np.abs(_centre_radius(active, key))
+    return key, filled[:, 0] / size, filled[:, 1] / np.maximum(filled[:, 0], 1e-300)
+
+
+def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
+    column = np.asarray(_core.lattice(key))[:, 0]
+    return np.asarray(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0])
+
+
+def ghost_stabilisation(
+    soil: Soil, active: ActiveGrid, held: npt.NDArray[np.bool_]
+) -> list[Coupling]:
+    """Returns the penalty on all faces of hardly filled cells at the edges of bodies.
+
+    Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
+    they need no support, and would tie the soil to the boundary.
+    """
+    grid, dim = active.grid, active.grid.dim
+    key, fill, modulus = filled_cells(soil, active)
+    place = np.asarray(_core.lattice(key))
+    neighbour = {
+        (axis, side): _find(key, place + side * np.eye(3, dtype=np.int64)[axis])
+        for axis in range(dim)
+        for side in (-1, 1)
+    }
+    at_edge = np.any([number < 0 for number in neighbour.values()], axis=0)
+    emptiness = np.where(at_edge, np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
+    couplings = []
+    for axis in range(dim):
+        cell = np.flatnonzero(neighbour[axis, 1] >= 0)
+        other = neighbour[axis, 1][cell]
+        weight = np.maximum(emptiness[cell], emptiness[other])
+        cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
+        if len(cell) == 0:
+            continue
+        volume = np.maximum(fill[cell] + fill[other], 1e-300)
+        weight = weight * (fill[cell] * modulus[cell] + fill[other] * modulus[other]) / volume
+        if soil.kind == "axisymmetric":
+            radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
+            weight = weight * 2.0 * np.pi * radius
+        offset, matrix = _face(grid.cell_size, axis)
+        node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
+        far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
+        free = ~(held[node] & far[..., None]).any(axis=1)
+        scalar = weight[:, None, None] * matrix
+        couplings.append(
+            Coupling(
+                node=node.astype(np.int32),
+                matrix=scalar[..., None, None] * (free[:, None] * np.eye(dim))[:, None, None],
+                force=np.zeros((*node.shape, dim)),
+            )
+        )
+    return couplings
+
+
+def _find(keys: Integers, lattice: Integers) -> Integers:
+    """Numbers of the cells at lattice places, -1 where none is populated."""
+    wanted = np.asarray(_core.node_keys(np.ascontiguousarray(lattice)))
+    number = np.searchsorted(keys, wanted).clip(max=len(keys) - 1)
+    return np.where(keys[number] == wanted, number, -1)
+
+
+def _face(cell_size: Floats, axis: int) -> tuple[Integers, Floats]:
+    """Nodes of two cells that share a face, from the lower one's place, and the unit penalty.
+
+    The derivative along the normal jumps by (u_0 - 2 u_1 + u_2) / h at each corner of the face
+    and is linear (bilinear in 3D) between the corners.
+    """
+    dim = len(cell_size)
+    offset = np.array([[0, 0, 0]])
+    matrix = np.ones((1, 1))
+    for k in reversed(range(dim)):
+        h = cell_size[k]
+        if k == axis:
+            jump = np.array([1.0, -2.0, 1.0])
+            along = np.outer(jump, jump) * GAMMA / h
+        else:
+            along = np.array([[2.0, 1.0], [1.0, 2.0]]) * h / 6.0
+        unit = np.eye(3, dtype=np.int64)[k]
+        offset = np.concatenate([offset + i * unit for i in range(len(along))])
+        matrix = np.kron(along, matrix)
+    return offset, matrix
