@@ -28,9 +28,6 @@ from tilth.soil import Soil
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-GAMMA = 0.0125
-"""The penalty's dimensionless factor."""
-
 FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
 
@@ -55,23 +52,27 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":
-        size *= 2.0 * np.pi * np.abs(_centre_radius(active, key))
+        size *= 2.0 * np.pi * _centre_radius(active, key)
     return key, filled[:, 0] / size, filled[:, 1] / np.maximum(filled[:, 0], 1e-300)
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
+    """Distance of the cells' centres from the axis; domains may reach a little across it."""
     column = np.asarray(_core.lattice(key))[:, 0]
-    return np.asarray(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0])
+    return np.asarray(np.abs(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0]))
 
 
 def ghost_stabilisation(
-    soil: Soil, active: ActiveGrid, held: npt.NDArray[np.bool_]
+    soil: Soil, active: ActiveGrid, held: npt.NDArray[np.bool_], gamma: float
 ) -> list[Coupling]:
     """Returns the penalty on all faces of hardly filled cells at the edges of bodies.
 
+    `gamma` is its dimensionless factor; 0 gives no penalty.
     Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
     they need no support, and would tie the soil to the boundary.
     """
+    if gamma == 0.0:
+        return []
     grid, dim = active.grid, active.grid.dim
     key, fill, modulus = filled_cells(soil, active)
     place = np.asarray(_core.lattice(key))
@@ -99,7 +100,7 @@ def ghost_stabilisation(
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         free = ~(held[node] & far[..., None]).any(axis=1)
-        scalar = weight[:, None, None] * matrix
+        scalar = gamma * weight[:, None, None] * matrix
         couplings.append(
             Coupling(
                 node=node.astype(np.int32),
@@ -130,7 +131,7 @@ def _face(cell_size: Floats, axis: int) -> tuple[Integers, Floats]:
         h = cell_size[k]
         if k == axis:
             jump = np.array([1.0, -2.0, 1.0])
-            along = np.outer(jump, jump) * GAMMA / h
+            along = np.outer(jump, jump) / h
         else:
             along = np.array([[2.0, 1.0], [1.0, 2.0]]) * h / 6.0
         unit = np.eye(3, dtype=np.int64)[k]

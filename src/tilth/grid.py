@@ -256,7 +256,7 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
 
 
 def _row_starts(node: npt.NDArray[np.int32]) -> Integers:
-    return np.arange(node.shape[0] + 1, dtype=np.int64) * node.shape[1]
+    return np.arange(len(node) + 1, dtype=np.int64) * int(node.shape[1])
 
 
 def _in_space(lattice: Integers) -> Integers:

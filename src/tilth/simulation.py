@@ -136,7 +136,10 @@ class Simulation:
         self.soil.begin_step()
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
-        linear = LinearForces(active, ghost_stabilisation(self.soil, active, conditions.held))
+        gamma = self.model.analysis.ghost_stabilisation
+        linear = LinearForces(
+            active, ghost_stabilisation(self.soil, active, conditions.held, gamma)
+        )
         springs = Springs.of(self.soil, active)
         for newton in self._attempts:
             try:

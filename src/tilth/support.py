@@ -26,7 +26,7 @@ from tilth.soil import Soil
 
 Floats = npt.NDArray[np.float64]
 
-RELATIVE_STIFFNESS = 0.0
+RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
 
 LEAST_SUPPORT = 0.5
@@ -51,7 +51,7 @@ class Springs:
 
     @classmethod
     def of(cls, soil: Soil, active: ActiveGrid) -> Springs:
-        """Returns the springs of a step; zero stiffness at well supported nodes."""
+        """Returns the springs of a step; zero at well supported and at coupled nodes."""
         points, cell = soil.points, active.grid.cell_size
         support = soil.scatter(active, points.volume) / np.prod(cell)
         stiffness = np.full(active.nodes, float(np.prod(cell) / cell.max() ** 2))
@@ -62,6 +62,8 @@ class Springs:
         young_modulus = max(float(body.parameters[0]) for body in points.bodies)
         stiffness *= young_modulus
         badly = support < LEAST_SUPPORT * 0.5**active.grid.dim
+        for node in active.couplings:
+            badly[node] = False
         return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
     def force(self, displacement: Floats) -> Floats:

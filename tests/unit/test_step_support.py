@@ -31,22 +31,35 @@ def standing(kind: str, basis: str, overlap: float, **body: Any) -> Simulation:
 
 
 @every_kind
-@pytest.mark.parametrize(
-    ("overlap", "leap"),
-    [(1e-6, 1e-4), (1e-7, 1e-6), (1e-9, 1e-8), (1e-11, 1e-9), (1e-12, 1e-10), (1e-14, 1e-11)],
-)
-def test_slivers_change_nothing(kind: str, overlap: float, leap: float) -> None:
-    """GIMP domains that reach a hair's breadth into further cells."""
+@pytest.mark.parametrize(("overlap", "leap"), [(1e-2, 0.06), (1e-4, 0.03), (1e-7, 0.03)])
+def test_slivers_change_little(kind: str, overlap: float, leap: float) -> None:
+    """GIMP domains that reach a hair's breadth into further cells.
+
+    Ghost stabilisation ties their nodes: against the aligned block of two cells a side stress
+    changes by some per cent, without it by up to 40 %, however narrow the sliver.
+    """
     aligned, sliver = standing(kind, "gimp", 0.0), standing(kind, "gimp", overlap)
-    few, many = aligned.check().nodes, sliver.check().nodes
-    assert many > few or overlap <= 1e-12
+    assert sliver.check().nodes > aligned.check().nodes
     for simulation in (aligned, sliver):
         residuals = simulation.advance(0.0, 1.0).equilibrium.residuals
         assert len(residuals) <= 5  # still Newton's pace
     one, other = by_number(aligned.points), by_number(sliver.points)
+    for name, share in (("displacement", 0.5 * leap), ("stress", leap)):
+        scale = np.abs(one[name]).max()
+        assert np.abs(other[name] - one[name]).max() < share * scale
+
+
+@every_kind
+@pytest.mark.parametrize("overlap", [1e-9, 1e-12, 1e-14])
+def test_overlaps_within_the_tolerance_are_none(kind: str, overlap: float) -> None:
+    aligned, sliver = standing(kind, "gimp", 0.0), standing(kind, "gimp", overlap)
+    assert sliver.check().nodes == aligned.check().nodes
+    for simulation in (aligned, sliver):
+        simulation.advance(0.0, 1.0)
+    one, other = by_number(aligned.points), by_number(sliver.points)
     for name in ("displacement", "stress"):
         scale = np.abs(one[name]).max()
-        assert np.abs(other[name] - one[name]).max() < leap * scale
+        assert np.abs(other[name] - one[name]).max() < 20.0 * max(overlap, 1e-12) * scale
 
 
 @every_kind
@@ -58,8 +71,7 @@ def test_any_overlap_can_be_solved_and_carries_the_weight(kind: str, overlap: fl
     assert result.equilibrium.residuals[-1] <= 1e-9
     up = dimension(kind) - 1
     expected = 5.0 * simulation.points.mass.sum()
-    # the springs carry at most this share of the weight, at an overlap of 1e-4 of a cell
-    assert result.resultants["base"][up] == pytest.approx(expected, rel=3e-5)
+    assert result.resultants["base"][up] == pytest.approx(expected, rel=1e-8)
     assert np.abs(simulation.points.displacement).max() < 0.05
 
 

@@ -16,14 +16,23 @@ struct Gimp {
   static constexpr bool has_domain = true;
   static constexpr int maximum_count = 3;  // half lengths are capped at half a cell
 
-  /// Overlaps below this share of the half length are not counted as support: their basis values
-  /// are round-off and their nodes would be without stiffness.
-  static constexpr double relative_overlap = 1e-12;
+  /// Overlaps below this share of the half length are not counted as support: they come from the
+  /// tolerance of the equilibrium, and their nodes would be without stiffness. The domain is cut
+  /// there, so that the basis keeps its partition of unity.
+  static constexpr double relative_overlap = 1.4901161193847656e-08;
 
   TILTH_FUNCTION static Support support(double x, double half_length) {
     const double reach = half_length * (1.0 - relative_overlap);
     const double first = std::floor(x - reach);
     return {first, static_cast<int>(std::floor(x + reach) - first) + 2};
+  }
+
+  TILTH_FUNCTION static void cut(double first, int count, double& x, double& half_length) {
+    const double last = first + count - 1;
+    const double lower = x - half_length > first ? x - half_length : first;
+    const double upper = x + half_length < last ? x + half_length : last;
+    x = 0.5 * (lower + upper);
+    half_length = 0.5 * (upper - lower);
   }
 
   TILTH_FUNCTION static double hat(double s) {

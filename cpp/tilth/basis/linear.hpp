@@ -26,6 +26,10 @@ struct Linear {
     return {std::floor(x), 2};
   }
 
+  /// Cuts the domain to the cells of the support.
+  TILTH_FUNCTION static void cut(double /*first*/, int /*count*/, double& /*x*/,
+                                 double& /*half_length*/) {}
+
   /// Value and derivative of the node at distance `s` = x - node.
   TILTH_FUNCTION static void evaluate(double s, double /*half_length*/, double& value,
                                       double& derivative) {

@@ -130,8 +130,9 @@ void basis_values(std::int64_t groups, const std::int64_t* start, const std::int
     along[2][0] = 1.0;
     for (std::int64_t p = start[g]; p < start[g + 1]; ++p) {
       for (int k = 0; k < Dim; ++k) {
-        const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
-        const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+        double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
+        double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+        Basis::cut(static_cast<double>(first[3 * g + k]), count[3 * g + k], x, l);
         for (int i = 0; i < count[3 * g + k]; ++i) {
           Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, along[k][i],
                           slope[k][i]);

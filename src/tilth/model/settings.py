@@ -13,6 +13,7 @@ from tilth.model.fields import (
     CountOrZero,
     Flag,
     Fraction,
+    NotNegative,
     PositivePerDirection,
     Text,
     Vector,
@@ -52,6 +53,10 @@ class Analysis(Declared):
 
     If not given, a load step that fails without is repeated with it, and with twice the
     iterations, before it is halved.
+    """
+    ghost_stabilisation: NotNegative = 0.005
+    """Dimensionless stiffness that ties hardly filled cells to the material beside them [-]; 0
+    leaves their nodes on weak springs.
     """
     solver: Literal["auto", "superlu", "pardiso"] = "auto"
     """Linear solver; "auto" takes the fastest one installed."""

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ghost stabilisation: no effect on linear motions, none on full cells, and a bounded matrix."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from small_problems import AXES, KINDS, block_entries, dimension, plane
+
+from tilth import Model
+from tilth.coupling import LinearForces
+from tilth.ghost import filled_cells, ghost_stabilisation
+from tilth.grid import ActiveGrid, Buffers, locate
+from tilth.simulation import Simulation
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+GAMMA = 0.005
+
+
+def block(
+    kind: str, basis: str, shift: float, *, angle: float = 0.0, cells: int = 2, points: int = 4
+) -> tuple[Simulation, ActiveGrid]:
+    """A stress-free block of this many cells a side, shifted along the diagonal."""
+    dim = dimension(kind)
+    boundaries = [plane(axis, axis, 0.0) for axis in AXES[:dim]]
+    entries: dict[str, Any] = block_entries(kind, basis, boundaries=boundaries)
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["points"] = [points] * dim
+    body["shape"] = {"type": "box", "lower": [shift] * dim, "upper": [cells + shift] * dim}
+    if angle:
+        body["shape"]["angle"] = angle
+        body["shape"]["lower"] = [10.0 + shift] * dim
+        body["shape"]["upper"] = [10.0 + shift + cells] * dim
+    simulation = Simulation(Model.from_dict(entries))
+    return simulation, locate(simulation.points, simulation.grid, Buffers())
+
+
+def ghost(simulation: Simulation, active: ActiveGrid, gamma: float = GAMMA) -> LinearForces:
+    held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    return LinearForces(active, ghost_stabilisation(simulation.soil, active, held, gamma))
+
+
+def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.ndarray:
+    """The whole matrix over Young's modulus, of nodes without any condition."""
+    dim = active.grid.dim
+    linear = ghost(simulation, active, gamma)
+    simulation.soil.begin_step()
+    simulation.soil.update(active, np.zeros((active.nodes, dim)))
+    blocks = np.zeros_like(linear.blocks)
+    simulation.soil.stiffness(active, blocks)
+    linear.add_stiffness(blocks)
+    size = active.nodes * dim
+    matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size)).toarray()
+    return 0.5 * (matrix + matrix.T) / simulation.points.bodies[0].parameters[0]
+
+
+@every_kind
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_linear_motions_are_free_of_force(kind: str, basis: str) -> None:
+    simulation, active = block(kind, basis, 0.3)
+    linear = ghost(simulation, active)
+    assert np.abs(linear.blocks).max() > 1e-4 * simulation.points.bodies[0].parameters[0]
+    dim = active.grid.dim
+    random = np.random.default_rng(3)
+    scale = np.abs(linear.blocks).max()
+    motion = random.normal(size=dim) + active.position @ random.normal(size=(dim, dim))
+    assert np.abs(linear.force(motion)).max() < 1e-13 * scale * np.abs(motion).max()
+    u = random.normal(size=motion.shape)
+    assert np.abs(linear.force(u).sum(axis=0)).max() < 1e-13 * scale * active.nodes
+    assert (u * linear.force(u)).sum() > 0.0
+
+
+@every_kind
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_full_cells_have_none(kind: str, basis: str) -> None:
+    simulation, active = block(kind, basis, 0.0)
+    _, fill, modulus = filled_cells(simulation.soil, active)
+    np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(modulus, simulation.points.bodies[0].parameters[0], rtol=1e-12)
+    assert not ghost(simulation, active).blocks.any()
+
+
+@every_kind
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_cells_hold_the_volume_of_the_points(kind: str, basis: str) -> None:
+    simulation, active = block(kind, basis, 0.37)
+    key, fill, _ = filled_cells(simulation.soil, active)
+    size = np.prod(active.grid.cell_size)
+    if kind == "axisymmetric":
+        column = (key & (2**20 - 1)) - 2**19
+        size = size * 2.0 * np.pi * (column + 0.5) * active.grid.cell_size[0]
+    total = (fill * size).sum()
+    assert total == pytest.approx(simulation.points.initial_volume.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_condition_is_bounded_as_a_block_moves_through_a_cell(kind: str) -> None:
+    """GIMP, 50 positions, fill from 1e-6 to 1: bounded with, unbounded without."""
+    rigid = 3 if kind == "plane_strain" else 6
+    shifts = np.concatenate([np.logspace(-6, -1, 20), np.linspace(0.1, 0.999, 30)])
+    least: dict[float, list[float]] = {0.0: [], GAMMA: []}
+    greatest = []
+    for shift in shifts if kind == "plane_strain" else shifts[::5]:
+        for gamma, found in least.items():
+            eigenvalues = np.linalg.eigvalsh(stiffness(*block(kind, "gimp", shift), gamma))
+            found.append(eigenvalues[rigid])
+            greatest.append(eigenvalues[-1])
+    assert min(least[0.0]) < 1e-10
+    assert min(least[GAMMA]) > 1e-4
+    assert max(greatest) / min(least[GAMMA]) < 3e4
+
+
+def test_rotated_blocks_with_lone_points_are_regular() -> None:
+    """Standard MPM: singular without in many positions, regular with in all."""
+    random = np.random.default_rng(1)
+    least: dict[float, list[float]] = {0.0: [], GAMMA: []}
+    for _ in range(40):
+        angle, shift = random.uniform(5.0, 85.0), random.random()
+        for gamma, found in least.items():
+            simulation, active = block(
+                "plane_strain", "linear", shift, angle=angle, cells=4, points=8
+            )
+            found.append(np.linalg.eigvalsh(stiffness(simulation, active, gamma))[3])
+    assert (np.array(least[0.0]) < 1e-10).sum() > 10
+    assert min(least[GAMMA]) > 1e-4
