@@ -106,8 +106,36 @@ def set_threads(threads: int | None) -> int:
 
 
 def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> Result:
-    """Takes load steps to the end of the schedule, halving those that fail."""
-    first, iterations = clock.step, 0
+    """Takes all load steps and writes the report, also of an analysis that failed."""
+    first = clock.step
+    try:
+        iterations = _take_steps(simulation, clock, recorder, quiet)
+    except AnalysisFailed:
+        _report(simulation, recorder)
+        raise
+    _report(simulation, recorder)
+    return Result(
+        folder=recorder.folder,
+        points=simulation.points,
+        steps=clock.step - first,
+        iterations=iterations,
+        seconds=dict(simulation.timers.wall),
+        processor_seconds=dict(simulation.timers.processor),
+    )
+
+
+def _report(simulation: Simulation, recorder: Recorder) -> None:
+    if simulation.model.output.report:
+        with simulation.timers.measure("rest"):
+            write_report(recorder.folder)
+
+
+def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
+    """Takes load steps to the end of the schedule, halving those that fail.
+
+    Returns the number of Newton iterations.
+    """
+    iterations = 0
     with recorder.recording(clock, quiet) as progress, InterruptKey() as interrupt:
         while not clock.done:
             interrupt.check()
@@ -129,17 +157,7 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
             iterations += result.equilibrium.iterations
             recorder.step(clock, after - before, result)
             progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
-    if simulation.model.output.report:
-        with simulation.timers.measure("rest"):
-            write_report(recorder.folder)
-    return Result(
-        folder=recorder.folder,
-        points=simulation.points,
-        steps=clock.step - first,
-        iterations=iterations,
-        seconds=dict(simulation.timers.wall),
-        processor_seconds=dict(simulation.timers.processor),
-    )
+    return iterations
 
 
 def _failed(
@@ -151,11 +169,12 @@ def _failed(
         index = simulation.points.index_of(np.array([failure.point]))[0]
         place = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
         where = f"; worst point: number {failure.point} at ({place})"
-    residuals = " ".join(f"{r:.1e}" for r in failure.residuals) or "none"
+    shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
+    residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
     return AnalysisFailed(
         f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
         f" (step size {size:.2g}; relative residuals: {residuals}{where})",
         f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
-        "try smaller steps, a smaller schedule.minimum_step, or see where the soil fails in "
-        f"{REPORT}",
+        "try smaller steps, a smaller schedule.minimum_step, or see where the soil fails "
+        f"(`tilth report` writes {REPORT})",
     )

@@ -57,7 +57,8 @@ class MaterialPoints:
             [stress], shape (n, 2).
         state: further internal variables of the materials, shape (n, columns).
         initial_half_length, half_length: half the side lengths of the points' domains along
-            the grid's axes [length], shape (n, dim).
+            the grid's axes [length], shape (n, dim); with the linear basis, which does not use
+            them, of the box that a point stands for.
     """
 
     bodies: list[PointRange]

@@ -44,6 +44,7 @@ class Recorder:
     log: RunLog
     work: float = 0.0
     _progress: Progress | None = None
+    _last: tuple[Clock, StepResult] | None = None
 
     @classmethod
     def start(
@@ -109,6 +110,7 @@ class Recorder:
             failure = None
         except TilthError as error:
             failure = error.message
+            self._write_last()
             raise
         except KeyboardInterrupt:
             failure = f"interrupted by the user after step {clock.step}"
@@ -129,13 +131,21 @@ class Recorder:
         with self.simulation.timers.measure("rest"):
             values = self.tracker.values(self.simulation, result, self.work)
             self.history.append(clock.step, clock.time, equilibrium.iterations, values)
+            self._last = (clock, result)
             if clock.time in model.schedule.times_of_output():
-                self.results.append(
-                    snapshot(self.simulation, result.active, result, clock.step, clock.time)
-                )
+                self._write_last()
             every = model.output.checkpoint_every
             if every and (clock.step % every == 0 or clock.done):
                 self._checkpoint(clock)
+
+    def _write_last(self) -> None:
+        """Writes the last converged step to the results, unless it is there already."""
+        if self._last is None:
+            return
+        clock, result = self._last
+        state = snapshot(self.simulation, result.active, result, clock.step, clock.time)
+        self.results.append(state)
+        self._last = None
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""

@@ -19,7 +19,8 @@ from tilth.errors import BadInput, StepFailed
 from tilth.ghost import ghost_stabilisation
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
-from tilth.model import Model
+from tilth.model import Model, PlaneBoundary
+from tilth.model.fields import AXES
 from tilth.points import MaterialPoints, PointRange
 from tilth.soil import Soil
 from tilth.solvers import choose_solver
@@ -95,6 +96,7 @@ class Simulation:
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
         )
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
+        self._note_departures()
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
         self._note_bounds(bound_domains(self.points, self.grid))
 
@@ -185,6 +187,24 @@ class Simulation:
         if key not in self._said:
             self._said.add(key)
             self.warnings.append(text)
+
+    def _note_departures(self) -> None:
+        """Warns of grid planes whose prescribed motion takes the material away from them."""
+        model = self.model
+        for boundary in model.boundaries:
+            if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
+                continue
+            axis = AXES.index(boundary.axis)
+            value = boundary.held(model.dimension).get(axis, 0.0)
+            table = boundary.factor or ((0.0, 0.0), (model.schedule.end, 1.0))
+            farthest = max(abs(value * factor) for _, factor in table)
+            if farthest > 0.5 * self.grid.cell_size[axis]:
+                self._note(
+                    f"motion of {boundary.name}",
+                    f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "
+                    f"cell, but it acts on the nodes at {boundary.axis} = {boundary.at:g} "
+                    "throughout: it loses the material that moves away from them",
+                )
 
     def _note_untouched(self, conditions: Conditions) -> None:
         for name, touched in zip(conditions.names, conditions.touched, strict=True):

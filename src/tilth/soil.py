@@ -134,10 +134,12 @@ class Soil:
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
             for body in points.bodies:
-                if body.domain_update not in (None, "fixed", "corners"):
+                # the linear basis has no domain; its points' boxes are followed for the eye
+                rule = body.domain_update or "right_stretch"
+                if rule not in ("fixed", "corners"):
                     part = points.part(body)
                     _core.stretch_domains(
-                        self.kind, body.domain_update, part.deformation_gradient,
+                        self.kind, rule, part.deformation_gradient,
                         part.initial_half_length, part.half_length,
                     )  # fmt: skip
 

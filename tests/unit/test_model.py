@@ -253,7 +253,7 @@ def test_any_value_anywhere_is_taken_or_refused_in_plain_words(
         ([[1, 0], [0, -1]], "linear", "determinant is -1"),
         ([[1, 0], [0, 0]], "exponential", "determinant is 0"),
         ([[-1, 0], [0, -1]], "linear", "vanishes on the linear path, at factor 0.5"),
-        ([[-1, 0], [0, -2]], "exponential", "no real logarithm"),
+        ([[-1, 0], [0, -2]], "exponential", "no principal logarithm"),
         ([[1, 0, 0], [0, 1, 0]], "linear", "square"),
     ],
 )

@@ -27,13 +27,25 @@ def test_steps_of_a_given_size(end: float, size: float, number: int) -> None:
 
 
 def test_output_times() -> None:
-    assert Schedule(steps=3).times_of_output() == pytest.approx([0.1 * k for k in range(1, 11)])
+    assert Schedule(steps=40).times_of_output() == pytest.approx([0.1 * k for k in range(1, 11)])
     assert Schedule(steps=3, outputs=1).times_of_output() == (1.0,)
     assert Schedule(steps=8, outputs=2, end=4).times_of_output() == (2.0, 4.0)
     assert Schedule(steps=5, output_every=2, end=5).times_of_output() == (2.0, 4.0, 5.0)
     assert Schedule(steps=4, output_every=2, end=4).times_of_output() == (2.0, 4.0)
     assert Schedule(steps=4, output_times=[0.25]).times_of_output() == (0.25, 1.0)
     assert Schedule(steps=4, output_times=[0.25, 1]).times_of_output() == (0.25, 1.0)
+    nearly = [0.25 + 1e-14, 1.0 - 1e-12]  # as regular times are: no step of round-off between
+    assert Schedule(steps=4, output_times=nearly).times_of_output() == (0.25, 1.0)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3, 7, 25, 40])
+def test_outputs_that_nobody_asked_for_add_no_steps(steps: int) -> None:
+    schedule = Schedule(steps=steps)
+    regular = {schedule.regular_time(k) for k in range(1, steps + 1)}
+    outputs = schedule.times_of_output()
+    assert set(outputs) <= regular
+    assert outputs[-1] == 1.0
+    assert len(outputs) == min(steps, 10)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from small_problems import (
 from tilth import AnalysisFailed, Model, run
 from tilth.cli import run_command
 from tilth.errors import StepFailed
-from tilth.output import read_history
+from tilth.output import read_history, read_results
 from tilth.simulation import Simulation
 
 
@@ -157,6 +157,18 @@ def test_limit_load_ends_the_analysis_with_all_that_is_needed(
     assert text.splitlines()[0] in (tmp_path / "out" / "log.txt").read_text() or (
         failure.value.message in (tmp_path / "out" / "log.txt").read_text()
     )
+
+
+def test_the_last_equilibrium_of_a_failed_analysis_is_shown(
+    beyond_the_limit_load: dict[str, Any], tmp_path: Path
+) -> None:
+    beyond_the_limit_load["schedule"] = {"steps": 10, "minimum_step": 0.5, "outputs": 1}
+    with pytest.raises(AnalysisFailed):
+        run(Model.from_dict(beyond_the_limit_load), tmp_path / "out", quiet=True)
+    last = int(read_history(tmp_path / "out" / "history.csv")["step"][-1])
+    assert last >= 2
+    assert list(read_results(tmp_path / "out" / "results.vtkhdf").steps) == [0, last]
+    assert "failed" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_limit_load_gives_exit_code_one(

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "../grid.hpp"
+#include "../parallel.hpp"
 #include "../tensor.hpp"
 #include "response.hpp"
 #include "stress.hpp"
@@ -21,7 +22,7 @@ template <class K>
 void advance(std::int64_t points, const double* increment, const double* response_array,
              double* deformation_gradient, double* cauchy) {
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     double f[3][3], inverse[3][3];
     double* before = deformation_gradient + 9 * p;
@@ -58,7 +59,7 @@ template <class K>
 void stretch_domains(std::int64_t points, DomainRule rule, const double* deformation_gradient,
                      const double* initial_half, double* half) {
   constexpr int dim = K::dim;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     const double* f = deformation_gradient + 9 * p;
     double stretch[3];
@@ -99,7 +100,7 @@ template <int Dim>
 void move_domain_faces(std::int64_t points, const double* position, std::int64_t nodes,
                        const std::int64_t* node_keys, const double* displacement,
                        const double* origin, const double* cell_size, double* half) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     double change[Dim];
     for (int axis = 0; axis < Dim; ++axis) {

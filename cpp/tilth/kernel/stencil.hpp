@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "../grid.hpp"
+#include "../parallel.hpp"
 
 namespace tilth::kernel {
 
@@ -21,7 +22,7 @@ template <class Basis, int Dim>
 std::int64_t support_keys(std::int64_t points, const double* position, const double* half_length,
                           const double* origin, const double* cell_size, std::int64_t* keys) {
   std::int64_t outside = 0;
-#pragma omp parallel for schedule(static) reduction(+ : outside)
+#pragma omp parallel for schedule(static) reduction(+ : outside) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     Lattice first{0, 0, 0};
     std::array<int, 3> count{2, 2, 2};
@@ -101,7 +102,7 @@ inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::in
 inline void group_nodes(std::int64_t groups, const std::int64_t* first, const std::int32_t* count,
                         std::int64_t nodes, const std::int64_t* node_keys,
                         const std::int64_t* node_start, std::int32_t* node_of_group) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (groups >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     std::int64_t at = node_start[g];
     for (int k = 0; k < count[3 * g + 2]; ++k)
@@ -122,7 +123,7 @@ void basis_values(std::int64_t groups, const std::int64_t* start, const std::int
                   const std::int32_t* count, const std::int64_t* value_start,
                   const double* position, const double* half_length, const double* origin,
                   const double* cell_size, double* value, double* gradient) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     const int n = count[3 * g] * count[3 * g + 1] * count[3 * g + 2];
     double along[3][4] = {};

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "../parallel.hpp"
+
 namespace tilth::kernel {
 
 struct Stencil {
@@ -28,7 +30,7 @@ struct Stencil {
 /// a node and the order of calls that share a node does not depend on the number of threads.
 template <class Body>
 void for_groups_by_colour(const Stencil& stencil, Body&& body) {
-#pragma omp parallel
+#pragma omp parallel if (stencil.start[stencil.groups] >= parallel_from)
   for (std::int64_t c = 0; c < stencil.colours; ++c) {
 #pragma omp for schedule(static)
     for (std::int64_t b = stencil.colour_start[c]; b < stencil.colour_start[c + 1]; ++b) {
@@ -42,7 +44,7 @@ void for_groups_by_colour(const Stencil& stencil, Body&& body) {
 /// Calls `body(group)` for all groups, in parallel, for kernels that write to points only.
 template <class Body>
 void for_groups(const Stencil& stencil, Body&& body) {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (stencil.start[stencil.groups] >= parallel_from)
   for (std::int64_t g = 0; g < stencil.groups; ++g) body(g);
 }
 

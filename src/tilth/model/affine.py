@@ -27,7 +27,10 @@ def affine_problem(
     if path == "exponential":
         eigenvalues = np.linalg.eigvals(matrix)
         if any(abs(e.imag) <= _ROUND_OFF * abs(e) and e.real < 0.0 for e in eigenvalues):
-            return "has no real logarithm, which the exponential path needs"
+            return (
+                "has no principal logarithm, which the exponential path needs: it holds a rotation "
+                "by 180 degrees or a reflection of two axes"
+            )
         return ""
     for mu in np.linalg.eigvals(matrix - np.eye(len(matrix))):
         if abs(mu.imag) <= _ROUND_OFF * abs(mu) and mu.real != 0.0:

@@ -99,7 +99,11 @@ def starts_from_zero(table: Sequence[Sequence[float]] | None) -> list[Problem]:
 
 
 class PlaneBoundary(_NodalBoundary):
-    """Condition on the nodes of a grid line (2D) or grid plane (3D)."""
+    """Condition on the nodes of a grid line (2D) or grid plane (3D).
+
+    The line stays where it is: material that a prescribed displacement moves more than about half a
+    cell away from it is lost to the condition.
+    """
 
     type: Literal["plane"] = "plane"
     axis: Axis

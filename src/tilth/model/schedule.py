@@ -20,7 +20,7 @@ class Schedule(Declared):
     """Time runs from 0 to `end`, in steps given by exactly one of `steps` and `step_size`.
 
     Results are written at the start, at the end and at the times given by at most one of
-    `output_times`, `outputs` and `output_every` (10 equally spaced outputs if none is given).
+    `output_times`, `outputs` and `output_every` (about 10 regular steps if none is given).
     """
 
     end: Positive = 1.0
@@ -90,12 +90,25 @@ class Schedule(Declared):
         return self.end * step / self.number_of_steps
 
     def times_of_output(self) -> tuple[float, ...]:
-        """Returns the times of output after the start, increasing; the last is `end`."""
+        """Returns the times of output after the start, increasing; the last is `end`.
+
+        A time that differs from a regular one by no more than round-off is that one.
+        """
+        last = self.number_of_steps
         if self.output_times is not None:
-            times = tuple(self.output_times)
-            return times if times[-1] == self.end else (*times, self.end)
-        if self.output_every is not None:
-            regular = range(self.output_every, self.number_of_steps, self.output_every)
-            return (*(self.regular_time(step) for step in regular), self.end)
-        count = self.outputs or 10
-        return (*(self.end * k / count for k in range(1, count)), self.end)
+            times = {self._snapped(time) for time in self.output_times}
+        elif self.outputs is not None:
+            count = self.outputs
+            times = {self._snapped(self.end * k / count) for k in range(1, count)}
+        elif self.output_every is not None:
+            times = {
+                self.regular_time(k) for k in range(self.output_every, last, self.output_every)
+            }
+        else:  # regular times only, so that the number of steps stays what was asked for
+            times = {self.regular_time(round(last * k / 10)) for k in range(1, 10)} - {0.0}
+        return tuple(sorted(times | {self.end}))
+
+    def _snapped(self, time: float) -> float:
+        """Returns the regular time that `time` is to round-off, or `time` itself."""
+        nearest = self.regular_time(round(time / self.first_step))
+        return nearest if abs(time - nearest) <= _ROUND_OFF * self.first_step else time

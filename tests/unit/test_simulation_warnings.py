@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a simulation warns of before and while it runs."""
+
+from __future__ import annotations
+
+import pytest
+from small_problems import block_entries, plane
+
+from tilth import Model
+from tilth.simulation import Simulation
+
+
+@pytest.mark.parametrize(("motion", "warned"), [(-0.4, False), (-0.6, True), (0.6, True)])
+def test_planes_that_lose_their_material_are_named(motion: float, warned: bool) -> None:
+    top = plane("top", "y", 2.0, condition="prescribed", displacement={"y": motion})
+    sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
+    entries = block_entries("plane_strain", "linear", boundaries=[top, *sides])
+    warnings = Simulation(Model.from_dict(entries)).warnings
+    assert any("'top' moves by up to 0.6" in text for text in warnings) == warned
+
+
+def test_a_boundary_away_from_all_material_is_named() -> None:
+    far = plane("far", "y", 7.0)
+    sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
+    entries = block_entries("plane_strain", "linear", boundaries=[far, *sides])
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    assert simulation.warnings == ["boundary 'far' touches no node of a cell with material"]
