@@ -47,15 +47,16 @@ class LinearForces:
             _core.add_blocks(dim, start, node, *positions, rows, self.blocks)
             np.add.at(self._constant, coupling.node, coupling.force)
         self._any = bool(couplings)
-        self._pattern = (active.column, active.row_start)
+        size = active.nodes * dim
+        self._matrix = sp.bsr_matrix(
+            (self.blocks, active.column, active.row_start), shape=(size, size)
+        )
 
     def force(self, displacement: Floats) -> Floats:
         """Returns the force for a nodal displacement of the step [force], shape (nodes, dim)."""
         if not self._any:
             return np.zeros_like(displacement)
-        size = displacement.size
-        matrix = sp.bsr_matrix((self.blocks, *self._pattern), shape=(size, size))
-        product: Floats = matrix @ displacement.ravel()
+        product: Floats = self._matrix @ displacement.ravel()
         return self._constant + product.reshape(displacement.shape)
 
     def add_stiffness(self, blocks: Floats) -> None:

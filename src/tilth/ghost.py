@@ -17,6 +17,8 @@ cell is and vanishes from half a cell on.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -96,7 +98,7 @@ def ghost_stabilisation(
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             weight = weight * 2.0 * np.pi * radius
-        offset, matrix = _face(grid.cell_size, axis)
+        offset, matrix = _face(tuple(grid.cell_size), axis)
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         free = ~(held[node] & far[..., None]).any(axis=1)
@@ -118,7 +120,8 @@ def _find(keys: Integers, lattice: Integers) -> Integers:
     return np.where(keys[number] == wanted, number, -1)
 
 
-def _face(cell_size: Floats, axis: int) -> tuple[Integers, Floats]:
+@cache
+def _face(cell_size: tuple[float, ...], axis: int) -> tuple[Integers, Floats]:
     """Nodes of two cells that share a face, from the lower one's place, and the unit penalty.
 
     The derivative along the normal jumps by (u_0 - 2 u_1 + u_2) / h at each corner of the face

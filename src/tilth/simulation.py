@@ -139,9 +139,9 @@ class Simulation:
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
         gamma = self.model.analysis.ghost_stabilisation
-        linear = LinearForces(
-            active, ghost_stabilisation(self.soil, active, conditions.held, gamma)
-        )
+        with self.timers.measure("basis"):  # for this includes the matrix's pattern
+            couplings = ghost_stabilisation(self.soil, active, conditions.held, gamma)
+            linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
         for newton in self._attempts:
             try:
