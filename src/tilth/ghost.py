@@ -50,7 +50,7 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
         s = slice(body.start, body.stop)
         _core.fill_cells(
             stencil, soil.points.position[s], soil.points.half_length[s], volume[s],
-            float(body.parameters[0]), grid.origin, grid.cell_size, key, filled,
+            body.young_modulus, grid.origin, grid.cell_size, key, filled,
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":
@@ -129,7 +129,7 @@ def _face(cell_size: tuple[float, ...], axis: int) -> tuple[Integers, Floats]:
     """
     dim = len(cell_size)
     offset = np.array([[0, 0, 0]])
-    matrix = np.ones((1, 1))
+    matrix: Floats = np.ones((1, 1))
     for k in reversed(range(dim)):
         h = cell_size[k]
         if k == axis:

@@ -35,6 +35,11 @@ class PointRange:
     parameters: Floats
     density: float
 
+    @property
+    def young_modulus(self) -> float:
+        """Young's modulus [stress]: the first parameter of every material (material/list.hpp)."""
+        return float(self.parameters[0])
+
 
 @dataclass
 class MaterialPoints:

@@ -92,7 +92,7 @@ class Simulation:
             maximum_iterations=model.analysis.maximum_iterations,
             line_search=model.analysis.line_search or False,
             round_off=ROUND_OFF
-            * max(float(body.parameters[0]) for body in self.points.bodies)
+            * max(body.young_modulus for body in self.points.bodies)
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
         )
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)

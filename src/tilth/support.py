@@ -59,7 +59,7 @@ class Springs:
             circumference = 2.0 * np.pi * np.maximum(np.abs(active.position[:, 0]), 0.5 * cell[0])
             support /= circumference
             stiffness *= circumference
-        young_modulus = max(float(body.parameters[0]) for body in points.bodies)
+        young_modulus = max(body.young_modulus for body in points.bodies)
         stiffness *= young_modulus
         badly = support < LEAST_SUPPORT * 0.5**active.grid.dim
         for node in active.couplings:

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 
 #include "hencky_elastic.hpp"
@@ -12,6 +13,13 @@
 namespace tilth::material {
 
 using List = std::tuple<HenckyElastic, VonMises>;
+
+/// Springs, ghost stabilisation and round-off are scaled with Young's modulus.
+template <class... Material>
+constexpr bool young_modulus_comes_first(std::tuple<Material...>*) {
+  return ((std::string_view(Material::parameter_names[0]) == "young_modulus") && ...);
+}
+static_assert(young_modulus_comes_first(static_cast<List*>(nullptr)));
 
 /// Calls `function(Material::from(parameters))` for the material of that name, once per batch of
 /// points, never per point.
