@@ -139,5 +139,5 @@ def _face(cell_size: tuple[float, ...], axis: int) -> tuple[Integers, Floats]:
             along = np.array([[2.0, 1.0], [1.0, 2.0]]) * h / 6.0
         unit = np.eye(3, dtype=np.int64)[k]
         offset = np.concatenate([offset + i * unit for i in range(len(along))])
-        matrix = np.kron(along, matrix)
+        matrix = np.asarray(np.kron(along, matrix), dtype=np.float64)
     return offset, matrix

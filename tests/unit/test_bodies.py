@@ -53,7 +53,9 @@ def test_box_on_grid_lines_has_the_same_lattice_in_every_cell():
 
 
 def test_box_points_run_along_x_then_y_then_z():
-    points = points_of(Box(lower=[0, 0, 0], upper=[3, 2, 2]), kind="3d", points=[3, 2, 2])
+    points = points_of(
+        Box(lower=[0, 0, 0], upper=[3, 2, 2]), kind="3d", cell=[1, 1, 1], points=[3, 2, 2]
+    )
     expected = [[x, y, z] for z in (0.5, 1.5) for y in (0.5, 1.5) for x in (0.5, 1.5, 2.5)]
     np.testing.assert_allclose(points.position, expected, rtol=1e-15)
 
@@ -73,7 +75,7 @@ def test_box_off_the_grid_is_divided_exactly():
 @pytest.mark.parametrize(
     ("resolution", "number"),
     [
-        ({"points": [5, 4]}, [5, 4]),
+        ({"points": [6, 4]}, [6, 4]),
         ({"spacing": [0.3, 0.1]}, [7, 10]),
         ({"points_per_cell": 2}, [8, 8]),
     ],
@@ -103,7 +105,7 @@ def test_turned_box_is_the_straight_one_turned_about_its_corner(angle, resolutio
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_turned_box_in_3d_follows_the_right_hand_rule(axis):
     box = Box(lower=[1.0, 2.0, 3.0], upper=[3.0, 3.0, 6.0], angle=90.0, axis=axis)
-    points = points_of(box, kind="3d", points=[1, 1, 1])
+    points = points_of(box, kind="3d", cell=[3, 3, 3], points=[1, 1, 1])
     turn = {"x": [1.0, -1.5, 0.5], "y": [1.5, 0.5, -1.0], "z": [-0.5, 1.0, 1.5]}[axis]
     np.testing.assert_allclose(points.position, [np.array([1.0, 2.0, 3.0]) + turn])
     assert_sum(points, 6.0)
@@ -255,6 +257,72 @@ def test_domains_do_not_reach_across_the_axis_of_symmetry():
     ],
 )
 def test_bad_bodies_are_refused_by_name(shape, kind, resolution, words):
-    with pytest.raises(BadInput, match=f"body 'soil'.*{words}") as caught:
+    with pytest.raises(BadInput, match=f'bodies "soil"[.].*{words}') as caught:
         points_of(shape, kind=kind, **resolution)
     assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "resolution", "key"),
+    [
+        (Sphere(centre=[0, 0, 0], radius=1), "plane_strain", {"spacing": 0.1}, "shape.type"),
+        (Box(lower=[-1, 0], upper=[1, 1]), "axisymmetric", {"spacing": 0.1}, "shape"),
+        (Circle(centre=[0, 0], radius=1), "plane_strain", {"spacing": 1e-7}, "spacing"),
+        (Box(lower=[0, 0], upper=[1e6, 1e6]), "plane_strain", {"points_per_cell": 9}, "points_per"),
+        (Box(lower=[0, 0], upper=[9, 9]), "plane_strain", {"points": [1, 1]}, "points"),
+    ],
+)
+def test_errors_name_the_entry_of_the_body(shape, kind, resolution, key):
+    with pytest.raises(BadInput) as caught:
+        points_of(shape, kind=kind, **resolution)
+    assert caught.value.key.startswith(f'bodies "soil".{key}')
+
+
+TRIANGLE = [[0, 0], [30, 0], [0, 30]]
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "resolution", "words"),
+    [
+        (Box(lower=[0, 0], upper=[20, 3]), "plane_strain", {"spacing": 10}, "10 apart along x"),
+        (Box(lower=[0, 0], upper=[20, 3]), "axisymmetric", {"points": [20, 1]}, "3 apart along y"),
+        (Box(lower=[0, 0], upper=[1, 1.6]), "plane_strain", {"points": [1, 1]}, "1.6 apart"),
+        (Box(lower=[0, 0, 0], upper=[2, 2, 9]), "3d", {"spacing": [1, 1, 3]}, "3 apart along z"),
+        (
+            Box(lower=[0, 0], upper=[20, 3], angle=30),
+            "plane_strain",
+            {"spacing": [2, 1]},
+            "2 apart along its own x",
+        ),
+        (Polygon(vertices=TRIANGLE), "plane_strain", {"spacing": 2}, "2 apart"),
+        (Circle(centre=[0, 0], radius=9), "axisymmetric", {"spacing": 2}, "2 apart"),
+        (Sphere(centre=[0, 0, 0], radius=9), "3d", {"spacing": 2}, "2 apart"),
+        (
+            Cylinder(centre=[0, 0, 0], radius=9, axis="z", height=9),
+            "3d",
+            {"spacing": [1, 1, 2]},
+            "2 apart along z",
+        ),
+    ],
+)
+def test_points_that_leave_cells_empty_are_refused(shape, kind, resolution, words):
+    unit = [1.0] * (3 if kind == "3d" else 2)
+    with pytest.raises(BadInput, match=rf"{words}.*cells without points") as caught:
+        points_of(shape, kind=kind, origin=[0] * len(unit), cell=unit, **resolution)
+    assert "points_per_cell = 1" in caught.value.remedy
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0])
+@pytest.mark.parametrize("side", [0.3, 1.0, 1.4999999, 1.5, 2.4, 2.5, 7.49])
+def test_one_point_per_cell_is_enough_for_any_box(side, angle):
+    box = Box(lower=[0.37, 0.2], upper=[0.37 + side, 0.2 + side], angle=angle)
+    points = points_of(box, origin=[0, 0], cell=[1, 1], points_per_cell=1)
+    assert_sum(points, side**2)
+
+
+def test_turned_box_is_measured_by_the_smallest_side_of_a_cell():
+    shape = Box(lower=[0, 0], upper=[4, 1], angle=90)
+    with pytest.raises(BadInput, match=r"0\.5 apart along its own x in cells of 0\.25"):
+        points_of(shape, spacing=[0.5, 0.25])
+    straight = Box(lower=[0, 0], upper=[4, 1])
+    assert len(points_of(straight, spacing=[0.5, 0.25]).position) == 32

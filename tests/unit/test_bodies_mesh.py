@@ -167,7 +167,7 @@ def test_mesh_in_3d_made_by_gmsh(tmp_path):
     assert math.fsum(result.volume) == pytest.approx(3.0, rel=1e-13)
     np.testing.assert_allclose(result.volume @ result.position / 3.0, [1.0, 0.5, 0.75], rtol=1e-12)
     np.testing.assert_allclose(8.0 * result.half_length.prod(axis=1), result.volume)
-    with pytest.raises(BadInput, match=r"body 'dam'.*holds no tetrahedra.*triangle"):
+    with pytest.raises(BadInput, match=r"bodies \"dam\".*holds no tetrahedra.*triangle"):
         points_of(tmp_path / "surface.msh", kind="3d", spacing=0.2)
 
 
@@ -219,17 +219,47 @@ HEXAHEDRON = np.array(CORNERS["hexahedron"], dtype=float)
 )
 def test_unusable_meshes_are_refused(tmp_path, kind, points, cells, words):
     path = write(tmp_path / "a.msh", points, cells)
-    with pytest.raises(BadInput, match=f"(?s)body 'dam'.*{words}"):
+    with pytest.raises(BadInput, match=f'(?s)bodies "dam".*{words}'):
         points_of(path, kind=kind, spacing=0.2)
 
 
 @pytest.mark.parametrize("text", ["", "not a mesh\n", "$MeshFormat\n9.9 0 8\n$EndMeshFormat\n"])
-def test_unreadable_files_are_refused(tmp_path, text):
+def test_unreadable_files_are_refused_with_a_reason(tmp_path, text):
     (tmp_path / "a.msh").write_text(text)
-    with pytest.raises(BadInput, match="body 'dam': cannot read"):
+    with pytest.raises(BadInput, match=r"cannot be read as a Gmsh mesh: \w") as caught:
         points_of(tmp_path / "a.msh", spacing=0.2)
-    with pytest.raises(BadInput, match="there is no mesh file"):
+    assert caught.value.key == 'bodies "dam".shape.file'
+    assert caught.value.value == str(tmp_path / "a.msh")
+    with pytest.raises(BadInput, match="there is no such file"):
         points_of(tmp_path / "b.msh", spacing=0.2)
+
+
+def test_elements_listed_twice_are_refused_by_number(tmp_path):
+    square = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]]
+    once = [("triangle", [[0, 1, 2], [0, 2, 3]]), ("quad", [[1, 4, 5, 2]])]
+    twice = [("triangle", [[2, 0, 1], [1, 4, 2]])]
+    good = points_of(write(tmp_path / "a.msh", square, once), spacing=0.5)
+    assert math.fsum(good.volume) == pytest.approx(2.0, rel=1e-14)
+    path = write(tmp_path / "b.msh", square, once + twice)
+    with pytest.raises(BadInput, match="listed twice: triangles 1 and 3 have") as caught:
+        points_of(path, spacing=0.5)
+    assert caught.value.key == 'bodies "dam".shape.file'
+
+
+def test_bad_elements_are_counted_through_the_mesh(tmp_path):
+    points = [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]]
+    cells = [("triangle", [[0, 1, 2]]), ("quad", [[1, 4, 5, 2]]), ("triangle", [[0, 3, 2]])]
+    with pytest.raises(BadInput, match=r"triangle 2 of the mesh .* inverted"):
+        points_of(write(tmp_path / "a.msh", points, cells), spacing=0.5)
+
+
+def test_elements_are_cut_until_no_cell_is_left_without_points(tmp_path):
+    path = write(tmp_path / "a.msh", [[0, 0], [3, 0], [3, 3], [0, 3]], [("quad", [[0, 1, 2, 3]])])
+    assert len(points_of(path, points_per_cell=1).position) == 36
+    with pytest.raises(
+        BadInput, match=r"1\.5 apart along x in cells of 0\.5.*cells without points"
+    ):
+        points_of(path, spacing=1.5)
 
 
 def test_without_meshio_the_remedy_is_the_extra(tmp_path, monkeypatch):

@@ -7,12 +7,15 @@ import base64
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.collections import EllipseCollection, PolyCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
@@ -93,10 +96,52 @@ def test_setup_picture_names_everything(counts: tuple[int, ...], tmp_path: Path)
         assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
 
 
-def test_many_points_are_thinned_out_and_it_says_so() -> None:
-    setup = make_setup((300, 200), 0.01)
+@pytest.mark.parametrize("counts", [(8, 6), (120, 90), (300, 200), (5, 4, 6)])
+def test_bodies_are_filled_and_points_drawn_where_they_can_be_seen(counts: tuple[int, ...]) -> None:
+    setup = make_setup(counts, 2.0 / counts[0])
     figure = draw_setup(setup)
-    assert "1 of 3 points is drawn" in figure.get_supxlabel()
+    axes = figure.axes[0]
+    (filled,) = (c for c in axes.collections if type(c) is PolyCollection)
+    boxes = np.array([path.vertices[:4] for path in filled.get_paths()])
+    sides = np.ptp(boxes, axis=1)
+    extent = np.ptp(setup.position, axis=0)[[0, -1]] + 2.0 / counts[0]
+    assert sides.prod(axis=1).sum() == pytest.approx(extent.prod(), rel=0.02)
+    assert len(boxes) <= 40_401
+    few = len(setup.position) < 1000
+    assert any(isinstance(c, EllipseCollection) for c in axes.collections) == few
+    assert ("too small" in figure.get_supxlabel()) == (not few)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_body_force_is_drawn_at_the_middle_of_the_body_and_a_zero_one_not(dim: int) -> None:
+    setup = replace(make_setup((6, 4, 5)[:dim]), loads=[], conditions=[])
+    arrows = [c for axes in draw_setup(setup).axes for c in axes.collections if hasattr(c, "U")]
+    assert len(arrows) == 1 if dim == 2 else 2  # the plan looks along it
+    np.testing.assert_allclose(arrows[0].get_offsets(), [setup.position.mean(axis=0)[[0, -1]]])
+    assert arrows[0].U[0] == 0.0
+    assert arrows[0].V[0] < 0.0
+    figure = draw_setup(replace(setup, body_force=np.zeros(dim)))
+    assert not [c for axes in figure.axes for c in axes.collections if hasattr(c, "U")]
+    assert "body force" not in " ".join(text.get_text() for text in figure.legends[0].get_texts())
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("dim", [2, 3])
+def test_vectors_that_vanish_draw_without_warnings(dim: int, tmp_path: Path) -> None:
+    setup = make_setup((6, 4, 5)[:dim])
+    ends, couple = setup.position[[0, -1]], np.eye(dim)[[1, 1]] * [[1.0], [-1.0]]
+    loads = [
+        Load("nothing", ends, np.zeros((2, dim))),
+        Load("couple", ends, couple),
+        Load("along y", ends, np.abs(couple)),
+    ]
+    still = replace(setup.conditions[2], displacement=np.zeros((3, dim)))
+    given = replace(setup, loads=loads, conditions=[still], body_force=np.zeros(dim))
+    figure = draw_setup(given)
+    figure.savefig(tmp_path / "setup.png", dpi=50)
+    texts = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+    assert "nothing 0 kN in total" in texts
+    assert "along y 2 kN in total" in texts
 
 
 def snapshot(dim: int = 2, step: int = 1) -> Snapshot:
@@ -171,6 +216,39 @@ def test_colours_diverge_about_zero_only_where_both_signs_occur() -> None:
     assert low == -high
     bar = draw_frames(frames, "plastic_strain", UNITS).axes[-1]
     assert bar.get_ylim()[0] == 0.0
+
+
+def test_domains_in_space_close_the_surface_that_is_seen() -> None:
+    state = snapshot(3)
+    (panel, _) = draw_frames([state], "displacement", UNITS).axes
+    (solids,) = panel.collections
+    faces = np.array(solids._faces)
+    sides = np.ptp(faces, axis=1)
+    normal = np.argmin(sides, axis=1)
+    np.testing.assert_allclose(np.sort(sides, axis=1), np.tile([0.0, 1.0, 1.0], (len(sides), 1)))
+    shell = len(outer_points(state.position, state.point_fields["domain"]))
+    assert np.bincount(normal).tolist() == [shell] * 3
+    # the outermost side of each kind is the surface of the body that faces the viewer
+    domain = state.point_fields["domain"]
+    assert faces[normal == 0, 0, 0].max() == (state.position + domain)[:, 0].max()
+    assert faces[normal == 1, 0, 1].min() == (state.position - domain)[:, 1].min()
+    assert faces[normal == 2, 0, 2].max() == (state.position + domain)[:, 2].max()
+
+
+def test_markers_of_many_points_are_as_large_as_their_domains(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("tilth.report.space.MOST_SOLIDS", 10)
+    (panel, _) = draw_frames([snapshot(3)], "displacement", UNITS).axes
+    (markers,) = panel.collections
+    figure = panel.figure
+    figure.canvas.draw()
+    corners = np.array([[3.0, 2.0, 1.0], [4.0, 2.0, 1.0], [3.0, 3.0, 1.0], [3.0, 2.0, 2.0]])
+    seen = np.array([proj_transform(*corner, panel.get_proj())[:2] for corner in corners])
+    pixels = panel.transData.transform(seen)
+    longest = np.linalg.norm(pixels[1:] - pixels[0], axis=1).max()
+    diameter = np.sqrt(markers.get_sizes()[0]) * figure.dpi / 72.0
+    assert longest < diameter < 2.5 * longest
 
 
 def test_outer_points_are_the_shell() -> None:

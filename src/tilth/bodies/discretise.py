@@ -35,7 +35,8 @@ def discretise(
     kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: shape (dimension,).
     Points come x fastest, then y, then z (a mesh: in the order of its elements). In axisymmetry
     the domains' half lengths along r are cut to r, so that none reaches across the axis.
-    Raises BadInput, naming the body, for a body without points or a shape that has no such points.
+    Raises BadInput, naming the body, for a body without points, a shape that has no such points,
+    or points so far apart that cells inside the body hold none.
     """
     make, dimensions = SHAPES[type(body.shape)]
     request = Request(
@@ -52,8 +53,10 @@ def discretise(
             f"a {body.shape.type} is not a shape of {dimension} dimensions",
             "choose "
             + ", ".join(s.__name__.lower() for s, (_, d) in SHAPES.items() if dimension in d),
+            "shape.type",
         )
     points = make(body.shape, request)
+    request.check_distance(points)
     if not request.axisymmetric:
         return points
     half_length = points.half_length.copy()

@@ -62,6 +62,7 @@ def cut_lattice(
         raise request.refused(
             "no material point falls inside it",
             "use more points per cell, a smaller spacing or a finer grid",
+            request.resolution,
         )
     weight = request.circumference(position)
     half_length = np.empty_like(position)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +18,27 @@ from tilth.model import Mesh
 
 # Elements smaller than this fraction of their longest extent to the power d are degenerate.
 DEGENERATE = 1e-9
+# Pairs of repeated elements that a message names.
+SHOWN = 5
 
 
 @dataclass(frozen=True)
 class Block:
-    """Elements of one type: corner coordinates, shape (n, corners, d)."""
+    """n elements of one type.
+
+    corners: coordinates, shape (n, corners, d).
+    nodes: numbers of the nodes in the mesh, shape (n, corners).
+    first: how many elements of this type come before these in the mesh.
+    """
 
     element: Element
     corners: FloatArray
+    nodes: npt.NDArray[np.int64]
+    first: int
+
+    def element_name(self, number: int) -> str:
+        """The element of this row, counted from 1 among those of its type in the mesh."""
+        return f"{self.element.name} {self.first + number + 1}"
 
 
 def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
@@ -35,15 +48,16 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     of the wanted spacing, at least 1. Each piece gives a point at its centroid with its exact
     volume, and a square or cubic domain of that volume. Points are in the order of the elements.
     Elements of lower dimension (the mesh of the outline) are not used.
-    Raises BadInput for a file that cannot be read or holds no such elements, and for degenerate or
-    inverted elements.
+    Raises BadInput for a file that cannot be read or holds no such elements, and for degenerate,
+    inverted or repeated elements.
     """
     dimension = len(request.cell_size)
     blocks = _read(Path(shape.file), dimension, request)
+    _check_repeated(blocks, request)
     request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
     measures = [_measure(block, request) for block in blocks]
     if sum(measure.sum() for measure in measures) < 0.0:  # all numbered the other way round
-        blocks = [Block(b.element, b.corners[:, b.element.mirror]) for b in blocks]
+        blocks = [replace(b, corners=b.corners[:, b.element.mirror]) for b in blocks]
         measures = [-measure for measure in measures]
     for block, measure in zip(blocks, measures, strict=True):
         _check_orientation(block, measure, request)
@@ -94,11 +108,30 @@ def _check_orientation(block: Block, measure: FloatArray, request: Request) -> N
         raise _bad_element(block, int(inverted[0]), "is inverted against most of the mesh", request)
 
 
+def _check_repeated(blocks: list[Block], request: Request) -> None:
+    """Refuses elements with the same nodes, which would count their material twice."""
+    for kind in {block.element.name: block.element for block in blocks}.values():
+        own = [block for block in blocks if block.element is kind]
+        nodes = np.sort(np.concatenate([block.nodes for block in own]), axis=1)
+        order = np.lexsort(nodes.T)  # a stable sort: equal rows stay in the order of the mesh
+        again = np.flatnonzero((nodes[order[1:]] == nodes[order[:-1]]).all(axis=1))
+        if len(again):
+            pairs = [f"{order[i] + 1} and {order[i + 1] + 1}" for i in again[:SHOWN]]
+            more = f" and {len(again) - SHOWN} more" if len(again) > SHOWN else ""
+            raise request.refused(
+                f"elements of the mesh are listed twice: {kind.name}s {', '.join(pairs)}{more} "
+                "have the same nodes",
+                "remove one of each; two physical groups must not hold the same elements",
+                "shape.file",
+            )
+
+
 def _bad_element(block: Block, number: int, problem: str, request: Request) -> Exception:
     place = ", ".join(f"{c:.6g}" for c in block.corners[number].mean(axis=0))
     return request.refused(
-        f"{block.element.name} {number + 1} of the mesh (near {place}) {problem}",
+        f"{block.element_name(number)} of the mesh (near {place}) {problem}",
         "repair the mesh (in Gmsh `ReverseMesh Surface{...};` turns elements over), save it again",
+        "shape.file",
     )
 
 
@@ -106,36 +139,57 @@ def _read(file: Path, dimension: int, request: Request) -> list[Block]:
     """The blocks of elements of the given dimension in a Gmsh file."""
     meshio = _meshio(request)
     if not file.is_file():
-        raise request.refused(f"there is no mesh file {file}", "check the name and the folder")
+        raise _bad_file(file, "there is no such file", "check the name and the folder", request)
     try:
         mesh = meshio.gmsh.read(file)
-    except (meshio.ReadError, ValueError, KeyError, IndexError, EOFError, AssertionError) as error:
-        raise request.refused(
-            f"cannot read {file} as a Gmsh mesh ({error})", "save it from Gmsh as a .msh file"
-        ) from error
+    except (
+        meshio.ReadError,
+        OSError,
+        ValueError,
+        KeyError,
+        IndexError,
+        EOFError,
+        AssertionError,
+    ) as error:
+        reason = str(error) or "it is not in that format, or not complete"
+        problem = f"cannot be read as a Gmsh mesh: {reason}"
+        raise _bad_file(file, problem, "save it from Gmsh as a .msh file", request) from error
     higher = [c.type for c in mesh.cells if c.dim == dimension and c.type not in ELEMENTS]
     if higher or any(c.dim > dimension for c in mesh.cells):
         found = higher or sorted({c.type for c in mesh.cells if c.dim > dimension})
-        raise request.refused(
-            f"mesh {file} has elements of type {', '.join(dict.fromkeys(found))}",
-            f"in {dimension} dimensions use {_usable(dimension)} of first order",
-        )
+        kinds = ", ".join(dict.fromkeys(found))
+        remedy = f"in {dimension} dimensions use {_usable(dimension)} of first order"
+        raise _bad_file(file, f"has elements of type {kinds}", remedy, request)
     cells = [c for c in mesh.cells if c.dim == dimension and len(c.data)]
     if not cells:
         kinds = ", ".join(dict.fromkeys(c.type for c in mesh.cells)) or "no elements"
-        raise request.refused(
-            f"mesh {file} holds no {_usable(dimension)}, only {kinds}",
+        raise _bad_file(
+            file,
+            f"holds no {_usable(dimension)}, only {kinds}",
             f"mesh the body itself, not its outline (`gmsh -{dimension}`), and save all elements",
+            request,
         )
     points = np.asarray(mesh.points, dtype=float)
     if dimension == 2 and points.shape[1] == 3:
         height = points[np.unique(np.concatenate([c.data.ravel() for c in cells])), 2]
         if np.ptp(height) > DEGENERATE * np.ptp(points[:, :2]):
-            raise request.refused(
-                f"mesh {file} is not flat: z runs from {height.min():.6g} to {height.max():.6g}",
+            raise _bad_file(
+                file,
+                f"is not flat: z runs from {height.min():.6g} to {height.max():.6g}",
                 "draw a two-dimensional body in the x-y plane",
+                request,
             )
-    return [Block(ELEMENTS[c.type], points[:, :dimension][c.data]) for c in cells]
+    blocks: list[Block] = []
+    for c in cells:
+        element = ELEMENTS[c.type]
+        first = sum(len(b.nodes) for b in blocks if b.element is element)
+        nodes = np.asarray(c.data, dtype=np.int64)
+        blocks.append(Block(element, points[:, :dimension][nodes], nodes, first))
+    return blocks
+
+
+def _bad_file(file: Path, problem: str, remedy: str, request: Request) -> Exception:
+    return request.refused(problem, remedy, "shape.file", str(file))
 
 
 def _usable(dimension: int) -> str:

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.errors import BadInput
+from tilth.errors import NOT_GIVEN, BadInput
 
 FloatArray = npt.NDArray[np.float64]
 
 MAXIMUM_POINTS = 1_000_000_000
+# Largest distance of the points, in cells. One point per cell of a body that does not fit the grid
+# lies this far apart at most; beyond it cells inside the body are left without points.
+WIDEST = 1.5
 
 
 @dataclass(frozen=True)
@@ -65,9 +69,21 @@ class Request:
             return 2.0 * np.pi * position[:, 0]
         return np.ones(len(position))
 
-    def refused(self, problem: str, remedy: str) -> BadInput:
-        """The error to raise for this body: what is wrong with it and what to do."""
-        return BadInput(f"body '{self.name}': {problem}", remedy)
+    @property
+    def resolution(self) -> str:
+        """The key that says how fine this body is divided."""
+        if self.points_per_cell is not None:
+            return "points_per_cell"
+        return "points" if self.points is not None else "spacing"
+
+    def refused(
+        self, problem: str, remedy: str, key: str = "shape", value: Any = NOT_GIVEN
+    ) -> BadInput:
+        """The error to raise for this body: what is wrong with it and what to do.
+
+        key, value: the entry of the body that is wrong, and what it says if that is worth showing.
+        """
+        return BadInput(problem, remedy, key=f'bodies "{self.name}".{key}', value=value)
 
     def check_radius(self, least: float, what: str) -> None:
         """Refuses, in axisymmetry, a body whose least x is beyond the axis (more than round-off).
@@ -86,7 +102,31 @@ class Request:
             raise self.refused(
                 f"needs about {number:.3g} points, more than {MAXIMUM_POINTS:.0e}",
                 "use fewer points per cell or a larger spacing",
+                self.resolution,
             )
+
+    def check_distance(self, points: BodyPoints) -> None:
+        """Refuses points so far apart that cells of the grid inside the body hold none.
+
+        The sides of the domains are the distances; those of a turned box are measured by the
+        smallest side of a cell.
+        """
+        turned = points.frame is not None
+        cell = np.full_like(self.cell_size, self.cell_size.min()) if turned else self.cell_size
+        distance = 2.0 * points.half_length.max(axis=0)
+        worst = int(np.argmax(distance / cell))
+        if distance[worst] <= WIDEST * cell[worst] * (1.0 + 1e-9):
+            return
+        along = f"{'its own ' if turned else ''}{'xyz'[worst]}"
+        remedy = "points_per_cell = 1 or more, or a smaller spacing"
+        if self.points_per_cell is not None:
+            remedy = "more points per cell"
+        raise self.refused(
+            f"material points {distance[worst]:.6g} apart along {along} in cells of "
+            f"{cell[worst]:.6g}: cells without points lose the material",
+            f"put them at most {WIDEST * cell[worst]:.6g} apart: {remedy}",
+            self.resolution,
+        )
 
 
 def per_direction(value: float | Sequence[float] | None, dimension: int) -> FloatArray | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..output.snapshot import FloatArray, Snapshot
 from .fields import field_values, with_unit
-from .outer import outer_points
+from .space import draw_space
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_DOMAINS = 60_000
-MOST_OUTER_POINTS = 30_000
 _NARROWEST = 7.0
 """Largest ratio of the sides that is drawn to scale."""
 
@@ -57,7 +56,7 @@ def draw_frames(
         height = max(width * shown, 1.1)
         figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
     else:
-        figsize = (columns * 3.5 + 1.2, rows * 3.2 + 0.3)
+        figsize = (columns * 3.7 + 1.2, rows * 3.4 + 0.3)
     figure = Figure(figsize=figsize, layout="constrained")
     panels: list[Any] = []
     for index, (snapshot, value) in enumerate(zip(snapshots, values, strict=True)):
@@ -69,10 +68,13 @@ def draw_frames(
             axes.label_outer()
         else:
             axes = figure.add_subplot(rows, columns, index + 1, projection="3d")
-            _draw_space(axes, snapshot, value, colours, lower, upper, units.get("length", ""))
+            half, painted = snapshot.point_fields.get("domain"), colours.to_rgba(value)
+            unit = units.get("length", "")
+            draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05)
         axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
         panels.append(axes)
-    bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=0.02)
+    pad = 0.02 if dim == 2 else 0.12  # in space the labels of z stand outside the panels
+    bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=pad)
     bar.set_label(coloured[0][1], fontsize=9)
     bar.ax.tick_params(labelsize=8)
     bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
@@ -174,34 +176,3 @@ def _draw_plane(
             transOffset=axes.transData,
         )
     )
-
-
-def _draw_space(
-    axes: Any,
-    snapshot: Snapshot,
-    values: FloatArray,
-    colours: ScalarMappable,
-    lower: FloatArray,
-    upper: FloatArray,
-    unit: str,
-) -> None:
-    """The outer points, seen from the front, a little from above."""
-    seen = outer_points(snapshot.position, snapshot.point_fields.get("domain"))
-    every = -(-len(seen) // MOST_OUTER_POINTS)
-    seen = seen[::every]
-    axes.scatter(
-        *snapshot.position[seen].T,
-        c=values[seen],
-        cmap=colours.get_cmap(),
-        norm=colours.norm,
-        s=float(np.clip(150_000 / len(seen), 1.0, 60.0)),
-        linewidths=0.0,
-        depthshade=False,
-    )
-    axes.set_box_aspect(np.maximum(upper - lower, 0.05 * float((upper - lower).max())))
-    axes.view_init(elev=22, azim=-55)
-    for k, name in enumerate("xyz"):
-        getattr(axes, f"set_{name}lim")(lower[k], upper[k])
-        getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8)
-        axes.locator_params(axis=name, nbins=4)
-    axes.tick_params(labelsize=7)

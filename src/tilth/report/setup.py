@@ -124,7 +124,7 @@ def _legend(setup: Setup) -> list[Any]:
         amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()
         direction = (float(total[0]), float(total[setup.dim - 1]))
         handles.append(_arrow_handle(direction, f"{load.name}\n{amount} in total"))
-    if setup.body_force is not None:
+    if setup.body_force is not None and np.any(setup.body_force):
         amount = _number(float(np.linalg.norm(setup.body_force)))
         direction = (float(setup.body_force[0]), float(setup.body_force[setup.dim - 1]))
         handles.append(_arrow_handle(direction, f"body force\nacceleration {amount}"))
@@ -132,18 +132,13 @@ def _legend(setup: Setup) -> list[Any]:
 
 
 def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
+    """An arrow, or a cross where the sum vanishes or points along the line of sight."""
     from matplotlib.lines import Line2D
 
-    return Line2D(
-        [],
-        [],
-        linestyle="none",
-        marker=arrow(direction),
-        markersize=15,
-        markerfacecolor=LOAD_COLOUR,
-        markeredgecolor=LOAD_COLOUR,
-        label=label,
-    )
+    style: dict[str, Any] = {"marker": "x", "markersize": 5}
+    if any(direction):
+        style = {"marker": arrow(direction), "markersize": 15, "markerfacecolor": LOAD_COLOUR}
+    return Line2D([], [], linestyle="none", markeredgecolor=LOAD_COLOUR, label=label, **style)
 
 
 def _cell_text(setup: Setup) -> str:

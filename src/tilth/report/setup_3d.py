@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .fields import with_unit
-from .outer import outer_points
 from .setup_data import Setup
-from .setup_view import BODY_COLOURS, MOST_POINTS, draw_view
+from .setup_view import BODY_COLOURS, draw_view
+from .space import draw_space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +19,7 @@ VIEWS = (((0, 2), "front (along y)"), ((1, 2), "side (along x)"), ((0, 1), "plan
 
 def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     """Four panels; what had to be thinned out is added to ``notes``."""
+    from matplotlib.colors import to_rgba
     from matplotlib.figure import Figure
 
     lower, upper = setup.bounds()
@@ -34,22 +34,10 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
         draw_view(axes, setup, plane, lower, upper, notes)
         axes.set_title(title, fontsize=9)
     space = figure.add_subplot(layout[1, 1], projection="3d")
-    seen = outer_points(setup.position, setup.half_lengths)
-    seen = seen[:: -(-len(seen) // MOST_POINTS)]
-    space.scatter(
-        *setup.position[seen].T,
-        c=[BODY_COLOURS[body % len(BODY_COLOURS)] for body in setup.body_id[seen]],
-        s=float(np.clip(200_000 / max(len(seen), 1), 1.0, 60.0)),
-        linewidths=0.0,
-    )
-    space.set_box_aspect(np.maximum(size, 0.2 * float(size.max())), zoom=0.88)
-    space.set_xlim(lower[0], upper[0])
-    space.set_ylim(lower[1], upper[1])
-    space.set_zlim(lower[2], upper[2])
-    for name in "xyz":
-        getattr(space, f"set_{name}label")(with_unit(name, setup.length_unit), fontsize=8)
-        space.locator_params(axis=name, nbins=4)
-    space.tick_params(labelsize=7)
+    palette = np.array([to_rgba(colour) for colour in BODY_COLOURS])
+    colours = palette[setup.body_id % len(palette)]
+    unit = setup.length_unit
+    draw_space(space, setup.position, setup.half_lengths, colours, lower, upper, unit, 0.2)
     true = bool(size.min() >= 0.2 * size.max())
     space.set_title("in space" if true else "in space (thickness exaggerated)", fontsize=9)
     return figure

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray
+from ..output.snapshot import FloatArray, IntArray
 from .fields import with_unit
 from .setup_data import Condition, Setup
 from .symbols import support
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 BODY_COLOURS = ("#c9a66b", "#7d9d9c", "#b5838d", "#8d99ae", "#a3b18a", "#d4a373", "#84a9c0")
 CONDITION_COLOURS = ("#1d3557", "#2a6f4e", "#6a3d9a", "#b15928", "#00798c", "#5c4d7d")
 LOAD_COLOUR = "#c1121f"
-MOST_POINTS = 20_000
-MOST_DOMAINS = 6_000
+MOST_DOMAINS = 40_000
+SMALLEST_POINT = 1.0 / 300.0
+"""Diameter below which points are not drawn, as a part of the longer side of the view."""
 MOST_SYMBOLS = 25
 MOST_LINES = 150
 
@@ -52,7 +53,8 @@ def draw_view(
     if float(high[0] - low[0]) > 6.0 * float(high[1] - low[1]):
         axes.locator_params(axis="y", nbins=2)
     _draw_grid(axes, setup, chosen, low, high, notes)
-    _draw_points(axes, setup, chosen, lower, upper, notes)
+    _draw_bodies(axes, setup, chosen, lower, upper, notes)
+    _draw_body_force(axes, setup, chosen, lower, upper)
     if not symbols:
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))
@@ -62,7 +64,7 @@ def draw_view(
     for load in setup.loads:
         position, force = load.position[:, chosen], load.force[:, chosen]
         keep = inside(load.position, lower, upper)
-        _arrows(axes, position[keep], force[keep], LOAD_COLOUR, tip=True)
+        _arrows(axes, position[keep], force[keep], LOAD_COLOUR, pivot="tip")
 
 
 def inside(position: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
@@ -93,10 +95,10 @@ def _draw_grid(
                 lines.append([(x, low[1]), (x, high[1])])
             else:
                 lines.append([(low[0], x), (high[0], x)])
-    axes.add_collection(LineCollection(lines, colors="0.82", linewidths=0.5, zorder=0))
+    axes.add_collection(LineCollection(lines, colors="0.3", alpha=0.3, linewidths=0.5, zorder=1.5))
 
 
-def _draw_points(
+def _draw_bodies(
     axes: Axes,
     setup: Setup,
     chosen: list[int],
@@ -104,40 +106,50 @@ def _draw_points(
     upper: FloatArray,
     notes: list[str],
 ) -> None:
+    """Filled domains, with the points on top where these are large enough to be told apart."""
     from matplotlib.collections import EllipseCollection, PolyCollection
+    from matplotlib.colors import to_rgb
 
     low, high = lower[chosen], upper[chosen]
-    seen = np.flatnonzero(inside(setup.position, lower, upper))
+    half_lengths = setup.half_lengths
+    reach = 0.0 if half_lengths is None else half_lengths.max(axis=0)
+    seen = np.flatnonzero(inside(setup.position, lower - reach, upper + reach))
     if setup.dim == 3:  # one point of each row that is seen end on
         steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
         seen = seen[np.unique(steps, axis=0, return_index=True)[1]]
-    total = len(seen)
-    if total == 0:
+    if len(seen) == 0:
         return
-    every = -(-total // MOST_POINTS)
-    if every > 1:
-        seen = seen[::every]
-        notes.append(f"1 of {every} points is drawn")
     place = setup.position[seen][:, chosen]
-    colours = [BODY_COLOURS[b % len(BODY_COLOURS)] for b in setup.body_id[seen]]
-    diameter = 0.4 * float(np.sqrt(np.prod(high - low) / total))
-    if setup.half_lengths is not None and setup.dim == 2:
-        half = setup.half_lengths[seen][:, chosen]
-        diameter = 0.5 * float(np.median(half))
-        if total <= MOST_DOMAINS:
-            corners = place[:, None, :] + half[:, None, :] * np.array(
-                [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-            )
-            axes.add_collection(
-                PolyCollection(
-                    list(corners),
-                    facecolors=colours,
-                    edgecolors="white",
-                    linewidths=0.3,
-                    alpha=0.55,
-                    zorder=1,
-                )
-            )
+    if half_lengths is None:
+        half = np.full_like(place, 0.5 * float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(seen))))
+    else:
+        half = half_lengths[seen][:, chosen]
+    body = setup.body_id[seen]
+    diameter = 0.5 * float(np.median(half.min(axis=1)))
+    drawn = diameter > SMALLEST_POINT * float((high - low).max())
+    if not drawn:
+        notes.append("single points are not drawn where they are too small")
+    if len(place) > MOST_DOMAINS:
+        area, area_half, area_body = _patches(place, half, body)
+    else:
+        area, area_half, area_body = place, half, body
+    corners = area[:, None, :] + area_half[:, None, :] * np.array(
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+    )
+    strong = np.array([to_rgb(colour) for colour in BODY_COLOURS])
+    pale = 0.3 + 0.7 * strong
+    fill = pale[area_body % len(pale)]
+    axes.add_collection(
+        PolyCollection(
+            list(corners),
+            facecolors=fill,
+            edgecolors="white" if drawn else fill,
+            linewidths=0.4,
+            zorder=1,
+        )
+    )
+    if not drawn:
+        return
     axes.add_collection(
         EllipseCollection(
             diameter,
@@ -145,13 +157,38 @@ def _draw_points(
             0.0,
             units="xy",
             offsets=place,
-            facecolors=colours,
-            edgecolors=colours,
-            linewidths=0.4,
+            facecolors=0.75 * strong[body % len(strong)],
+            edgecolors="none",
             transOffset=axes.transData,
             zorder=2,
         )
     )
+
+
+def _patches(
+    place: FloatArray, half: FloatArray, body: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Few rectangles that cover the domains of many points: centres, half sides and bodies."""
+    least = (place - half).min(axis=0)
+    extent = (place + half).max(axis=0) - least
+    side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MOST_DOMAINS))
+    slot = np.floor((place - least) / side)
+    first = np.unique(slot, axis=0, return_index=True)[1]
+    centre = least + (slot[first] + 0.5) * side
+    return centre, np.broadcast_to(0.5 * side, centre.shape), body[first]
+
+
+def _draw_body_force(
+    axes: Axes, setup: Setup, chosen: list[int], lower: FloatArray, upper: FloatArray
+) -> None:
+    """An arrow at the middle of what is seen of each body, unless it is seen end on."""
+    if setup.body_force is None or not np.any(setup.body_force[chosen]):
+        return
+    seen = inside(setup.position, lower, upper)
+    for body in np.unique(setup.body_id[seen]):
+        own = setup.position[seen & (setup.body_id == body)][:, chosen]
+        middle = own.mean(axis=0, keepdims=True)
+        _arrows(axes, middle, setup.body_force[None, chosen], LOAD_COLOUR, pivot="middle")
 
 
 def _draw_condition(
@@ -180,7 +217,7 @@ def _draw_condition(
     pick = np.arange(len(nodes))[:: max(every, 1)]
     if condition.displacement is not None:
         moved = condition.displacement[seen][first][:, chosen]
-        _arrows(axes, nodes[pick], moved[pick], colour, tip=False)
+        _arrows(axes, nodes[pick], moved[pick], colour, pivot="tail")
         return
     for mask in np.unique(held[pick], axis=0):
         group = nodes[pick][np.all(held[pick] == mask, axis=1)]
@@ -216,8 +253,8 @@ def _outward(nodes: FloatArray, mask: NDArray[np.bool_], middle: FloatArray) -> 
     return axis, 1 if distance > 0.0 else -1
 
 
-def _arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, tip: bool) -> None:
-    """Arrows of at most 0.45 inch; with their tips or their tails at the places."""
+def _arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, pivot: str) -> None:
+    """Arrows of at most 0.45 inch; ``pivot`` is the part at the places: tip, tail or middle."""
     longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     if longest == 0.0:
         axes.plot(
@@ -236,7 +273,7 @@ def _arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, 
         headwidth=4.5,
         headlength=5.5,
         headaxislength=5.0,
-        pivot="tip" if tip else "tail",
+        pivot=pivot,
         zorder=5,
         clip_on=False,
         in_layout=False,

@@ -38,13 +38,13 @@ def support(kind: str, axis: int, sign: int) -> Path:
 
 
 def arrow(direction: tuple[float, float]) -> Path:
-    """A marker that is an arrow in ``direction``, centred; for legends."""
+    """A marker that is an arrow in ``direction``, not of zero length, centred; for legends."""
     from matplotlib.path import Path
 
     shape = np.array(
         [[-1, 0.12], [0.25, 0.12], [0.25, 0.42], [1, 0], [0.25, -0.42], [0.25, -0.12], [-1, -0.12]]
     )
-    length = float(np.hypot(*direction)) or 1.0
+    length = float(np.hypot(*direction))
     c, s = direction[0] / length, direction[1] / length
     turned = shape @ np.array([[c, s], [-s, c]])
     codes = [Path.MOVETO] + [Path.LINETO] * 6 + [Path.CLOSEPOLY]
