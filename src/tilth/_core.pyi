@@ -41,7 +41,7 @@ def basis_values(basis: str, start: Annotated[NDArray[numpy.int64], dict(order='
     """Fills basis values and gradients of all points."""
 
 def colour_groups(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
-    """Colours of buckets: colour_start, order, bucket_start."""
+    """Order of parallel assembly: colour_start, slab_start, order."""
 
 def materials() -> dict[str, tuple[list[str], int]]:
     """Name -> (parameter names, number of state variables)."""

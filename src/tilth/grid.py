@@ -57,7 +57,7 @@ class Stencil:
         value_start: offset of each group's first value, shape (groups + 1,).
         value: basis values S [-], flat: per point one value per node.
         gradient: gradients [1/length], flat: per point (dim, nodes).
-        colour_start, order, bucket_start: order of parallel assembly (kernel/stencil.hpp).
+        colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
     """
 
     start: Integers
@@ -69,8 +69,8 @@ class Stencil:
     value: Floats
     gradient: Floats
     colour_start: Integers
+    slab_start: Integers
     order: Integers
-    bucket_start: Integers
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ def _stencil(
         points.bodies[body].basis, start, first, count, value_start, part.position,
         part.half_length, grid.origin, grid.cell_size, value, gradient,
     )  # fmt: skip
-    colour_start, order, bucket_start = _core.colour_groups(first, count)
+    colour_start, slab_start, order = _core.colour_groups(first, count)
     return Stencil(
         start=start,
         first=first,
@@ -295,6 +295,6 @@ def _stencil(
         value=value,
         gradient=gradient,
         colour_start=colour_start,
+        slab_start=slab_start,
         order=order,
-        bucket_start=bucket_start,
     )

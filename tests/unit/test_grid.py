@@ -95,14 +95,14 @@ def test_pattern_joins_the_bodies() -> None:
 
 @every_kind
 @every_basis
-def test_buckets_of_one_colour_share_no_node(kind: str, basis: str) -> None:
+def test_slabs_of_one_colour_share_no_node(kind: str, basis: str) -> None:
     for stencil in laboratory(kind, basis).active.stencils:
         seen = []
         for c in range(len(stencil.colour_start) - 1):
             touched: list[int] = []
-            for bucket in stencil.order[stencil.colour_start[c] : stencil.colour_start[c + 1]]:
+            for slab in range(stencil.colour_start[c], stencil.colour_start[c + 1]):
                 own: set[int] = set()
-                for g in range(stencil.bucket_start[bucket], stencil.bucket_start[bucket + 1]):
+                for g in stencil.order[stencil.slab_start[slab] : stencil.slab_start[slab + 1]]:
                     own |= set(stencil.node[stencil.node_start[g] : stencil.node_start[g + 1]])
                     seen.append(g)
                 touched += own

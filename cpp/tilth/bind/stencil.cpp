@@ -99,8 +99,8 @@ void basis_values(const std::string& basis_name, ConstIntegers start, ConstInteg
 auto colour_groups(ConstIntegers first, ConstShorts count) {
   auto colouring =
       kernel::colour_groups(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data());
-  return std::make_tuple(give(std::move(colouring.colour_start)), give(std::move(colouring.order)),
-                         give(std::move(colouring.bucket_start)));
+  return std::make_tuple(give(std::move(colouring.colour_start)),
+                         give(std::move(colouring.slab_start)), give(std::move(colouring.order)));
 }
 
 auto basis_names() {
@@ -130,7 +130,7 @@ void bind_stencil(nb::module_& module) {
              "value_start"_a, "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "value"_a,
              "gradient"_a, "Fills basis values and gradients of all points.");
   module.def("colour_groups", &colour_groups, "first"_a, "count"_a,
-             "Colours of buckets: colour_start, order, bucket_start.");
+             "Order of parallel assembly: colour_start, slab_start, order.");
 }
 
 }  // namespace tilth::bind

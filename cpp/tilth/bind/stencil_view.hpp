@@ -15,7 +15,7 @@ struct StencilView : kernel::Stencil {
 
   explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
     const char* names[6] = {"start",        "node_start", "value_start",
-                            "colour_start", "order",      "bucket_start"};
+                            "colour_start", "slab_start", "order"};
     for (int i = 0; i < 6; ++i) arrays64[i] = nb::cast<ConstIntegers>(stencil.attr(names[i]));
     nodes = nb::cast<ConstShorts>(stencil.attr("node"));
     values[0] = nb::cast<ConstDoubles>(stencil.attr("value"));
@@ -26,8 +26,8 @@ struct StencilView : kernel::Stencil {
     value_start = arrays64[2].data();
     colour_start = arrays64[3].data();
     colours = static_cast<std::int64_t>(arrays64[3].size()) - 1;
-    order = arrays64[4].data();
-    bucket_start = arrays64[5].data();
+    slab_start = arrays64[4].data();
+    order = arrays64[5].data();
     node = nodes.data();
     value = values[0].data();
     gradient = values[1].data();

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From point positions to stencils. A *group* is the set of points that share the same nodes (a
-// cell in standard MPM); a *bucket* is the run of groups that start at the same node; buckets of
-// one *colour* share no node and may be assembled at the same time, in any order, with the same
-// result to the bit.
+// cell in standard MPM).
 #pragma once
 
 #include <algorithm>
@@ -157,37 +155,48 @@ void basis_values(std::int64_t groups, const std::int64_t* start, const std::int
   }
 }
 
-/// Buckets (runs of groups with the same first node) and their colours: `bucket_start` (buckets+1)
-/// in groups, `order` the buckets sorted by colour, `colour_start` (colours + 1) in `order`.
+/// Order of parallel assembly. The grid is cut into slabs across its longest direction, at least as
+/// thick as a stencil; slabs of even number come first, those of odd number after them. The slabs
+/// of one colour share no node and may be assembled at the same time; within a slab the groups
+/// follow their order. The cuts depend on the grid alone, so that sums are the same to the bit for
+/// any number of threads, and two waits per assembly suffice.
 struct Colouring {
-  std::vector<std::int64_t> bucket_start;
-  std::vector<std::int64_t> order;
-  std::vector<std::int64_t> colour_start;
+  std::vector<std::int64_t> colour_start;  // (colours + 1) in `slab_start`
+  std::vector<std::int64_t> slab_start;    // (slabs + 1) in `order`
+  std::vector<std::int64_t> order;         // group numbers
 };
 
 inline Colouring colour_groups(std::int64_t groups, const std::int64_t* first,
                                const std::int32_t* count) {
-  std::int64_t stride[3] = {1, 1, 1};
+  constexpr std::int64_t most_slabs = 64;
+  std::int64_t lowest[3], highest[3], thickest[3] = {1, 1, 1};
+  for (int k = 0; k < 3; ++k) lowest[k] = highest[k] = groups > 0 ? first[k] : 0;
   for (std::int64_t g = 0; g < groups; ++g)
-    for (int k = 0; k < 3; ++k) stride[k] = std::max<std::int64_t>(stride[k], count[3 * g + k]);
-  const auto remainder = [](std::int64_t a, std::int64_t b) { return ((a % b) + b) % b; };
-  std::vector<std::vector<std::int64_t>> bucket_of_colour(stride[0] * stride[1] * stride[2]);
+    for (int k = 0; k < 3; ++k) {
+      lowest[k] = std::min(lowest[k], first[3 * g + k]);
+      highest[k] = std::max(highest[k], first[3 * g + k]);
+      thickest[k] = std::max<std::int64_t>(thickest[k], count[3 * g + k]);
+    }
+  int axis = 2;  // the slowest direction of the order, where extents are equal
+  for (int k = 1; k >= 0; --k)
+    if (highest[k] - lowest[k] > highest[axis] - lowest[axis]) axis = k;
+  const std::int64_t layers = highest[axis] - lowest[axis] + 1;
+  const std::int64_t thickness = std::max(thickest[axis], (layers + most_slabs - 1) / most_slabs);
+  const std::int64_t slabs = (layers + thickness - 1) / thickness;
+
   Colouring result;
-  for (std::int64_t g = 0; g < groups; ++g) {
-    const std::int64_t* f = first + 3 * g;
-    if (g > 0 && std::equal(f, f + 3, f - 3)) continue;
-    const std::int64_t colour =
-        (remainder(f[2], stride[2]) * stride[1] + remainder(f[1], stride[1])) * stride[0] +
-        remainder(f[0], stride[0]);
-    bucket_of_colour[colour].push_back(static_cast<std::int64_t>(result.bucket_start.size()));
-    result.bucket_start.push_back(g);
-  }
-  result.bucket_start.push_back(groups);
+  std::vector<std::vector<std::int64_t>> group_of_slab(slabs);
+  for (std::int64_t g = 0; g < groups; ++g)
+    group_of_slab[(first[3 * g + axis] - lowest[axis]) / thickness].push_back(g);
   result.colour_start.push_back(0);
-  for (const auto& buckets : bucket_of_colour) {
-    if (buckets.empty()) continue;
-    result.order.insert(result.order.end(), buckets.begin(), buckets.end());
-    result.colour_start.push_back(static_cast<std::int64_t>(result.order.size()));
+  result.slab_start.push_back(0);
+  for (std::int64_t colour = 0; colour < 2; ++colour) {
+    for (std::int64_t slab = colour; slab < slabs; slab += 2) {
+      const auto& members = group_of_slab[slab];
+      result.order.insert(result.order.end(), members.begin(), members.end());
+      result.slab_start.push_back(static_cast<std::int64_t>(result.order.size()));
+    }
+    result.colour_start.push_back(static_cast<std::int64_t>(result.slab_start.size()) - 1);
   }
   return result;
 }

@@ -18,8 +18,8 @@ struct Stencil {
   const double* gradient;
   std::int64_t colours;
   const std::int64_t* colour_start;
+  const std::int64_t* slab_start;
   const std::int64_t* order;
-  const std::int64_t* bucket_start;
 
   int nodes_of(std::int64_t group) const {
     return static_cast<int>(node_start[group + 1] - node_start[group]);
@@ -32,12 +32,10 @@ template <class Body>
 void for_groups_by_colour(const Stencil& stencil, Body&& body) {
 #pragma omp parallel if (stencil.start[stencil.groups] >= parallel_from)
   for (std::int64_t c = 0; c < stencil.colours; ++c) {
-#pragma omp for schedule(static)
-    for (std::int64_t b = stencil.colour_start[c]; b < stencil.colour_start[c + 1]; ++b) {
-      const std::int64_t bucket = stencil.order[b];
-      for (std::int64_t g = stencil.bucket_start[bucket]; g < stencil.bucket_start[bucket + 1]; ++g)
-        body(g);
-    }
+#pragma omp for schedule(dynamic, 1)
+    for (std::int64_t slab = stencil.colour_start[c]; slab < stencil.colour_start[c + 1]; ++slab)
+      for (std::int64_t k = stencil.slab_start[slab]; k < stencil.slab_start[slab + 1]; ++k)
+        body(stencil.order[k]);
   }
 }
 
