@@ -97,7 +97,7 @@ def child(problem: str, threads: int) -> None:
 
 
 def spawn(command: list[str]) -> tuple[float, str]:
-    """Runs a command; returns its user time [s] and what it printed."""
+    """Runs a command; returns its processor time, user and system, [s] and what it printed."""
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     printed = process.stdout.read()
@@ -105,29 +105,27 @@ def spawn(command: list[str]) -> tuple[float, str]:
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         sys.exit(f"{' '.join(command)} ended with exit code {process.returncode}")
-    return usage.ru_utime, printed
+    return usage.ru_utime + usage.ru_stime, printed
 
 
 def run_once(problem: str, threads: int) -> dict:
-    user, printed = spawn([sys.executable, __file__, "--child", problem, str(threads)])
-    return {"user": user, **json.loads(printed)}
+    processor, printed = spawn([sys.executable, __file__, "--child", problem, str(threads)])
+    return {"whole": processor, **json.loads(printed)}
 
 
 def machine_rates() -> tuple[float, float]:
     """Rate of a matrix product [Gflop/s] and of a triad [GB/s] on one thread."""
     import numpy as np
-    from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(1):
-        a = np.random.default_rng(0).random((1200, 1200))
-        product = min(_timed(lambda: a @ a) for _ in range(5))
-        x, y, z = (np.ones(20_000_000) for _ in range(3))
+    a = np.random.default_rng(0).random((1200, 1200))
+    product = min(_timed(lambda: a @ a) for _ in range(5))
+    x, y, z = (np.ones(20_000_000) for _ in range(3))
 
-        def triad() -> None:
-            np.multiply(y, 3.0, out=x)
-            np.add(x, z, out=x)
+    def triad() -> None:
+        np.multiply(y, 3.0, out=x)
+        np.add(x, z, out=x)
 
-        passes = min(_timed(triad) for _ in range(5))
+    passes = min(_timed(triad) for _ in range(5))
     return 2e-9 * 1200**3 / product, 5 * 8e-9 * len(x) / passes
 
 
@@ -163,17 +161,18 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--child", nargs=2, metavar=("PROBLEM", "THREADS"))
     arguments = parser.parse_args()
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    os.environ["OMP_WAIT_POLICY"] = "passive"
+    os.environ["MKL_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = "1"
     if arguments.child:
         child(arguments.child[0], int(arguments.child[1]))
         return
     version = [str(Path(sys.executable).with_name("tilth")), "--version"]
     start_up = statistics.median(spawn(version)[0] for _ in range(arguments.repeats))
     flops, bandwidth = machine_rates()
-    print(f"start-up (tilth --version): {start_up:.2f} s user")
+    print(f"start-up (tilth --version): {start_up:.2f} s")
     print(f"matrix product {flops:.0f} Gflop/s, triad {bandwidth:.1f} GB/s, one thread\n")
     unit = "microseconds per point and Newton iteration"
-    print(f"one thread, {unit}; total = user time of the run less start-up and solve")
+    print(f"one thread, {unit}; total = processor time of the run less start-up and solve")
     heads = ("points", "its", "total", "goal", *PARTS)
     print(f"{'problem':<20}" + "".join(f"{head:>10}" for head in heads))
     for problem, goal in PROBLEMS.items():
@@ -194,7 +193,7 @@ def report(
     """Prints the rows of one problem."""
     one = runs[0]
     unit = 1e6 / (one["points"] * one["iterations"])
-    totals = [run["user"] - start_up - run["processor"]["solve"] for run in runs]
+    totals = [run["whole"] - start_up - run["processor"]["solve"] for run in runs]
     parts = [statistics.median(run["processor"][part] for run in runs) for part in PARTS]
     cells = [f"{one['points']:,}", str(one["iterations"])]
     cells += [f"{statistics.median(totals) * unit:.2f}", f"{goal:.1f}"]

@@ -6,8 +6,12 @@
 
 namespace tilth {
 
-/// Fewer points (or groups of points) than this are worked on by one thread: waking the others
-/// takes longer.
-inline constexpr std::int64_t parallel_from = 2000;
+/// Loops over fewer points (or groups, or rows) than this are left to one thread: waking the
+/// others, which sleep while Python or a linear solver is at work, takes about as long as the loop.
+/// The tests set it to 0.
+inline std::int64_t parallel_from = 16000;
+
+/// The stress update does some ten times the work of the other kernels per point.
+inline constexpr std::int64_t stress_work = 8;
 
 }  // namespace tilth

@@ -12,6 +12,12 @@ def set_threads(threads: int) -> None:
 def threads() -> int:
     """Number of threads in use."""
 
+def set_parallel_from(points: int) -> None:
+    """Number of points from which loops use more than one thread."""
+
+def parallel_from() -> int:
+    """Number of points from which loops use more than one thread."""
+
 def basis_names() -> list[str]:
     """Names of the bases, in the order of basis/list.hpp."""
 

@@ -24,13 +24,14 @@ from tilth.simulation import Simulation
 
 @pytest.fixture(autouse=True)
 def _restore_threads() -> Iterator[None]:
-    before = _core.threads()
+    threads, points = _core.threads(), _core.parallel_from()
+    _core.set_parallel_from(0)
     yield
-    _core.set_threads(before)
+    _core.set_threads(threads)
+    _core.set_parallel_from(points)
 
 
-CELLS = {"plane_strain": 24, "axisymmetric": 24, "3d": 7}
-"""Enough points for the kernels to use all threads (parallel.hpp)."""
+CELLS = {"plane_strain": 12, "axisymmetric": 12, "3d": 5}
 
 
 def entries_of(kind: str, basis: str, material: str) -> dict[str, Any]:
@@ -96,7 +97,6 @@ def test_kernels_give_the_same_bits(kind: str, basis: str) -> None:
         _core.set_threads(threads)
         random = np.random.default_rng(0)
         laboratory = Laboratory.of(kind, basis, "von_mises", random, cells=CELLS[kind])
-        assert len(laboratory.points) >= 2000
         u = laboratory.random_displacement(random, 0.05)
         force = laboratory.internal_force(u)
         matrix = laboratory.stiffness(u)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <omp.h>
 
+#include "../parallel.hpp"
 #include "arrays.hpp"
 
 NB_MODULE(_core, module) {
@@ -9,6 +10,12 @@ NB_MODULE(_core, module) {
       "set_threads", [](int threads) { omp_set_num_threads(threads); }, nanobind::arg("threads"),
       "Number of threads of all following kernels.");
   module.def("threads", [] { return omp_get_max_threads(); }, "Number of threads in use.");
+  module.def(
+      "set_parallel_from", [](std::int64_t points) { tilth::parallel_from = points; },
+      nanobind::arg("points"), "Number of points from which loops use more than one thread.");
+  module.def(
+      "parallel_from", [] { return tilth::parallel_from; },
+      "Number of points from which loops use more than one thread.");
   tilth::bind::bind_stencil(module);
   tilth::bind::bind_points(module);
   tilth::bind::bind_sparse(module);

@@ -100,7 +100,7 @@ inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::in
 inline void group_nodes(std::int64_t groups, const std::int64_t* first, const std::int32_t* count,
                         std::int64_t nodes, const std::int64_t* node_keys,
                         const std::int64_t* node_start, std::int32_t* node_of_group) {
-#pragma omp parallel for schedule(static) if (groups >= parallel_from)
+#pragma omp parallel for schedule(static) if (8 * groups >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     std::int64_t at = node_start[g];
     for (int k = 0; k < count[3 * g + 2]; ++k)

@@ -17,7 +17,7 @@ namespace tilth::kernel {
 /// exp(2 eps) - 1 of the elastic logarithmic strain, six components per point.
 template <class K>
 void elastic_deformation(std::int64_t points, const double* strain, double* deformation) {
-#pragma omp parallel for schedule(static) if (points >= parallel_from)
+#pragma omp parallel for schedule(static) if (stress_work * points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     Spectrum s = spectrum<K::in_plane>(strain + 6 * p);
     for (double& value : s.value) value = std::expm1(2.0 * value);
@@ -158,7 +158,7 @@ Failure stress_update(const Stencil& stencil, const Material& material, const do
   constexpr int dim = K::dim;
   std::int64_t worst = none;  // point * 4 + status
 #pragma omp parallel for schedule(static) \
-    reduction(min : worst) if (stencil.start[stencil.groups] >= parallel_from)
+    reduction(min : worst) if (stress_work * stencil.start[stencil.groups] >= parallel_from)
   for (std::int64_t g = 0; g < stencil.groups; ++g) {
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
       const int n = N > 0 ? N : stencil.nodes_of(g);

@@ -38,7 +38,7 @@ inline Pattern block_pattern(std::int64_t nodes, const NodeGroups& groups) {
   Pattern pattern;
   pattern.row_start.resize(nodes + 1, 0);
   std::vector<std::vector<std::int32_t>> columns_of(omp_get_max_threads());
-#pragma omp parallel if (nodes >= parallel_from)
+#pragma omp parallel if (8 * nodes >= parallel_from)
   {
     auto& columns = columns_of[omp_get_thread_num()];  // of a contiguous range of rows
     std::vector<std::int64_t> seen(nodes, -1);
@@ -90,7 +90,7 @@ inline Positions block_positions(const NodeGroups& groups, const std::int64_t* r
     total += runs * (end - begin);
   }
   result.position.resize(total);
-#pragma omp parallel for schedule(static) if (groups.groups >= parallel_from)
+#pragma omp parallel for schedule(static) if (8 * groups.groups >= parallel_from)
   for (std::int64_t g = 0; g < groups.groups; ++g) {
     std::int32_t* out = result.position.data() + result.start[g];
     const std::int64_t begin = groups.node_start[g], end = groups.node_start[g + 1];

@@ -50,7 +50,7 @@ inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int6
   result.row.resize(result.start.back());
   result.place.resize(result.start.back());
 
-#pragma omp parallel if (nodes >= parallel_from)
+#pragma omp parallel if (8 * nodes >= parallel_from)
   {
     std::vector<std::int64_t> block;
 #pragma omp for schedule(static)
@@ -80,7 +80,7 @@ inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int6
 /// value[i] = block[place[i]].
 inline void gather(std::int64_t entries, const std::int64_t* place, const double* block,
                    double* value) {
-#pragma omp parallel for schedule(static) if (entries >= 64 * parallel_from)
+#pragma omp parallel for schedule(static) if (entries >= 8 * parallel_from)
   for (std::int64_t i = 0; i < entries; ++i) value[i] = block[place[i]];
 }
 
