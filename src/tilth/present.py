@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.nodal import Nodal
-from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
 from tilth.loads import Loads
 from tilth.model import AffineBoundary, BodyForce, Model, PointForce
-from tilth.output.folder import MODEL
+from tilth.output.folder import read_declared
 from tilth.report.setup_data import Condition, Load, Setup
 from tilth.simulation import Simulation
 
@@ -25,13 +23,7 @@ def load_model(folder: Path) -> Model:
     Raises:
         BadInput: `folder` is not that of a run.
     """
-    try:
-        entries = json.loads((folder / MODEL).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(
-            f"{folder / MODEL} cannot be read: {error}", "name the folder of a tilth run"
-        ) from error
-    return Model.from_dict(entries)
+    return Model.from_dict(read_declared(folder))
 
 
 def write_report(folder: Path) -> Path:

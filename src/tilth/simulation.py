@@ -196,8 +196,7 @@ class Simulation:
                 continue
             axis = AXES.index(boundary.axis)
             value = boundary.held(model.dimension).get(axis, 0.0)
-            table = boundary.factor or ((0.0, 0.0), (model.schedule.end, 1.0))
-            farthest = max(abs(value * factor) for _, factor in table)
+            farthest = max(abs(value * factor) for _, factor in model.factor_table(boundary))
             if farthest > 0.5 * self.grid.cell_size[axis]:
                 self._note(
                     f"motion of {boundary.name}",
@@ -209,7 +208,8 @@ class Simulation:
     def _note_untouched(self, conditions: Conditions) -> None:
         for name, touched in zip(conditions.names, conditions.touched, strict=True):
             if not touched:
-                self._note(name, f"boundary {name!r} touches no node of a cell with material")
+                key = f"place of {name}"
+                self._note(key, f"boundary {name!r} touches no node of a cell with material")
 
     def _note_bounds(self, held: dict[str, int]) -> None:
         texts = {

@@ -80,6 +80,7 @@ def solve_step(
 
     Args:
         force_before, force: external force at the start and the end of the step, (nodes, dim).
+        springs, linear: what supports badly supported nodes, and couplings of few nodes.
         on_iteration: is told the iteration and its relative residual.
 
     Raises:

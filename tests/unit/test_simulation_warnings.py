@@ -26,3 +26,15 @@ def test_a_boundary_away_from_all_material_is_named() -> None:
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     assert simulation.warnings == ["boundary 'far' touches no node of a cell with material"]
+
+
+@pytest.mark.parametrize("name", ["cap", "floor"])
+def test_no_name_of_a_boundary_silences_another_warning(name: str) -> None:
+    far = plane(name, "y", 7.0)
+    sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
+    entries = block_entries("plane_strain", "gimp", boundaries=[far, *sides])
+    entries["bodies"][0]["points_per_cell"] = 1
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    simulation._note_bounds({"floor": 1, "cap": 1})
+    assert len(simulation.warnings) == 3

@@ -94,13 +94,16 @@ class Model(Declared):
         """A node of the grid [length], shape (dimension,)."""
         return tuple(self.grid.origin or (0.0,) * self.dimension)
 
-    def factor(self, item: Loaded, time: float) -> float:
-        """Returns the load factor [-] of a boundary or load at `time`.
+    def factor_table(self, item: Loaded) -> Sequence[Sequence[float]]:
+        """Returns the rows (time, factor) of a boundary or load, shape (n, 2).
 
-        Without a table of its own it grows linearly from 0 to 1 over the schedule.
+        Without a table of its own the factor grows linearly from 0 to 1 over the schedule.
         """
-        table = getattr(item, "factor", None) or ((0.0, 0.0), (self.schedule.end, 1.0))
-        return factor_at(table, time)
+        return getattr(item, "factor", None) or ((0.0, 0.0), (self.schedule.end, 1.0))
+
+    def factor(self, item: Loaded, time: float) -> float:
+        """Returns the load factor [-] of a boundary or load at `time`, see `factor_table`."""
+        return factor_at(self.factor_table(item), time)
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the model as a dictionary that JSON holds without loss; see `from_dict`."""

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from ..errors import BadInput
 
@@ -60,3 +62,17 @@ def prepare_output_folder(
             if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
                 file.unlink()
     return folder
+
+
+def read_declared(folder: Path | str) -> dict[str, Any]:
+    """The declared model of a run, as nested mappings and lists, from its folder.
+
+    Raises ``BadInput`` where the folder is not that of a run.
+    """
+    file = Path(folder) / MODEL
+    try:
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{file} cannot be read: {error}", "name the folder of a tilth run") from (
+            error
+        )

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -13,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import BadInput
 from ..output.files import write_durably
-from ..output.folder import HISTORY, LOG, MODEL, REPORT, RESULTS, SETUP
+from ..output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
 from ..output.history import read_history
 from ..output.log import LogContents, read_log
 from ..output.vtkhdf import Results, read_results
@@ -44,7 +42,7 @@ def write_report(
     used. Raises ``BadInput`` where the folder holds no run.
     """
     if summary is None:
-        summary = _read_model(Path(folder) / MODEL)
+        summary = read_declared(folder)
     kind = str(summary.get("analysis", {}).get("kind", ""))
     colour_by = str(summary.get("output", {}).get("colour_by", "displacement"))
     folder = Path(folder)
@@ -75,16 +73,6 @@ def write_report(
     path = folder / REPORT
     write_durably(path, page.encode())
     return path
-
-
-def _read_model(path: Path) -> dict[str, Any]:
-    try:
-        model = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path} cannot be read: {error}", "name the folder of a tilth run") from (
-            error
-        )
-    return dict(model)
 
 
 _HOW_TO_OPEN = """<ul>
