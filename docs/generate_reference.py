@@ -42,7 +42,14 @@ WORDS = {
     "Components": "list of axes",
     "Displacement": "table axis = number",
     "Ranges": "table axis = [least, greatest]",
+    "Direction": "list of numbers, not all 0",
+    "AxisOrDirection": '`"x"`, `"y"`, `"z"`, or a list of numbers',
+    "Faces": 'list of `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"`, `"z+"`',
+    "PythonFunction": 'text `"file.py:name"`',
     "Limits": "table, see below",
+    "Follow": "table, see below",
+    "Rotation": "table, see [rotation](#rotation)",
+    "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
 }
 """What each field type of the model is called here; a type without an entry is an error."""
@@ -139,6 +146,7 @@ def page() -> str:
         _section("`[analysis]`", model.Analysis),
         _section("`[grid]`", model.Grid),
         _section("`[grid.limits]`", model.Limits, 3),
+        _section("`[grid.follow]`", model.Follow, 3),
         "## `[materials.NAME]`\n\nNAME is yours; bodies refer to it. The equations are in "
         "[mechanics](../theory/mechanics.md).",
         *_variants("model", model.HenckyElastic, model.VonMises),
@@ -152,7 +160,14 @@ def page() -> str:
         ),
         "## `[[boundaries]]`\n\nEssential conditions; at least one. Where two hold the same "
         "component of a node they must prescribe the same value.",
-        *_variants("type", model.PlaneBoundary, model.NodeBoundary, model.AffineBoundary),
+        *_variants(
+            "type", model.PlaneBoundary, model.NodeBoundary, model.ImplicitBoundary,
+            model.AffineBoundary,
+        ),
+        "### Geometries\n\nThe table `geometry` of an implicit boundary: where it is at time 0, "
+        "whatever the grid's lines are. It says on which side the soil is.",
+        *_variants("type", *model.geometry.GEOMETRIES, level=4),
+        _section("Rotation", model.Rotation, 3),
         "## `[[loads]]`",
         *_variants("type", model.BodyForce, model.PointForce),
         _section("`[schedule]`", model.Schedule),

@@ -27,4 +27,12 @@ void with_kind(const std::string& name, Function&& function) {
   throw std::invalid_argument("unknown analysis kind '" + name + "'");
 }
 
+/// Calls `function(kind)` with a kind of analysis of that dimension, where no more matters.
+template <class Function>
+void with_dimension(int dim, Function&& function) {
+  if (dim == 2) return function(PlaneStrain{});
+  if (dim == 3) return function(Solid{});
+  throw std::invalid_argument("dimension must be 2 or 3");
+}
+
 }  // namespace tilth

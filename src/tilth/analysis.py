@@ -21,7 +21,7 @@ from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
 from tilth.points import MaterialPoints
 from tilth.present import load_model, write_report
 from tilth.record import Recorder
-from tilth.simulation import Simulation, initial_points
+from tilth.simulation import Simulation
 
 Floats = npt.NDArray[np.float64]
 
@@ -90,8 +90,7 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
     used = set_threads(threads)
     model = load_model(folder)
     arrays, meta = read_checkpoint(folder / CHECKPOINT)
-    points = MaterialPoints(bodies=initial_points(model).bodies, **arrays)
-    simulation = Simulation(model, points)
+    simulation = Simulation.restored(model, arrays)
     clock = Clock(model.schedule, **meta["clock"])
     recorder = Recorder.resume(folder, simulation, meta, used)
     return _march(simulation, clock, recorder, quiet)

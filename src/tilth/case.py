@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ def load_case(path: str | Path) -> Model:
     try:
         entries = _parsed(_text_of(file))
         _check_format(entries)
-        _resolve_mesh_files(entries, file.parent)
+        _resolve_files(entries, file.parent)
         return Model.from_dict(entries)
     except BadInput as error:
         raise error.in_file(file) from None
@@ -74,19 +75,40 @@ def _check_format(entries: dict[str, Any]) -> None:
         raise BadInput(problem, line, key="format", value=given)
 
 
-def _resolve_mesh_files(entries: dict[str, Any], folder: Path) -> None:
-    """Makes the paths of mesh files absolute, and refuses those that do not exist."""
-    bodies = entries.get("bodies")
+def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
+    """Makes the paths of other files absolute, and refuses those that do not exist."""
     problems = []
-    for i, body in enumerate(bodies if isinstance(bodies, list) else []):
-        shape = body.get("shape") if isinstance(body, dict) else None
-        if not isinstance(shape, dict) or not isinstance(shape.get("file"), str):
+    for key, table, name in _files(entries):
+        given = table.get(name)
+        if not isinstance(given, str):
             continue
-        mesh = (folder / shape["file"]).resolve()
-        if not mesh.is_file():
-            remedy = f"the path is relative to the case file; looked for {mesh}"
-            key = f"bodies[{i}].shape.file"
-            problems.append(Problem(key, "there is no such file", remedy, shape["file"]))
-        shape["file"] = str(mesh)
+        path, function = given, ""
+        if name != "file":  # "file.py:name"; what has another form is refused with the model
+            path, colon, function = given.rpartition(":")
+            if not colon:
+                continue
+        file = (folder / path).resolve()
+        if not file.is_file():
+            remedy = f"the path is relative to the case file; looked for {file}"
+            problems.append(Problem(f"{key}.{name}", "there is no such file", remedy, given))
+        table[name] = f"{file}:{function}" if function else str(file)
     if problems:
         raise BadInput.of(problems)
+
+
+def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Yields every entry that may name another file: key of its table, table, key in it."""
+    for i, body in enumerate(_tables(entries.get("bodies"))):
+        if isinstance(body.get("shape"), dict):
+            yield f"bodies[{i}].shape", body["shape"], "file"
+    for i, boundary in enumerate(_tables(entries.get("boundaries"))):
+        yield f"boundaries[{i}]", boundary, "motion"
+        if isinstance(boundary.get("geometry"), dict):
+            yield f"boundaries[{i}].geometry", boundary["geometry"], "file"
+            yield f"boundaries[{i}].geometry", boundary["geometry"], "function"
+
+
+def _tables(entries: Any) -> list[dict[str, Any]]:
+    """Returns the entries of a list, an empty table for each that is none."""
+    listed = entries if isinstance(entries, list) else []
+    return [entry if isinstance(entry, dict) else {} for entry in listed]

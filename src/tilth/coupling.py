@@ -31,21 +31,26 @@ class Coupling:
 
 
 class LinearForces:
-    """The sum of all couplings of a step, in the matrix's pattern."""
+    """The sum of all couplings of a step, in the matrix's pattern.
+
+    Attributes:
+        constant: force at zero displacement [force], shape (nodes, dim).
+        blocks: derivative of the force [force/length], shape (blocks, dim, dim).
+    """
 
     def __init__(self, active: ActiveGrid, couplings: list[Coupling]) -> None:
         dim = active.grid.dim
         for coupling in couplings:
             active.couple(coupling.node)
         self.blocks: Floats = np.zeros((len(active.column), dim, dim))
-        self._constant = np.zeros((active.nodes, dim))
+        self.constant = np.zeros((active.nodes, dim))
         for coupling in couplings:
             start = np.arange(len(coupling.node) + 1, dtype=np.int64) * coupling.node.shape[1]
             node = np.ascontiguousarray(coupling.node, dtype=np.int32).ravel()
             positions = _core.block_positions(start, node, active.row_start, active.column)
             rows = np.ascontiguousarray(coupling.matrix.transpose(0, 1, 3, 4, 2))
             _core.add_blocks(dim, start, node, *positions, rows, self.blocks)
-            np.add.at(self._constant, coupling.node, coupling.force)
+            np.add.at(self.constant, coupling.node, coupling.force)
         self._any = bool(couplings)
         size = active.nodes * dim
         self._matrix = sp.bsr_matrix(
@@ -57,7 +62,7 @@ class LinearForces:
         if not self._any:
             return np.zeros_like(displacement)
         product: Floats = self._matrix @ displacement.ravel()
-        return self._constant + product.reshape(displacement.shape)
+        return self.constant + product.reshape(displacement.shape)
 
     def add_stiffness(self, blocks: Floats) -> None:
         """Adds the matrix of all couplings to the node-block matrix."""

@@ -41,9 +41,7 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     axisymmetry of the ring it sweeps.
     """
     grid = active.grid
-    first = np.concatenate([stencil.first for stencil in active.stencils])
-    count = np.concatenate([stencil.count for stencil in active.stencils])
-    key = np.asarray(_core.active_nodes(first, np.maximum(count - 1, 1)))
+    key = active.cell_keys
     filled = np.zeros((len(key), 2))
     volume = soil.points.volume
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
@@ -64,8 +62,16 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.abs(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0]))
 
 
+FIRM = 3.0
+"""Dimensionless stiffness in cells behind an implicit boundary."""
+
+
 def ghost_stabilisation(
-    soil: Soil, active: ActiveGrid, held: npt.NDArray[np.bool_], gamma: float
+    soil: Soil,
+    active: ActiveGrid,
+    held: npt.NDArray[np.bool_],
+    gamma: float,
+    behind: tuple[Integers, Floats] | None = None,
 ) -> list[Coupling]:
     """Returns the penalty on all faces of hardly filled cells at the edges of bodies.
 
@@ -73,7 +79,7 @@ def ghost_stabilisation(
     Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
     they need no support, and would tie the soil to the boundary.
     """
-    if gamma == 0.0:
+    if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
     grid, dim = active.grid, active.grid.dim
     key, fill, modulus = filled_cells(soil, active)
@@ -84,12 +90,17 @@ def ghost_stabilisation(
         for side in (-1, 1)
     }
     at_edge = np.any([number < 0 for number in neighbour.values()], axis=0)
-    emptiness = np.where(at_edge, np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
+    emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
+    emptiness = np.tile(emptiness[:, None], dim)
+    if behind is not None:
+        number = np.searchsorted(key, behind[0]).clip(max=len(key) - 1)
+        known = key[number] == behind[0]
+        np.maximum.at(emptiness, number[known], FIRM * behind[1][known])
     couplings = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[axis, 1] >= 0)
         other = neighbour[axis, 1][cell]
-        weight = np.maximum(emptiness[cell], emptiness[other])
+        weight = np.maximum(emptiness[cell, axis], emptiness[other, axis])
         cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
         if len(cell) == 0:
             continue
@@ -102,7 +113,7 @@ def ghost_stabilisation(
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         free = ~(held[node] & far[..., None]).any(axis=1)
-        scalar = gamma * weight[:, None, None] * matrix
+        scalar = weight[:, None, None] * matrix
         couplings.append(
             Coupling(
                 node=node.astype(np.int32),

@@ -117,6 +117,13 @@ class ActiveGrid:
         place = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
         return np.unique(_core.node_keys(_in_space(place.astype(np.int64))))
 
+    @cached_property
+    def cell_keys(self) -> Integers:
+        """Sorted keys of the cells that a point's support covers, each that of its lowest node."""
+        first = np.concatenate([stencil.first for stencil in self.stencils])
+        count = np.concatenate([stencil.count for stencil in self.stencils])
+        return np.asarray(_core.active_nodes(first, np.maximum(count - 1, 1)))
+
     def find(self, lattice: Integers) -> Integers:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
         keys = _core.node_keys(lattice)
@@ -183,13 +190,7 @@ class ActiveGrid:
         Node order is VTK's of a quadrilateral or hexahedron.
         """
         dim = self.grid.dim
-        firsts = np.concatenate([stencil.first for stencil in self.stencils])
-        counts = np.concatenate([stencil.count for stencil in self.stencils])
-        found = []
-        for shift in np.ndindex(2, 2, 2 if dim == 3 else 1):
-            inside = (np.array(shift)[:dim] < counts[:, :dim] - 1).all(axis=1)
-            found.append(_core.node_keys(np.ascontiguousarray(firsts[inside] + np.array(shift))))
-        corner = np.asarray(_core.lattice(np.unique(np.concatenate(found))))
+        corner = np.asarray(_core.lattice(self.cell_keys))
         square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
         above = square + np.array([0, 0, 1])
         corners = square if dim == 2 else np.concatenate([square, above])

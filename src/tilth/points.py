@@ -40,6 +40,11 @@ class PointRange:
         """Young's modulus [stress]: the first parameter of every material (material/list.hpp)."""
         return float(self.parameters[0])
 
+    @property
+    def poisson_ratio(self) -> float:
+        """Poisson's ratio [-]: the second parameter of every material."""
+        return float(self.parameters[1])
+
 
 @dataclass
 class MaterialPoints:

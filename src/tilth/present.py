@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tilth.boundaries.affine import Affine
-from tilth.boundaries.nodal import Nodal
+from tilth.boundaries import Boundary, Implicit
 from tilth.grid import ActiveGrid
 from tilth.loads import Loads
-from tilth.model import AffineBoundary, BodyForce, Model, PointForce
+from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
 from tilth.output.folder import read_declared
-from tilth.report.setup_data import Condition, Load, Setup
+from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.simulation import Simulation
 
 
@@ -58,10 +57,8 @@ def setup_of(model: Model) -> Setup:
         body_names=[body.name for body in model.bodies],
         cell_size=simulation.grid.cell_size,
         origin=simulation.grid.origin,
-        conditions=[
-            _condition(simulation, boundary, active, number)
-            for number, boundary in enumerate(simulation.boundaries)
-        ],
+        conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
+        surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
         loads=_loads(model, simulation),
         body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
         force_unit=model.units.force,
@@ -69,11 +66,25 @@ def setup_of(model: Model) -> Setup:
     )
 
 
-def _condition(
-    simulation: Simulation, boundary: object, active: ActiveGrid, number: int
-) -> Condition:
-    declared = simulation.model.boundaries[number]
-    assert isinstance(boundary, (Nodal, Affine))
+def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
+    points, cell = simulation.points, simulation.grid.cell_size
+    lower, upper = points.position.min(axis=0) - 2 * cell, points.position.max(axis=0) + 2 * cell
+    facets = boundary.geometry.facets(lower, upper, float(cell.max()))
+    centre = facets.corner.mean(axis=1)
+    end = boundary.motion.place(centre, boundary.factor(simulation.model.schedule.end)) - centre
+    return Surface(
+        name=boundary.name,
+        kind=boundary.declared.condition,
+        corner=facets.corner,
+        normal=facets.normal,
+        displacement=end if boundary.declared.is_moving else None,
+        bounded=boundary.geometry.bounded,
+    )
+
+
+def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -> Condition:
+    declared = next(b for b in simulation.model.boundaries if b.name == boundary.name)
+    assert not isinstance(declared, ImplicitBoundary)
     prescribed = boundary.prescribe(active, 0.0, simulation.model.schedule.end)
     nodes = prescribed.held.any(axis=1)
     moving = bool(prescribed.increment.any())

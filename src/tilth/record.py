@@ -175,7 +175,7 @@ class Recorder:
             },
             "work": self.work,
         }
-        write_checkpoint(self.folder / CHECKPOINT, self.simulation.points.arrays(), meta)
+        write_checkpoint(self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 
 
 def snapshot(
@@ -208,7 +208,7 @@ def snapshot(
         cells=active.cells(),
         node_fields={
             "displacement": still if result is None else result.equilibrium.displacement,
-            "reaction": still if result is None else result.equilibrium.reaction,
+            "reaction": still if result is None else result.reaction,
         },
     )
 

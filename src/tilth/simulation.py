@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
 from tilth.bodies import discretise
-from tilth.boundaries import Conditions, make_boundaries
+from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
+from tilth.boundaries.contacts import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
 from tilth.domains import bound_domains
@@ -40,15 +42,34 @@ class StepResult:
 
     Attributes:
         active: the grid of the step.
-        equilibrium: nodal displacement and reaction, residuals.
-        resultants: force of each boundary on the soil [force], shape (dim,), by name.
+        equilibrium: nodal displacement and residuals; reaction of grid-line conditions.
+        forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
         work: work of loads and boundaries on the soil in the step [force length].
+        time: at the end of the step.
     """
 
     active: ActiveGrid
     equilibrium: Equilibrium
-    resultants: dict[str, Floats]
+    forces: dict[str, Floats]
     work: float
+    time: float
+
+    @property
+    def reaction(self) -> Floats:
+        """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
+        return np.asarray(np.sum(list(self.forces.values()), axis=0))
+
+    def resultant(self, name: str) -> Floats:
+        """Returns the force of a boundary on the soil [force], shape (dim,)."""
+        return np.asarray(self.forces[name].sum(axis=0))
+
+    def moment(self, name: str, about: Floats) -> Floats:
+        """Returns the moment of that force about a place [force length], shape (3,)."""
+        arm = self.active.position + self.equilibrium.displacement - about
+        three = ((0, 0), (0, 3 - arm.shape[1]))
+        return np.asarray(
+            np.cross(np.pad(arm, three), np.pad(self.forces[name], three)).sum(axis=0)
+        )
 
 
 class Simulation:
@@ -80,6 +101,8 @@ class Simulation:
             upper=None if limits is None else np.array(limits.upper, dtype=float),
         )
         self.boundaries = make_boundaries(model)
+        self.implicit = make_implicit(model)
+        self.grid = self._grid_at(0.0)
         initial = initial_points(model)
         self._solver = choose_solver(model.analysis.solver, len(initial))
         self.loads = Loads(model, initial)
@@ -100,6 +123,27 @@ class Simulation:
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
         self._note_bounds(bound_domains(self.points, self.grid))
 
+    @classmethod
+    def restored(cls, model: Model, arrays: dict[str, npt.NDArray[Any]]) -> Simulation:
+        """Returns a simulation in the state that `arrays` stored."""
+        names = MaterialPoints.array_names()
+        state = {name: arrays[name] for name in names}
+        simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
+        for number, boundary in enumerate(simulation.implicit):
+            start = _of_boundary(number, "")
+            boundary.restore(
+                {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
+            )
+        return simulation
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns all arrays that a later step reads: points, and what boundaries carry."""
+        arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
+        for number, boundary in enumerate(self.implicit):
+            for key, array in boundary.state().items():
+                arrays[_of_boundary(number, key)] = array
+        return arrays
+
     def check(self) -> ActiveGrid:
         """Locates the points and checks the conditions of the first step; returns the grid.
 
@@ -114,11 +158,19 @@ class Simulation:
                 "move the body, or widen grid.limits",
                 key="bodies",
             ) from failure
-        schedule = self.model.schedule
-        conditions = Conditions.gather(self.boundaries, active, 0.0, schedule.regular_time(1))
-        require_no_rigid_motion(active, self.kind, conditions.held)
-        self._note_untouched(conditions)
+        first = self.model.schedule.regular_time(1)
+        conditions = Conditions.gather(self.boundaries, active, 0.0, first)
+        contacts = self._contacts(active, 0.0, first)
+        for boundary in self.implicit:
+            boundary.require_soil(self.points.position)
+        require_agreement(self.implicit, contacts, self.model.schedule.times_of_output())
+        require_no_rigid_motion(active, self.kind, conditions.held, contacts)
+        self._note_untouched(conditions, contacts)
         return active
+
+    def _contacts(self, active: ActiveGrid, before: float, after: float) -> Contacts:
+        with self.timers.measure("boundaries"):
+            return Contacts.gather(self.implicit, self.points, active, self.kind, before, after)
 
     def advance(
         self,
@@ -131,16 +183,22 @@ class Simulation:
         Raises:
             StepFailed: no equilibrium, an inverted point, a point that left the grid.
         """
+        self.grid = self._grid_at(before)
         with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
         conditions = Conditions.gather(self.boundaries, active, before, after)
-        self._note_untouched(conditions)
+        contacts = self._contacts(active, before, after)
+        self._note_untouched(conditions, contacts)
         self.soil.begin_step()
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
         gamma = self.model.analysis.ghost_stabilisation
+        with self.timers.measure("boundaries"):
+            couplings = contacts.couplings()
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            couplings = ghost_stabilisation(self.soil, active, conditions.held, gamma)
+            couplings += ghost_stabilisation(
+                self.soil, active, conditions.held, gamma, contacts.behind()
+            )
             linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
         for newton in self._attempts:
@@ -161,15 +219,28 @@ class Simulation:
         self._require_inside(active, equilibrium)
         self.soil.advance(active, equilibrium.displacement)
         self._note_bounds(bound_domains(self.points, self.grid))
-        mean_force = 0.5 * (
-            force_before + force + equilibrium.initial_reaction + equilibrium.reaction
-        )
-        return StepResult(
-            active=active,
-            equilibrium=equilibrium,
-            resultants=conditions.resultants(equilibrium.reaction),
-            work=float((mean_force * equilibrium.displacement).sum()),
-        )
+        with self.timers.measure("boundaries"):
+            carried = contacts.after(equilibrium.displacement)
+            forces = conditions.forces(equilibrium.reaction) | contacts.forces(carried)
+            reaction_before = contacts.reaction_before(
+                equilibrium.initial_reaction, conditions.held, linear.constant
+            )
+            contacts.commit(carried)
+        result = StepResult(active, equilibrium, forces, 0.0, after)
+        mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
+        return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
+
+    def _grid_at(self, time: float) -> Grid:
+        """Returns the grid of the step that begins at `time`: it may follow a boundary."""
+        follow = self.model.grid.follow
+        if follow is None:
+            return self.grid
+        boundary = next(b for b in self.implicit if b.name == follow.boundary)
+        place = boundary.motion.place(np.array([follow.place]), boundary.factor(time))[0]
+        axes = [AXES.index(axis) for axis in follow.axes]
+        origin = self.grid.origin.copy()
+        origin[axes] = place[axes]
+        return replace(self.grid, origin=origin)
 
     def _require_inside(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
         if self.grid.lower is None:
@@ -205,11 +276,14 @@ class Simulation:
                     "throughout: it loses the material that moves away from them",
                 )
 
-    def _note_untouched(self, conditions: Conditions) -> None:
+    def _note_untouched(self, conditions: Conditions, contacts: Contacts) -> None:
         for name, touched in zip(conditions.names, conditions.touched, strict=True):
             if not touched:
                 key = f"place of {name}"
                 self._note(key, f"boundary {name!r} touches no node of a cell with material")
+        for name in contacts.untouched:
+            key = f"place of {name}"
+            self._note(key, f"boundary {name!r} touches no soil: no material point is beside it")
 
     def _note_bounds(self, held: dict[str, int]) -> None:
         texts = {
@@ -220,6 +294,10 @@ class Simulation:
         for key, count in held.items():
             if count:
                 self._note(key, f"the domains of {count} material points {texts[key]}")
+
+
+def _of_boundary(number: int, key: str) -> str:
+    return f"boundary_{number}_{key}"
 
 
 def initial_points(model: Model) -> MaterialPoints:

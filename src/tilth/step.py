@@ -94,12 +94,15 @@ def solve_step(
     def evaluate(u: Floats) -> tuple[Floats, float, float]:
         """Internal force, norm of the residual on the free nodes, and that over the forces'."""
         soil.update(active, u)
-        internal = soil.internal_force(active) + springs.force(u) + linear.force(u)
+        of_soil = soil.internal_force(active)
+        internal = of_soil + springs.force(u) + linear.force(u)
         rest = internal - force
         free = norm(comm, np.where(held, 0.0, rest)[own])
         reaction = norm(comm, np.where(held, rest, 0.0)[own])
-        size = max(norm(comm, force[own]), norm(comm, internal[own]), reaction)
-        return internal, free, free / size if size > 0.0 else 0.0
+        # not `internal`: implicit boundaries balance the soil's force in it
+        size = max(norm(comm, force[own]), norm(comm, of_soil[own]), reaction)
+        # at rest, an implicit boundary that begins to move is the only force
+        return internal, free, free / size if size > 0.0 else float(free > 0.0)
 
     internal, size, relative = evaluate(displacement)
     initial_reaction = np.where(held, internal - force_before, 0.0)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -16,6 +17,8 @@ from tilth.model import (
     Body,
     BodyForce,
     Boundary,
+    Geometry,
+    ImplicitBoundary,
     Load,
     Material,
     Model,
@@ -94,6 +97,8 @@ def _boundary(boundary: Boundary, model: Model) -> str:
     if isinstance(boundary, AffineBoundary):
         rows = "; ".join(_vector(row) for row in boundary.deformation_gradient)
         return f"{boundary.name}: affine motion to F = [{rows}], {boundary.path} path"
+    if isinstance(boundary, ImplicitBoundary):
+        return _implicit(boundary, model)
     if isinstance(boundary, PlaneBoundary):
         place = f"on {boundary.axis} = {boundary.at:g}"
         for axis, (least, greatest) in (boundary.range or {}).items():
@@ -104,6 +109,50 @@ def _boundary(boundary: Boundary, model: Model) -> str:
         f"u{AXES[i]} = {value:g}" for i, value in boundary.held(model.dimension).items()
     )
     return f"{boundary.name}: {boundary.condition} {place}: {held}"
+
+
+def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
+    unit = model.units.length
+    held: str = boundary.condition
+    if boundary.direction is not None:
+        held = f"held along {_vector(boundary.direction)}"
+    parts = [
+        f"implicit, {held} on a {_geometry(boundary.geometry)}",
+        f"{boundary.form} form, delta = {model.delta(boundary):g} {unit}",
+    ]
+    if boundary.radius_change is not None:
+        parts.append(f"radius changes by {boundary.radius_change:g} {unit}")
+    if (rotation := boundary.rotation) is not None:
+        axis = "" if rotation.axis is None else f"the axis {rotation.axis} through "
+        parts.append(f"turns by {rotation.angle:g} degrees about {axis}{_vector(rotation.centre)}")
+    for axis, value in (boundary.displacement or {}).items():
+        parts.append(f"u{axis} = {value:g} {unit}")
+    if boundary.motion is not None:
+        parts.append(f"moves by {Path(boundary.motion).name}")
+    if boundary.is_moving:
+        parts.append(f"factor {model.factor(boundary, model.schedule.end):g} at the end")
+    return f"{boundary.name}: {', '.join(parts)}"
+
+
+def _geometry(geometry: Geometry) -> str:
+    """The geometry's type and its entries, in the order in which they are declared."""
+    words = []
+    for key, value in geometry.model_dump(exclude={"type"}, exclude_defaults=True).items():
+        if key == "vertices":
+            words.append(f"{len(value)} vertices")
+        elif isinstance(value, tuple) and not isinstance(value[0], str):
+            words.append(f"{key} {_vector(value)}")
+        elif isinstance(value, tuple):
+            words.append(f"{key} {' '.join(value)}")
+        elif isinstance(value, float):
+            words.append(f"{key} {value:g}")
+        elif value is True:
+            words.append(key)
+        elif key in ("file", "function"):
+            words.append(Path(value).name)
+        else:
+            words.append(f"{key} {value}")
+    return f"{geometry.type} ({', '.join(words)})"
 
 
 def _load(load: Load, model: Model) -> str:
@@ -118,6 +167,8 @@ def _track(track: Track) -> str:
     what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
     where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
     place = f" at {_vector(track.at)}" if track.at else ""
+    if track.about:
+        place = f" about {_vector(track.about)}"
     return f"{track.name}: {what.replace('_', ' ')}{where}{place}"
 
 

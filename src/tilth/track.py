@@ -50,6 +50,10 @@ class Tracker:
     ) -> Callable[[Simulation, StepResult | None, float], float]:
         if track.quantity == "reaction":
             return lambda simulation, result, work: _reaction(track, result)
+        if track.quantity == "moment":
+            return lambda simulation, result, work: _moment(track, result)
+        if track.quantity == "penetration":
+            return lambda simulation, result, work: _penetration(track, simulation, result)
         if track.quantity in ("displacement", "stress"):
             ids = nearest_points(initial, track.at or (), self._model.cell_size, track.body)
             array = "displacement" if track.quantity == "displacement" else "stress"
@@ -76,7 +80,7 @@ def unit_of(track: Track, model: Model) -> str:
         return units.force + per_length
     if track.quantity == "stress":
         return units.stress
-    if track.quantity == "energy":
+    if track.quantity in ("energy", "moment"):
         return f"{units.force} {units.length}{per_length}"
     return units.length
 
@@ -84,7 +88,20 @@ def unit_of(track: Track, model: Model) -> str:
 def _reaction(track: Track, result: StepResult | None) -> float:
     if result is None:
         return 0.0
-    return float(result.resultants[track.boundary or ""][AXES.index(track.component)])
+    return float(result.resultant(track.boundary or "")[AXES.index(track.component)])
+
+
+def _moment(track: Track, result: StepResult | None) -> float:
+    if result is None:
+        return 0.0
+    moment = result.moment(track.boundary or "", np.array(track.about))
+    return float(moment[AXES.index(track.component)])
+
+
+def _penetration(track: Track, simulation: Simulation, result: StepResult | None) -> float:
+    boundary = next(b for b in simulation.implicit if b.name == track.boundary)
+    time = 0.0 if result is None else result.time
+    return boundary.penetration(simulation.points.position, time)
 
 
 def _component(value: Floats, name: str) -> float:

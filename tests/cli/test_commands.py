@@ -137,8 +137,9 @@ def test_a_bug_is_reported_without_traceback(
     assert __version__ in details
 
 
-def test_check_prints_what_is_declared(case: Case) -> None:
-    model = load_case(case())
+def summary_of(file: Path) -> str:
+    """What `tilth check` prints of a case."""
+    model = load_case(file)
     column = model.bodies[0]
     points = discretise(column, "plane_strain", 2, model.origin, model.cell_size)
     setup = Setup(
@@ -154,7 +155,11 @@ def test_check_prints_what_is_declared(case: Case) -> None:
     )
     printed = io.StringIO()
     print_summary(model, setup, Console(file=printed, width=160))
-    text = printed.getvalue()
+    return printed.getvalue()
+
+
+def test_check_prints_what_is_declared(case: Case) -> None:
+    text = summary_of(case())
     # 1 m x 4 m in cells of 0.5 m with 2 x 2 points each
     assert "column: box of clay, 64 points, gimp basis, domains by right_stretch" in text
     assert "64 in 16 cells" in text
@@ -163,6 +168,44 @@ def test_check_prints_what_is_declared(case: Case) -> None:
     assert "body force, acceleration [0, -9.81], factor 1 at the end" in text
     assert "2 steps to time 1, adaptive; 2 outputs" in text
     assert "top: displacement y at [0.5, 4]" in text
+
+
+IMPLICIT = """[[boundaries]]
+name = "foundation"
+type = "implicit"
+geometry = { type = "footing", centre = [0.5, 4], normal = [0, -2], width = 0.5 }
+condition = "direction"
+direction = [1, 1]
+displacement = { y = -0.2 }
+rotation = { angle = 3, centre = [0.5, 4] }
+factor = [[0, 0], [1, 0.5]]
+
+[[boundaries]]
+name = "slope"
+type = "implicit"
+geometry = { type = "function", function = "shapes.py:slope" }
+condition = "tangential"
+delta = 0.002
+form = "band"
+motion = "shapes.py:slide"
+
+[[loads]]
+"""
+
+
+def test_check_prints_implicit_boundaries(case: Case) -> None:
+    file = case(("[[loads]]\n", IMPLICIT))
+    file.with_name("shapes.py").touch()
+    printed = " ".join(summary_of(file).split())
+    assert (
+        "foundation: implicit, held along [1, 1] on a footing (centre [0.5, 4], normal [0, -2], "
+        "width 0.5), surface form, delta = 0.0005 m, turns by 3 degrees about [0.5, 4], "
+        "uy = -0.2 m, factor 0.5 at the end"
+    ) in printed
+    assert (
+        "slope: implicit, tangential on a function (shapes.py:slope), band form, "
+        "delta = 0.002 m, moves by shapes.py:slide, factor 1 at the end"
+    ) in printed
 
 
 def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> None:

@@ -16,6 +16,20 @@ Tilth = Callable[..., Outcome]
 
 BASE = CASE[CASE.index("[[boundaries]]") : CASE.index("[[loads]]")]
 
+
+def implicit(entries: str, geometry: str = "") -> tuple[str, str]:
+    """Replaces the condition on the base by an implicit boundary."""
+    plane = '{ type = "plane", point = [0, 0.1], normal = [0, 1] }'
+    text = f"""[[boundaries]]
+name = "wall"
+type = "implicit"
+geometry = {geometry or plane}
+{entries}
+
+"""
+    return BASE, text
+
+
 WRONG = {
     "missing key": (
         ("young_modulus = 1e6\n", ""),
@@ -126,6 +140,87 @@ WRONG = {
     "mesh that is not there": (
         ('{ type = "box", lower = [0, 0], upper = [1, 4] }', '{ type = "mesh", file = "a.msh" }'),
         ['bodies[0].shape.file = "a.msh"', "no such file", "relative to the case file"],
+    ),
+    "an implicit boundary without geometry": (
+        (
+            """type = "plane"
+axis = "y"
+at = 0
+""",
+            'type = "implicit"\n',
+        ),
+        ["boundaries[0].geometry: missing", "give `geometry`: Its place at time 0"],
+    ),
+    "a normal of no length": (
+        implicit('condition = "fixed"', '{ type = "plane", point = [0, 0], normal = [0, 0] }'),
+        ["boundaries[0].geometry.normal = [0, 0]", "must not be the zero vector", "[0, 1]"],
+    ),
+    "geometry of another dimension": (
+        implicit(
+            'condition = "fixed"',
+            '{ type = "sphere", centre = [0, 0, 0], radius = 1, soil = "inside" }',
+        ),
+        ['boundaries[0].geometry.type = "sphere"', "plane_strain", '"circle", "polyline"'],
+    ),
+    "a polyline that crosses itself": (
+        implicit(
+            'condition = "fixed"',
+            '{ type = "polyline", vertices = [[0, 0], [2, 0], [1, 1], [1, -1]], soil = "left" }',
+        ),
+        ["boundaries[0].geometry.vertices", "cross or touch each other", "in order along"],
+    ),
+    "delta of zero": (
+        implicit('condition = "fixed"\ndelta = 0'),
+        ["boundaries[0].delta = 0.0", "greater than 0 and at most 0.25", "for a thousandth"],
+    ),
+    "delta above half a cell": (
+        implicit('condition = "fixed"\ndelta = 0.3'),
+        ["boundaries[0].delta = 0.3", "greater than 0 and at most 0.25", "0.0005"],
+    ),
+    "a condition along no direction": (
+        implicit('condition = "direction"'),
+        ["boundaries[0].direction: missing", "such as direction = [1, 1]"],
+    ),
+    "a factor without a motion": (
+        implicit('condition = "fixed"\nfactor = [[0, 0], [1, 1]]'),
+        ["boundaries[0].factor", "nothing to scale", "`displacement`, `rotation`"],
+    ),
+    "a motion that names no file": (
+        implicit('condition = "fixed"\nmotion = "lift"'),
+        ["boundaries[0].motion", "does not name a function", "shape.py:distance"],
+    ),
+    "a radius that vanishes": (
+        implicit(
+            'condition = "fixed"\nradius_change = -2',
+            '{ type = "circle", centre = [0, 0], radius = 1, soil = "inside" }',
+        ),
+        ["boundaries[0].radius_change = -2.0", "the radius 1 becomes -1 at factor 1"],
+    ),
+    "a surface that is not there": (
+        implicit('condition = "fixed"', '{ type = "stl", file = "a.stl", soil = "inside" }'),
+        ['boundaries[0].geometry.file = "a.stl"', "no such file", "relative to the case file"],
+    ),
+    "a distance function that is not there": (
+        implicit('condition = "fixed"', '{ type = "function", function = "a.py:distance" }'),
+        ['boundaries[0].geometry.function = "a.py:distance"', "no such file", "a.py"],
+    ),
+    "a motion that is not there": (
+        implicit('condition = "fixed"\nmotion = "a.py:lift"'),
+        ['boundaries[0].motion = "a.py:lift"', "no such file", "relative to the case file"],
+    ),
+    "penetration of a grid line": (
+        (
+            'quantity = "displacement"\nat = [0.5, 4]\ncomponent = "y"',
+            'quantity = "penetration"\nboundary = "base"',
+        ),
+        ['track[0].boundary = "base"', "is for implicit boundaries", "there is none"],
+    ),
+    "moment in the plane": (
+        (
+            'quantity = "displacement"\nat = [0.5, 4]\ncomponent = "y"',
+            'quantity = "moment"\nboundary = "base"\nabout = [0, 0]\ncomponent = "x"',
+        ),
+        ['track[0].component = "x"', "moments about z only", 'component = "z"'],
     ),
 }
 

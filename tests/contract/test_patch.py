@@ -143,10 +143,10 @@ def test_first_step_between_moving_planes(kind: str, basis: str, material: str) 
     if kind != "axisymmetric":
         last = dim - 1
         area = np.prod(np.delete(stretch, last)) * CELLS ** (dim - 1)
-        force = result.resultants[f"high {AXES[last]}"][last]
+        force = result.resultant(f"high {AXES[last]}")[last]
         assert force == pytest.approx(stress[0, last] * area, rel=1e-11)
     else:
-        force = result.resultants["high y"][1]
+        force = result.resultant("high y")[1]
         area = np.pi * (CELLS * stretch[0]) ** 2
         assert force == pytest.approx(stress[0, 1] * area, rel=1e-11)
 

@@ -131,10 +131,10 @@ def test_boundaries_that_agree_share_a_node() -> None:
         corner = (position == 0.0).all(axis=1)
         assert (found.holder[corner] == 0).all()
         reaction = np.ones(position.shape)
-        resultants = found.resultants(reaction)
+        forces = found.forces(reaction)
         names = [b["name"] for b in boundaries]
-        assert resultants[names[0]].tolist() == [3.0, 3.0]
-        assert resultants[names[1]].tolist() == [2.0, 2.0]
+        assert forces[names[0]].sum(axis=0).tolist() == [3.0, 3.0]
+        assert forces[names[1]].sum(axis=0).tolist() == [2.0, 2.0]
 
 
 def test_boundary_far_from_the_soil_is_reported_once() -> None:

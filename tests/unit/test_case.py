@@ -77,3 +77,28 @@ def test_a_mesh_lies_relative_to_its_case_file(tmp_path: Path) -> None:
     text = CASE.replace(box, 'type = "mesh", file = "meshes/block.msh"')
     file.write_text(text, encoding="utf-8")
     assert Path(load_case(file).bodies[0].shape.file) == mesh.resolve()
+
+
+IMPLICIT = """
+[[boundaries]]
+name = "wall"
+type = "implicit"
+geometry = { type = "GEOMETRY" }
+condition = "fixed"
+motion = "motions/lift.py:lift"
+"""
+
+
+def test_files_of_a_boundary_lie_relative_to_its_case_file(tmp_path: Path) -> None:
+    (tmp_path / "motions").mkdir()
+    for name in ("motions/lift.py", "blade.stl", "shape.py"):
+        (tmp_path / name).touch()
+    file = tmp_path / "block.toml"
+    for geometry, key, given in (
+        ('stl", soil = "outside", file = "blade.stl', "file", "blade.stl"),
+        ('function", function = "shape.py:distance', "function", "shape.py:distance"),
+    ):
+        file.write_text(CASE + IMPLICIT.replace("GEOMETRY", geometry), encoding="utf-8")
+        wall = load_case(file).boundaries[1]
+        assert wall.motion == f"{(tmp_path / 'motions' / 'lift.py').resolve()}:lift"
+        assert getattr(wall.geometry, key) == f"{tmp_path.resolve()}/{given}"

@@ -79,7 +79,7 @@ def test_reactions_balance_the_weight(kind: str, basis: str) -> None:
     result = simulation.advance(0.0, 1.0)
     up = dimension(kind) - 1
     weight = 20.0 * simulation.points.mass.sum()
-    base = result.resultants["base"]
+    base = result.resultant("base")
     assert base[up] == pytest.approx(weight, rel=1e-6)  # the springs of support.py hold 1e-8
     if kind != "axisymmetric":
         np.testing.assert_allclose(base[:up], -0.3 * weight, rtol=1e-6)

@@ -71,7 +71,7 @@ def test_any_overlap_can_be_solved_and_carries_the_weight(kind: str, overlap: fl
     assert result.equilibrium.residuals[-1] <= 1e-9
     up = dimension(kind) - 1
     expected = 5.0 * simulation.points.mass.sum()
-    assert result.resultants["base"][up] == pytest.approx(expected, rel=1e-8)
+    assert result.resultant("base")[up] == pytest.approx(expected, rel=1e-8)
     assert np.abs(simulation.points.displacement).max() < 0.05
 
 

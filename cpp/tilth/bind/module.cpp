@@ -19,4 +19,5 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_stencil(module);
   tilth::bind::bind_points(module);
   tilth::bind::bind_sparse(module);
+  tilth::bind::bind_implicit(module);
 }

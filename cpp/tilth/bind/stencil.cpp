@@ -9,13 +9,6 @@ namespace tilth::bind {
 
 namespace {
 
-template <class Function>
-void with_dimension(int dim, Function&& function) {
-  if (dim == 2) return function(PlaneStrain{});
-  if (dim == 3) return function(Solid{});
-  throw std::invalid_argument("dimension must be 2 or 3");
-}
-
 std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
                           ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
                           Integers keys) {

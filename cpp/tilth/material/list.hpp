@@ -14,12 +14,14 @@ namespace tilth::material {
 
 using List = std::tuple<HenckyElastic, VonMises>;
 
-/// Springs, ghost stabilisation and round-off are scaled with Young's modulus.
+/// Springs, ghost stabilisation and implicit boundaries are scaled with the elastic moduli.
 template <class... Material>
-constexpr bool young_modulus_comes_first(std::tuple<Material...>*) {
-  return ((std::string_view(Material::parameter_names[0]) == "young_modulus") && ...);
+constexpr bool elastic_moduli_come_first(std::tuple<Material...>*) {
+  return ((std::string_view(Material::parameter_names[0]) == "young_modulus" &&
+           std::string_view(Material::parameter_names[1]) == "poisson_ratio") &&
+          ...);
 }
-static_assert(young_modulus_comes_first(static_cast<List*>(nullptr)));
+static_assert(elastic_moduli_come_first(static_cast<List*>(nullptr)));
 
 /// Calls `function(Material::from(parameters))` for the material of that name, once per batch of
 /// points, never per point.

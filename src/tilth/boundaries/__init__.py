@@ -4,17 +4,41 @@
 from __future__ import annotations
 
 from tilth.boundaries.affine import Affine
+from tilth.boundaries.contacts import Contacts
+from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
 from tilth.boundaries.together import Conditions
-from tilth.model import AffineBoundary, Model
+from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
-__all__ = ["Boundary", "Conditions", "Prescribed", "make_boundaries"]
+__all__ = [
+    "Boundary",
+    "Conditions",
+    "Contacts",
+    "Implicit",
+    "Prescribed",
+    "make_boundaries",
+    "make_implicit",
+]
 
 
 def make_boundaries(model: Model) -> list[Boundary]:
-    """Returns the boundaries of a model, in the order in which they were declared."""
+    """Returns the boundaries that act by elimination, in the order in which they were declared."""
     return [
         Affine(declared, model) if isinstance(declared, AffineBoundary) else Nodal(declared, model)
         for declared in model.boundaries
+        if not isinstance(declared, ImplicitBoundary)
+    ]
+
+
+def make_implicit(model: Model) -> list[Implicit]:
+    """Returns the implicit boundaries of a model, in the order in which they were declared.
+
+    Raises:
+        BadInput: a file or function that a boundary names cannot be used.
+    """
+    return [
+        Implicit(declared, model)
+        for declared in model.boundaries
+        if isinstance(declared, ImplicitBoundary)
     ]

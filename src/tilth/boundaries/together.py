@@ -10,6 +10,8 @@ import numpy.typing as npt
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from tilth.boundaries.contact import Contact
+from tilth.boundaries.contacts import Contacts
 from tilth.boundaries.protocol import Boundary, Flags, Floats
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
@@ -71,18 +73,18 @@ class Conditions:
         """Which degrees of freedom are prescribed, shape (nodes, dim)."""
         return np.asarray(self.holder != NOBODY)
 
-    def resultants(self, reaction: Floats) -> dict[str, Floats]:
-        """Returns the force of each boundary on the soil [force], shape (dim,), by name.
+    def forces(self, reaction: Floats) -> dict[str, Floats]:
+        """Returns the nodal forces of each boundary on the soil [force], (nodes, dim), by name.
 
         A component that two boundaries hold counts for the one declared first.
         """
         return {
-            name: np.where(self.holder == number, reaction, 0.0).sum(axis=0)
+            name: np.where(self.holder == number, reaction, 0.0)
             for number, name in enumerate(self.names)
         }
 
 
-def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags) -> None:
+def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags, contacts: Contacts) -> None:
     """Checks that every connected part of the active grid is held against rigid motion.
 
     Raises:
@@ -98,7 +100,19 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags) -> None:
         position = active.position[nodes]
         centre = position.mean(axis=0)
         modes = _rigid_modes(position - centre, active.grid.cell_size, kind)
-        restricted = np.array([mode[held[nodes]] for _, mode in modes])
+        own = [np.isin(contact.at.node[:, 0], nodes) for contact in contacts.parts]
+        restricted = np.array(
+            [
+                np.concatenate(
+                    [mode[held[nodes]]]
+                    + [
+                        _held_by(contact, chosen, active.nodes, nodes, mode)
+                        for contact, chosen in zip(contacts.parts, own, strict=True)
+                    ]
+                )
+                for _, mode in modes
+            ]
+        )
         left = np.linalg.svd(restricted @ restricted.T)
         null = left.U[:, 1e-12 * len(nodes) >= left.S]
         if null.shape[1] == 0:
@@ -111,6 +125,21 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags) -> None:
             "add an essential condition that holds it, on nodes of cells that it touches",
             key="boundaries",
         )
+
+
+def _held_by(
+    contact: Contact,
+    cells: Flags,
+    count: int,
+    nodes: npt.NDArray[np.intp],
+    mode: Floats,
+) -> Floats:
+    """Returns the constrained parts of a mode of `nodes` at an implicit boundary's places."""
+    whole = np.zeros((count, mode.shape[1]))
+    whole[nodes] = mode
+    there = contact.at.interpolate(whole)
+    there = np.einsum("nij,nj->ni", contact.pose.projector, there)
+    return np.asarray(there[cells[contact.at.cell]].ravel())
 
 
 def _rigid_modes(x: Floats, cell_size: Floats, kind: str) -> list[tuple[str, Floats]]:

@@ -4,11 +4,24 @@
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES, Axis, factor_at, per_direction
+from tilth.model.geometry import (
+    BoxGeometry,
+    CircleGeometry,
+    CylinderGeometry,
+    FootingGeometry,
+    FunctionGeometry,
+    Geometry,
+    PlaneGeometry,
+    PolylineGeometry,
+    SphereGeometry,
+    StlGeometry,
+)
+from tilth.model.implicit import ImplicitBoundary, Rotation
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import HenckyElastic, Material, VonMises
 from tilth.model.model import FORMAT, Model
 from tilth.model.schedule import Schedule
-from tilth.model.settings import Analysis, Grid, Kind, Limits, Output, Units
+from tilth.model.settings import Analysis, Follow, Grid, Kind, Limits, Output, Units
 from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Shape, Sphere
 from tilth.model.track import Track
 
@@ -22,10 +35,18 @@ __all__ = [
     "BodyForce",
     "Boundary",
     "Box",
+    "BoxGeometry",
     "Circle",
+    "CircleGeometry",
     "Cylinder",
+    "CylinderGeometry",
+    "Follow",
+    "FootingGeometry",
+    "FunctionGeometry",
+    "Geometry",
     "Grid",
     "HenckyElastic",
+    "ImplicitBoundary",
     "Kind",
     "Limits",
     "Load",
@@ -35,11 +56,16 @@ __all__ = [
     "NodeBoundary",
     "Output",
     "PlaneBoundary",
+    "PlaneGeometry",
     "PointForce",
     "Polygon",
+    "PolylineGeometry",
+    "Rotation",
     "Schedule",
     "Shape",
     "Sphere",
+    "SphereGeometry",
+    "StlGeometry",
     "Track",
     "Units",
     "VonMises",

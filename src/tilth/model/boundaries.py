@@ -1,17 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Essential boundary conditions: on grid planes, at single nodes, or an affine motion of all."""
+"""Essential boundary conditions: on grid planes, at nodes, anywhere, or an affine motion."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.affine import affine_problem
 from tilth.model.base import Declared, chosen_by
-from tilth.model.fields import AXES, AsTuple, Axis, Matrix, Name, Real, Table, Vector
+from tilth.model.fields import (
+    AXES,
+    Axis,
+    Components,
+    Displacement,
+    Matrix,
+    Name,
+    Real,
+    Table,
+    Vector,
+    some,
+    starts_from_zero,
+)
+from tilth.model.implicit import ImplicitBoundary
 from tilth.model.problems import reject, rejection
 
 
@@ -21,34 +34,8 @@ def _interval(value: Sequence[float]) -> Sequence[float]:
     return value
 
 
-def _some(value: Any) -> Any:
-    if not value:
-        raise reject("must not be empty", "leave it out, or name at least one axis")
-    return value
-
-
-def _distinct(value: tuple[Axis, ...]) -> tuple[Axis, ...]:
-    if len(set(value)) != len(value):
-        raise reject("names an axis twice")
-    return value
-
-
-def _axes(value: Any) -> Any:
-    if isinstance(value, str):
-        raise reject("must be a list of axes", f'such as ["{value}"]')
-    return value
-
-
 Interval = Annotated[Vector, AfterValidator(_interval)]
-Ranges = Annotated[Mapping[Axis, Interval], AfterValidator(_some)]
-Displacement = Annotated[Mapping[Axis, Real], AfterValidator(_some)]
-Components = Annotated[
-    Sequence[Axis],
-    BeforeValidator(_axes),
-    AsTuple,
-    AfterValidator(_some),
-    AfterValidator(_distinct),
-]
+Ranges = Annotated[Mapping[Axis, Interval], AfterValidator(some)]
 
 
 class _NodalBoundary(Declared):
@@ -88,14 +75,6 @@ def _held(
     if displacement is not None:
         return {AXES.index(axis): value for axis, value in displacement.items()}
     return {AXES.index(axis): 0.0 for axis in components or AXES[:dimension]}
-
-
-def starts_from_zero(table: Sequence[Sequence[float]] | None) -> list[Problem]:
-    """Returns a problem where a motion would start with a jump at time 0."""
-    if table is None or table[0][1] == 0.0:
-        return []
-    what = "a displacement starts from the undeformed state, so its first factor must be 0"
-    return [Problem("factor", what, "start the table with [0, 0]", table)]
 
 
 class PlaneBoundary(_NodalBoundary):
@@ -168,7 +147,7 @@ class AffineBoundary(Declared):
 
 
 Boundary = Annotated[
-    PlaneBoundary | NodeBoundary | AffineBoundary,
+    PlaneBoundary | NodeBoundary | ImplicitBoundary | AffineBoundary,
     Field(discriminator="type"),
-    chosen_by("type", PlaneBoundary, NodeBoundary, AffineBoundary),
+    chosen_by("type", PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary),
 ]

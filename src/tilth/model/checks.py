@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.fields import AXES
+from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce, PointForce
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, unknown_name
@@ -23,6 +24,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
     problems = [
         *_repeated_names(model),
         *_unknown_references(model),
+        *_needs_implicit(model),
         *_densities(model),
         *size_problems(model),
     ]
@@ -65,6 +67,25 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
 
 
+def _needs_implicit(model: Model) -> Iterator[Problem]:
+    """Only an implicit boundary has sides, so that soil can be behind it, and moves as a body."""
+    kinds = {boundary.name: boundary.type for boundary in model.boundaries}
+    implicit = ", ".join(f"`{name}`" for name, kind in kinds.items() if kind == "implicit")
+    remedy = f"choose from {implicit}" if implicit else "there is none in this model"
+    for i, track in enumerate(model.track):
+        kind = kinds.get(track.boundary or "", "implicit")
+        if track.quantity == "penetration" and kind != "implicit":
+            what = f'quantity = "penetration" is for implicit boundaries, but this one is "{kind}"'
+            yield Problem(f"track[{i}].boundary", what, remedy, track.boundary)
+    if (follow := model.grid.follow) is not None:
+        key, kind = "grid.follow.boundary", kinds.get(follow.boundary)
+        if kind is None:
+            yield Problem(key, *unknown_name("boundary", follow.boundary, kinds), follow.boundary)
+        elif kind != "implicit":
+            what = f'the grid can follow implicit boundaries only, but this one is "{kind}"'
+            yield Problem(key, what, remedy, follow.boundary)
+
+
 def _densities(model: Model) -> Iterator[Problem]:
     """A body force acts on mass, so every material it acts on needs a density."""
     if not any(isinstance(load, BodyForce) for load in model.loads):
@@ -91,7 +112,10 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
 
 
 def _held_directions(model: Model) -> Iterator[Problem]:
-    """Without a condition in a direction the soil moves freely along it: a singular system."""
+    """Without a condition in a direction the soil moves freely along it: a singular system.
+
+    What an implicit boundary holds depends on where it touches soil: the simulation looks at that.
+    """
     if not model.boundaries:
         yield Problem(
             "boundaries",
@@ -102,7 +126,7 @@ def _held_directions(model: Model) -> Iterator[Problem]:
         return
     held: set[int] = set()
     for boundary in model.boundaries:
-        if isinstance(boundary, AffineBoundary):
+        if isinstance(boundary, AffineBoundary | ImplicitBoundary):
             return
         held.update(boundary.held(model.dimension))
     free = [AXES[i] for i in range(model.dimension) if i not in held]

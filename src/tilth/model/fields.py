@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, PlainValidator
+from pydantic import AfterValidator, BeforeValidator, PlainValidator
 
 from tilth.errors import Problem
 from tilth.model.problems import reject
@@ -162,6 +162,48 @@ def _times(value: Any) -> tuple[float, ...]:
     return times
 
 
+def some(value: Any) -> Any:
+    """Refuses an empty table or list."""
+    if not value:
+        raise reject("must not be empty", "leave it out, or name at least one axis")
+    return value
+
+
+def _distinct(value: tuple[Axis, ...]) -> tuple[Axis, ...]:
+    if len(set(value)) != len(value):
+        raise reject("names an axis twice")
+    return value
+
+
+def _axes(value: Any) -> Any:
+    if isinstance(value, str):
+        raise reject("must be a list of axes", f'such as ["{value}"]')
+    return value
+
+
+def _not_zero(value: Sequence[float]) -> Sequence[float]:
+    if any(value):
+        return value
+    raise reject("must not be the zero vector", "give a direction of any length, such as [0, 1]")
+
+
+def _axis_or_direction(value: Any) -> str | Sequence[float]:
+    if not isinstance(value, str):
+        return _not_zero(_vector_of(_real)(value))
+    if value in AXES:
+        return value
+    remedy = 'choose from "x", "y", "z", or give a direction such as [1, 0, 1]'
+    raise reject("names no axis", remedy)
+
+
+def _function(value: Any) -> str:
+    file, colon, name = _name(value).rpartition(":")
+    if not (colon and file.endswith(".py") and name.isidentifier()):
+        remedy = 'write the file, a colon and the function\'s name, such as "shape.py:distance"'
+        raise reject("does not name a function in a Python file", remedy)
+    return f"{file}:{name}"
+
+
 Real = Annotated[float, PlainValidator(_real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
@@ -177,6 +219,10 @@ PositivePerDirection = Annotated[
     float | Sequence[float], PlainValidator(_per_direction_of(_positive))
 ]
 CountPerDirection = Annotated[int | Sequence[int], PlainValidator(_per_direction_of(_count))]
+Direction = Annotated[Vector, AfterValidator(_not_zero)]
+AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direction)]
+Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
+PythonFunction = Annotated[str, PlainValidator(_function)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
 Times = Annotated[Sequence[float], PlainValidator(_times)]
@@ -184,6 +230,14 @@ Times = Annotated[Sequence[float], PlainValidator(_times)]
 
 AsTuple = AfterValidator(tuple)
 """Stores a sequence of declarations as a tuple, so that nothing in a model can be changed."""
+
+Components = Annotated[
+    Sequence[Axis],
+    BeforeValidator(_axes),
+    AsTuple,
+    AfterValidator(some),
+    AfterValidator(_distinct),
+]
 
 
 def per_direction(value: float | Sequence[float], dimension: int) -> tuple[float, ...]:
@@ -213,3 +267,11 @@ def extent_problems(lower: Sequence[float], upper: Sequence[float]) -> list[Prob
     if any(high <= low for low, high in zip(lower, upper, strict=True)):
         return [Problem("upper", "must exceed `lower` in every direction", value=upper)]
     return []
+
+
+def starts_from_zero(table: Sequence[Sequence[float]] | None) -> list[Problem]:
+    """Returns a problem where a motion would start with a jump at time 0."""
+    if table is None or table[0][1] == 0.0:
+        return []
+    what = "a displacement starts from the undeformed state, so its first factor must be 0"
+    return [Problem("factor", what, "start the table with [0, 0]", table)]

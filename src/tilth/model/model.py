@@ -14,6 +14,7 @@ from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries
 from tilth.model.fields import AsTuple, Name, Text, factor_at, per_direction
+from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import Material
 from tilth.model.problems import problems_of, reject, rejection
@@ -21,11 +22,14 @@ from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.track import Track
 
-Loaded = PlaneBoundary | NodeBoundary | AffineBoundary | BodyForce | PointForce
+Loaded = PlaneBoundary | NodeBoundary | ImplicitBoundary | AffineBoundary | BodyForce | PointForce
 
 
 FORMAT = 1
 """Version of the case file's schema that this tilth reads."""
+
+BAND = 1e-3
+"""Width of an implicit boundary's band as a fraction of a cell's smallest edge, if not given."""
 
 
 def _format(value: Any) -> int:
@@ -104,6 +108,10 @@ class Model(Declared):
     def factor(self, item: Loaded, time: float) -> float:
         """Returns the load factor [-] of a boundary or load at `time`, see `factor_table`."""
         return factor_at(self.factor_table(item), time)
+
+    def delta(self, boundary: ImplicitBoundary) -> float:
+        """Returns the width of an implicit boundary's band [length]."""
+        return BAND * min(self.cell_size) if boundary.delta is None else boundary.delta
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the model as a dictionary that JSON holds without loss; see `from_dict`."""

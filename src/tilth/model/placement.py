@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks where things lie: conditions on grid lines, bodies inside the limits and at r >= 0."""
+"""Checks where things lie: conditions on grid lines, bodies inside the limits, r >= 0, bands."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.geometry import CircleGeometry
+from tilth.model.implicit import ImplicitBoundary
 from tilth.model.shapes import Circle
 
 if TYPE_CHECKING:
@@ -20,8 +22,8 @@ ON_GRID_LINE = 1e-9
 
 
 def geometry_problems(model: Model) -> list[Problem]:
-    """Returns every boundary off the grid lines and every body out of bounds."""
-    return [*_off_grid_lines(model), *_out_of_bounds(model)]
+    """Returns every boundary off the grid lines or too wide, and every body out of bounds."""
+    return [*_off_grid_lines(model), *_implicit(model), *_out_of_bounds(model)]
 
 
 def _off_grid_lines(model: Model) -> Iterator[Problem]:
@@ -35,6 +37,29 @@ def _off_grid_lines(model: Model) -> Iterator[Problem]:
             if any(lines):
                 remedy = "; ".join(line for line in lines if line)
                 yield Problem(f"boundaries[{i}].at", "is not a grid node", remedy, boundary.at)
+
+
+def _implicit(model: Model) -> Iterator[Problem]:
+    edge = min(model.cell_size)
+    for i, boundary in enumerate(model.boundaries):
+        if not isinstance(boundary, ImplicitBoundary):
+            continue
+        if not 0.0 < model.delta(boundary) <= 0.5 * edge:
+            what = (
+                f"must be greater than 0 and at most {0.5 * edge:g}, half the smallest edge of a "
+                "cell"
+            )
+            remedy = f"leave it out for a thousandth of that edge, {1e-3 * edge:g}"
+            yield Problem(f"boundaries[{i}].delta", what, remedy, boundary.delta)
+        geometry = boundary.geometry
+        if (
+            model.analysis.kind == "axisymmetric"
+            and isinstance(geometry, CircleGeometry)
+            and geometry.centre[0] < 0.0
+        ):
+            what = f"the centre has r = {geometry.centre[0]:g}, but x is the radius in axisymmetry"
+            key = f"boundaries[{i}].geometry.centre"
+            yield Problem(key, what, "keep the centre at x >= 0", geometry.centre)
 
 
 def _nearest_lines(model: Model, direction: int, at: float) -> str:

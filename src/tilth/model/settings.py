@@ -9,10 +9,12 @@ from pydantic import AfterValidator, model_validator
 
 from tilth.model.base import Declared
 from tilth.model.fields import (
+    Components,
     Count,
     CountOrZero,
     Flag,
     Fraction,
+    Name,
     NotNegative,
     PositivePerDirection,
     Text,
@@ -77,11 +79,28 @@ class Limits(Declared):
         return self
 
 
+class Follow(Declared):
+    """A place on an implicit boundary that a grid line goes through in every step.
+
+    A stiff condition on part of a cell holds the whole cell, so the edge of a footing is best on a
+    line. The grid is thrown away after each step; where it stands in the next one is free.
+    """
+
+    boundary: Name
+    """The implicit boundary."""
+    place: Vector
+    """Place that moves with it, at time 0 [length], shape (dimension,): a footing's edge."""
+    axes: Components
+    """Axes along which the grid is moved: "x" puts a line x = const. through the place."""
+
+
 class Grid(Declared):
     """Regular background grid; unbounded unless `limits` are given."""
 
     origin: Vector | None = None
     """A grid node [length], shape (dimension,); zeros where not given."""
+    follow: Follow | None = None
+    """A place that a grid line goes through in every step, in place of that part of `origin`."""
     cell_size: PositivePerDirection
     """Edge length of a cell [length], > 0: one number, or one per direction."""
     limits: Limits | None = None

@@ -46,15 +46,7 @@ class Box(Declared):
     @property
     def axes(self) -> tuple[tuple[float, ...], ...]:
         """Unit vectors of the box's own axes as rows, shape (dimension, dimension)."""
-        n = self.dimension
-        axes = [[float(i == j) for j in range(n)] for i in range(n)]
-        if self.angle:
-            cosine, sine = _cos_sin(self.angle)
-            turned = 2 if n == 2 or self.axis is None else AXES.index(self.axis)
-            first, second = (turned + 1) % 3, (turned + 2) % 3
-            axes[first][first], axes[first][second] = cosine, sine
-            axes[second][first], axes[second][second] = -sine, cosine
-        return tuple(tuple(axis) for axis in axes)
+        return box_axes(self.dimension, self.angle, self.axis)
 
     def bounds(self) -> Bounds:
         """Returns the bounding box of the rotated box."""
@@ -86,7 +78,7 @@ class Polygon(Declared):
             problem = "needs at least three vertices"
         elif self.area == 0.0:
             problem = "encloses no area"
-        elif _crosses_itself(corners):
+        elif crosses_itself(corners):
             problem = "the edges cross or touch each other"
         if problem:
             remedy = "give the corners in order around the body, each once"
@@ -200,6 +192,18 @@ Shape = Annotated[
 ]
 
 
+def box_axes(dimension: int, angle: float, axis: Axis | None) -> tuple[tuple[float, ...], ...]:
+    """Returns the axes of a box rotated by `angle` [degrees] as rows, each a unit vector."""
+    axes = [[float(i == j) for j in range(dimension)] for i in range(dimension)]
+    if angle:
+        cosine, sine = _cos_sin(angle)
+        turned = 2 if dimension == 2 or axis is None else AXES.index(axis)
+        first, second = (turned + 1) % 3, (turned + 2) % 3
+        axes[first][first], axes[first][second] = cosine, sine
+        axes[second][first], axes[second][second] = -sine, cosine
+    return tuple(tuple(axis) for axis in axes)
+
+
 def _cos_sin(degrees: float) -> tuple[float, float]:
     """Returns cosine and sine, exact at multiples of a right angle."""
     quarter, rest = divmod(degrees, 90.0)
@@ -219,13 +223,13 @@ def _around(centre: Sequence[float], reach: Sequence[float]) -> Bounds:
     return tuple(c - r for c, r in pairs), tuple(c + r for c, r in pairs)
 
 
-def _crosses_itself(corners: Sequence[Sequence[float]]) -> bool:
+def crosses_itself(corners: Sequence[Sequence[float]], closed: bool = True) -> bool:
     """Whether two edges that are not neighbours meet, or neighbours fold back on each other."""
-    n = len(corners)
-    edges = [(corners[i], corners[(i + 1) % n]) for i in range(n)]
+    n = len(corners) if closed else len(corners) - 1
+    edges = [(corners[i], corners[(i + 1) % len(corners)]) for i in range(n)]
     for i in range(n):
         for j in range(i + 1, n):
-            if j == i + 1 or (i == 0 and j == n - 1):
+            if j == i + 1 or (closed and i == 0 and j == n - 1):
                 first, second = (i, j) if j == i + 1 else (j, i)
                 (a, b), d = edges[first], edges[second][1]
                 if _turn(a, b, d) == 0.0 and _ahead(a, b, d) <= _ahead(a, b, b):

@@ -10,13 +10,32 @@ from tilth.errors import Problem
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.geometry import (
+    BoxGeometry,
+    CircleGeometry,
+    CylinderGeometry,
+    FootingGeometry,
+    FunctionGeometry,
+    PlaneGeometry,
+    PolylineGeometry,
+    SphereGeometry,
+    StlGeometry,
+)
+from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce
 from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Sphere
+from tilth.model.track import Track
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
 
 _SHAPES_OF = {2: (Box, Polygon, Circle, Mesh), 3: (Box, Cylinder, Sphere, Mesh)}
+_EVERYWHERE = (PlaneGeometry, BoxGeometry, FootingGeometry, FunctionGeometry)
+_GEOMETRIES_OF = {
+    2: (*_EVERYWHERE, CircleGeometry, PolylineGeometry),
+    3: (*_EVERYWHERE, CylinderGeometry, SphereGeometry, StlGeometry),
+}
+_VECTORS_OF_GEOMETRY = ("point", "normal", "centre", "lower", "upper", "along")
 
 
 def size_problems(model: Model) -> list[Problem]:
@@ -33,6 +52,12 @@ def size_problems(model: Model) -> list[Problem]:
         if isinstance(boundary, PlaneBoundary) and boundary.axis in (boundary.range or {}):
             what = f"is the axis the plane is normal to, where `at` = {boundary.at:g} says all"
             problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
+        if isinstance(boundary, ImplicitBoundary):
+            problems += _geometry(f"{key}.geometry", boundary, dimension, kind)
+            problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
+    for i, track in enumerate(model.track):
+        if track.quantity == "moment":
+            problems += _moment(f"track[{i}]", track, dimension, kind)
     return problems
 
 
@@ -43,6 +68,8 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     if model.grid.limits is not None:
         yield "grid.limits.lower", model.grid.limits.lower
         yield "grid.limits.upper", model.grid.limits.upper
+    if model.grid.follow is not None:
+        yield "grid.follow.place", model.grid.follow.place
     for i, body in enumerate(model.bodies):
         for way in ("points_per_cell", "points", "spacing"):
             yield f"bodies[{i}].{way}", getattr(body, way)
@@ -54,6 +81,8 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, NodeBoundary):
             yield f"boundaries[{i}].at", boundary.at
+        elif isinstance(boundary, ImplicitBoundary):
+            yield from _vectors_of_implicit(f"boundaries[{i}]", boundary, model.dimension)
     for i, load in enumerate(model.loads):
         if isinstance(load, BodyForce):
             yield f"loads[{i}].acceleration", load.acceleration
@@ -62,21 +91,45 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
             yield f"loads[{i}].force", load.force
     for i, track in enumerate(model.track):
         yield f"track[{i}].at", track.at
+        yield f"track[{i}].about", track.about
+
+
+def _vectors_of_implicit(
+    key: str, boundary: ImplicitBoundary, dimension: int
+) -> Iterator[tuple[str, Any]]:
+    yield f"{key}.direction", boundary.direction
+    if boundary.rotation is not None:
+        yield f"{key}.rotation.centre", boundary.rotation.centre
+    geometry = boundary.geometry
+    if not isinstance(geometry, _GEOMETRIES_OF[dimension]):
+        return
+    for name in _VECTORS_OF_GEOMETRY:
+        if name != "along" or dimension == 3:
+            yield f"{key}.geometry.{name}", getattr(geometry, name, None)
+    if isinstance(geometry, CylinderGeometry) and not isinstance(geometry.axis, str):
+        yield f"{key}.geometry.axis", geometry.axis
 
 
 def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
     """Yields every entry that names axes or components."""
+    yield "grid.follow.axes", model.grid.follow.axes if model.grid.follow is not None else ()
     for i, boundary in enumerate(model.boundaries):
         key = f"boundaries[{i}]"
         if isinstance(boundary, AffineBoundary):
             continue
-        yield f"{key}.components", boundary.components or ()
         yield f"{key}.displacement", boundary.displacement or {}
+        if isinstance(boundary, ImplicitBoundary):
+            if isinstance(boundary.geometry, BoxGeometry):
+                yield f"{key}.geometry.faces", boundary.geometry.faces or ()
+            continue
+        yield f"{key}.components", boundary.components or ()
         if isinstance(boundary, PlaneBoundary):
             yield f"{key}.axis", boundary.axis
             yield f"{key}.range", boundary.range or {}
     for i, track in enumerate(model.track):
         yield f"track[{i}].axis", track.axis or ()
+        if track.quantity == "moment":
+            continue
         if track.component in AXES or track.component in ("yz", "xz"):
             yield f"track[{i}].component", track.component or ""
 
@@ -101,11 +154,65 @@ def _shape(key: str, body: Body, dimension: int, kind: str) -> Iterator[Problem]
         what = f'does not exist with analysis.kind = "{kind}"'
         yield Problem(f"{key}.type", what, f"choose from {choices}", shape.type)
     if isinstance(shape, Box):
-        if dimension == 2 and shape.axis is not None:
-            remedy = "leave it out: `angle` turns the box in the plane"
-            yield Problem(f"{key}.axis", "is for 3D only", remedy, shape.axis)
-        if dimension == 3 and shape.angle and shape.axis is None:
-            yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
+        yield from _turned_box(key, shape, dimension)
+
+
+def _turned_box(key: str, box: Box | BoxGeometry, dimension: int) -> Iterator[Problem]:
+    if dimension == 2 and box.axis is not None:
+        remedy = "leave it out: `angle` turns the box in the plane"
+        yield Problem(f"{key}.axis", "is for 3D only", remedy, box.axis)
+    if dimension == 3 and box.angle and box.axis is None:
+        yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
+
+
+def _geometry(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -> Iterator[Problem]:
+    geometry = boundary.geometry
+    if not isinstance(geometry, _GEOMETRIES_OF[dimension]):
+        known = _GEOMETRIES_OF[dimension]
+        choices = ", ".join(f'"{cls.model_fields["type"].default}"' for cls in known)
+        what = f'does not exist with analysis.kind = "{kind}"'
+        yield Problem(f"{key}.type", what, f"choose from {choices}", geometry.type)
+    elif isinstance(geometry, BoxGeometry):
+        yield from _turned_box(key, geometry, dimension)
+    elif isinstance(geometry, FootingGeometry):
+        yield from _footing(key, geometry, dimension)
+
+
+def _footing(key: str, footing: FootingGeometry, dimension: int) -> Iterator[Problem]:
+    widths = footing.width if isinstance(footing.width, Sequence) else None
+    if dimension == 2 and widths is not None:
+        yield Problem(f"{key}.width", "must be one number in 2D", "such as width = 2", widths)
+    if dimension == 3 and (widths is None or len(widths) != 2):
+        remedy = "give the width along `along` and that across it, such as width = [2, 1]"
+        yield Problem(f"{key}.width", "must be two numbers in 3D", remedy, footing.width)
+    if dimension == 2 and footing.along is not None:
+        remedy = "leave it out: the normal says all"
+        yield Problem(f"{key}.along", "is for 3D only", remedy, footing.along)
+    if dimension == 3 and footing.along is None:
+        yield Problem(f"{key}.along", "missing", "give the direction of the first width")
+
+
+def _rotation(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -> Iterator[Problem]:
+    rotation = boundary.rotation
+    if rotation is None:
+        return
+    if kind == "axisymmetric":
+        what = "a rotation would break the axisymmetry"
+        yield Problem(key, what, "leave it out", rotation.model_dump(exclude_none=True))
+    elif dimension == 2 and rotation.axis is not None:
+        remedy = "leave it out: the boundary turns in the plane"
+        yield Problem(f"{key}.axis", "is for 3D only", remedy, rotation.axis)
+    elif dimension == 3 and rotation.axis is None:
+        yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
+
+
+def _moment(key: str, track: Track, dimension: int, kind: str) -> Iterator[Problem]:
+    if kind == "axisymmetric":
+        what = "the forces all around the axis have no moment in axisymmetry"
+        yield Problem(f"{key}.quantity", what, 'track the "reaction"', track.quantity)
+    elif dimension == 2 and track.component != "z":
+        what = f"{kind} has moments about z only"
+        yield Problem(f"{key}.component", what, 'give component = "z"', track.component)
 
 
 def _affine(key: str, boundary: AffineBoundary, dimension: int, kind: str) -> Iterator[Problem]:

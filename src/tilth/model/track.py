@@ -12,16 +12,28 @@ from tilth.model.base import Declared
 from tilth.model.fields import Axis, Name, Real, Text, Vector
 from tilth.model.problems import rejection, suggestion
 
-Quantity = Literal["reaction", "displacement", "stress", "top_height", "run_out", "energy"]
+Quantity = Literal[
+    "reaction",
+    "moment",
+    "penetration",
+    "displacement",
+    "stress",
+    "top_height",
+    "run_out",
+    "energy",
+]
 
 _AXES = ("x", "y", "z")
 _COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
     "reaction": _AXES,
+    "moment": _AXES,
     "displacement": (*_AXES, "magnitude"),
     "stress": ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises"),
 }
 _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "reaction": ("boundary", "component"),
+    "moment": ("boundary", "about", "component"),
+    "penetration": ("boundary",),
     "displacement": ("at", "component"),
     "stress": ("at", "component"),
     "top_height": ("of",),
@@ -43,6 +55,8 @@ class Track(Declared):
     | quantity | takes |
     | --- | --- |
     | reaction | `boundary`, `component` x, y, z: force of the boundary on the soil |
+    | moment | `boundary`, `about`, `component` z, in 3D x, y, z: that force's moment |
+    | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy); optional `body` |
     | top_height | `of` "points" or "domains": greatest coordinate upwards; optional `body` |
@@ -55,7 +69,9 @@ class Track(Declared):
     quantity: Quantity
     """What is recorded."""
     boundary: Name | None = None
-    """Boundary whose reaction is recorded."""
+    """Boundary whose reaction, moment or penetration is recorded."""
+    about: Vector | None = None
+    """Place that the moment is taken about [length], shape (dimension,); it does not move."""
     at: Vector | None = None
     """Place [length], shape (dimension,): the material point nearest to it at the start."""
     body: Name | None = None
@@ -82,7 +98,7 @@ class Track(Declared):
             for key in required
             if getattr(self, key) is None
         ]
-        for key in ("boundary", "at", "body", "component", "axis", "of", "kind"):
+        for key in ("boundary", "about", "at", "body", "component", "axis", "of", "kind"):
             value = getattr(self, key)
             if value is not None and key not in allowed:
                 what = f'has no meaning with quantity = "{self.quantity}"'

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..output.snapshot import FloatArray
-from .setup_data import Condition, Load, Setup
+from .setup_data import Condition, Load, Setup, Surface
 from .setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
-from .symbols import arrow, support
+from .surface_view import LINE_STYLES, LINE_WIDTH
+from .symbols import arrow, hatching, support
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Condition", "Load", "Setup", "draw_setup"]
+__all__ = ["Condition", "Load", "Setup", "Surface", "draw_setup"]
 
 _ELONGATED = 6.0
 """Ratio of the sides beyond which the ends are shown enlarged beside the whole."""
@@ -50,8 +51,16 @@ def draw_setup(setup: Setup) -> Figure:
         labelspacing=0.9,
         handlelength=1.6,
     )
+    notes += [
+        f"{surface.name} lies outside the picture"
+        for surface in setup.surfaces
+        if len(surface.places(*setup.bounds())) == 0
+    ]
     if notes:
         figure.supxlabel("\n".join(dict.fromkeys(notes)), fontsize=7.5, color="0.35")
+    layout = figure.get_layout_engine()
+    if layout is not None and setup.surfaces:
+        layout.execute(figure)  # beside a wide legend the layout needs more rounds than its own
     return figure
 
 
@@ -119,6 +128,9 @@ def _legend(setup: Setup) -> list[Any]:
         handles.append(
             Line2D([], [], linestyle="none", markeredgecolor=colour, label=text, **style)
         )
+    for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        handles.append(_surface_handle(surface, colour, setup.length_unit))
     for load in setup.loads:
         total = load.force.sum(axis=0)
         amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()
@@ -129,6 +141,36 @@ def _legend(setup: Setup) -> list[Any]:
         direction = (float(setup.body_force[0]), float(setup.body_force[setup.dim - 1]))
         handles.append(_arrow_handle(direction, f"body force\nacceleration {amount}"))
     return handles
+
+
+_HELD = {
+    "roller": "normal held",
+    "fixed": "all held",
+    "tangential": "tangential held",
+    "direction": "one direction held",
+}
+
+
+def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
+    """A piece of the surface with its supports below."""
+    from matplotlib.lines import Line2D
+
+    text = f"{surface.name}\nimplicit, {_HELD.get(surface.kind, surface.kind)}"
+    if surface.displacement is not None:
+        largest = float(np.linalg.norm(surface.displacement, axis=1).max(initial=0.0))
+        text += f",\nmoves up to {largest:.4g} {unit}".rstrip()
+    return Line2D(
+        [],
+        [],
+        color=colour,
+        linewidth=LINE_WIDTH,
+        linestyle=LINE_STYLES.get(surface.kind, "-"),
+        marker=support("roller", 1, -1) if surface.kind == "roller" else hatching(),
+        markersize=19,
+        markerfacecolor="white",
+        markeredgewidth=0.9,
+        label=text,
+    )
 
 
 def _arrow_handle(direction: tuple[float, float], label: str) -> Any:

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..output.snapshot import FloatArray
 from .setup_data import Setup
-from .setup_view import BODY_COLOURS, draw_view
+from .setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
 from .space import draw_space
+from .surface_lines import clip_triangles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,9 +40,23 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     colours = palette[setup.body_id % len(palette)]
     unit = setup.length_unit
     draw_space(space, setup.position, setup.half_lengths, colours, lower, upper, unit, 0.2)
+    _draw_surfaces(space, setup, lower, upper)
     true = bool(size.min() >= 0.2 * size.max())
     space.set_title("in space" if true else "in space (thickness exaggerated)", fontsize=9)
     return figure
+
+
+def _draw_surfaces(axes: Any, setup: Setup, lower: FloatArray, upper: FloatArray) -> None:
+    """What lies between two corners of the space, so pale that the soil is seen through it."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
+
+    for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        area, _ = clip_triangles(surface.corner, lower, upper)
+        if area:
+            axes.add_collection3d(
+                Poly3DCollection(area, facecolors=colour, alpha=0.3, linewidths=0.0)
+            )
 
 
 def _ratio(first: float, second: float) -> list[float]:

@@ -10,6 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..output.snapshot import FloatArray, IntArray
+from .surface_lines import clip_segments, clip_triangles, moved_corners
+
+_NEAR = 0.08
+"""How far around the soil surfaces are seen, as a part of its longest side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +41,37 @@ class Load:
 
 
 @dataclass(frozen=True, eq=False)
+class Surface:
+    """An implicit boundary of n facets at the start; ``dim`` is 2 or 3."""
+
+    name: str
+    kind: str
+    """roller, fixed, tangential or direction"""
+    corner: FloatArray
+    """Segments in 2D, triangles in 3D [length], shape (n, dim, dim): facet, corner, coordinate."""
+    normal: FloatArray
+    """Unit normals into the soil, shape (n, dim)."""
+    displacement: FloatArray | None = None
+    """Displacement of the facets' centres at the end [length], (n, dim); None for zero."""
+    bounded: bool = False
+    """Of finite size, so that it is seen whole where it is not larger than the soil."""
+
+    def places(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        """Corners of what lies between two corners of the space at start and end; (k, dim)."""
+        corners = [self.corner]
+        if self.displacement is not None:
+            corners.append(moved_corners(self.corner, self.displacement))
+        dim = len(lower)
+        parts = [np.empty((0, dim))]
+        for corner in corners:
+            if dim == 2:
+                parts.append(clip_segments(corner, lower, upper)[0].reshape(-1, 2))
+            else:
+                parts += clip_triangles(corner, lower, upper)[0]
+        return np.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False)
 class Setup:
     """Everything :func:`draw_setup` shows; n points, ``dim`` 2 or 3."""
 
@@ -56,6 +91,7 @@ class Setup:
     """A node of the grid, shape (dim,)."""
     conditions: Sequence[Condition] = field(default_factory=tuple)
     loads: Sequence[Load] = field(default_factory=tuple)
+    surfaces: Sequence[Surface] = ()
     body_force: FloatArray | None = None
     """Acceleration at factor 1, shape (dim,), or None."""
     force_unit: str = ""
@@ -68,13 +104,27 @@ class Setup:
         return ("r" if self.kind == "axisymmetric" else "x", "y", "z")
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Corners of what must be seen: soil, conditions and about one cell around them."""
+        """Corners of what must be seen: soil, conditions and about one cell around them.
+
+        Of surfaces, which may reach far away, what is near everything else is seen.
+        """
         places = [self.position]
         if self.half_lengths is not None:
             places += [self.position - self.half_lengths, self.position + self.half_lengths]
         places += [condition.position for condition in self.conditions if len(condition.position)]
         places += [load.position for load in self.loads if len(load.position)]
         everything = np.concatenate(places)
+        lower, upper = everything.min(axis=0), everything.max(axis=0)
+        longest = float((upper - lower).max())
+        near = np.maximum(0.5 * self.cell_size, _NEAR * longest)
+        around: list[FloatArray] = []
+        for surface in self.surfaces:
+            seen = surface.places(lower - longest, upper + longest)
+            small = len(seen) > 0 and float(np.ptp(seen, axis=0).max()) <= longest
+            if not (surface.bounded and small):
+                seen = surface.places(lower - near, upper + near)
+            around.append(seen)
+        everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower
         margin = np.maximum(0.75 * self.cell_size, 0.04 * float(size.max()))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ..output.snapshot import FloatArray, IntArray
 from .fields import with_unit
 from .setup_data import Condition, Setup
-from .symbols import support
+from .surface_view import draw_surface
+from .symbols import arrows, support
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,6 +56,9 @@ def draw_view(
     _draw_grid(axes, setup, chosen, low, high, notes)
     _draw_bodies(axes, setup, chosen, lower, upper, notes)
     _draw_body_force(axes, setup, chosen, lower, upper)
+    for number, surface in enumerate(setup.surfaces):
+        colour = CONDITION_COLOURS[(len(setup.conditions) + number) % len(CONDITION_COLOURS)]
+        draw_surface(axes, surface, chosen, lower, upper, colour, symbols)
     if not symbols:
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))
@@ -64,7 +68,7 @@ def draw_view(
     for load in setup.loads:
         position, force = load.position[:, chosen], load.force[:, chosen]
         keep = inside(load.position, lower, upper)
-        _arrows(axes, position[keep], force[keep], LOAD_COLOUR, pivot="tip")
+        arrows(axes, position[keep], force[keep], LOAD_COLOUR, pivot="tip")
 
 
 def inside(position: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
@@ -188,7 +192,7 @@ def _draw_body_force(
     for body in np.unique(setup.body_id[seen]):
         own = setup.position[seen & (setup.body_id == body)][:, chosen]
         middle = own.mean(axis=0, keepdims=True)
-        _arrows(axes, middle, setup.body_force[None, chosen], LOAD_COLOUR, pivot="middle")
+        arrows(axes, middle, setup.body_force[None, chosen], LOAD_COLOUR, pivot="middle")
 
 
 def _draw_condition(
@@ -217,7 +221,7 @@ def _draw_condition(
     pick = np.arange(len(nodes))[:: max(every, 1)]
     if condition.displacement is not None:
         moved = condition.displacement[seen][first][:, chosen]
-        _arrows(axes, nodes[pick], moved[pick], colour, pivot="tail")
+        arrows(axes, nodes[pick], moved[pick], colour, pivot="tail")
         return
     for mask in np.unique(held[pick], axis=0):
         group = nodes[pick][np.all(held[pick] == mask, axis=1)]
@@ -251,30 +255,3 @@ def _outward(nodes: FloatArray, mask: NDArray[np.bool_], middle: FloatArray) -> 
         axis = int(np.argmin(spread)) if len(nodes) > 1 else 1
     distance = float(nodes[:, axis].mean() - middle[axis])
     return axis, 1 if distance > 0.0 else -1
-
-
-def _arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, pivot: str) -> None:
-    """Arrows of at most 0.45 inch; ``pivot`` is the part at the places: tip, tail or middle."""
-    longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
-    if longest == 0.0:
-        axes.plot(
-            *position.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
-        )
-        return
-    axes.quiver(
-        *position.T,
-        *(0.45 * vectors / longest).T,
-        color=colour,
-        angles="xy",
-        scale=1.0,
-        scale_units="inches",
-        units="inches",
-        width=0.022,
-        headwidth=4.5,
-        headlength=5.5,
-        headaxislength=5.0,
-        pivot=pivot,
-        zorder=5,
-        clip_on=False,
-        in_layout=False,
-    )

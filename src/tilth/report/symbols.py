@@ -10,6 +10,7 @@ import numpy as np
 from ..output.snapshot import FloatArray
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.path import Path
 
 
@@ -49,6 +50,45 @@ def arrow(direction: tuple[float, float]) -> Path:
     turned = shape @ np.array([[c, s], [-s, c]])
     codes = [Path.MOVETO] + [Path.LINETO] * 6 + [Path.CLOSEPOLY]
     return Path(np.vstack([turned, turned[:1]]), codes)
+
+
+def hatching() -> Path:
+    """The marker of a rigid boundary in legends: strokes that hang below a line."""
+    from matplotlib.path import Path
+
+    strokes = [
+        Path([[x, 0.0], [x - 0.25, -0.45]], [Path.MOVETO, Path.LINETO])
+        for x in (-0.25, 0.05, 0.35, 0.65)
+    ]
+    frame = Path([[0.0, 1.0], [0.0, 1.0]], [Path.MOVETO, Path.LINETO])  # fixes the scale
+    return Path.make_compound_path(*strokes, frame)
+
+
+def arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, pivot: str) -> None:
+    """Arrows of at most 0.45 inch; ``pivot`` is the part at the places: tip, tail or middle."""
+    longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+    if longest == 0.0:
+        axes.plot(
+            *position.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
+        )
+        return
+    axes.quiver(
+        *position.T,
+        *(0.45 * vectors / longest).T,
+        color=colour,
+        angles="xy",
+        scale=1.0,
+        scale_units="inches",
+        units="inches",
+        width=0.022,
+        headwidth=4.5,
+        headlength=5.5,
+        headaxislength=5.0,
+        pivot=pivot,
+        zorder=5,
+        clip_on=False,
+        in_layout=False,
+    )
 
 
 def _turn(vertices: FloatArray, axis: int, sign: int) -> FloatArray:

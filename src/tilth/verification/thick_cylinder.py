@@ -81,7 +81,7 @@ def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
     pressure = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        pressure.append(result.resultants[inner.name][0] / (2.0 * math.pi * a * height))
+        pressure.append(result.resultant(inner.name)[0] / (2.0 * math.pi * a * height))
 
     points = march(varied(model, changes), after_step).points
     exact = ThickCylinder(a, b, inner.displacement["x"], material)

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Cuts segments (2D) and triangles (3D) at the lines or planes of the grid, so that each piece lies
+// in one cell.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace tilth::boundary {
+
+template <int Dim>
+using Place = std::array<double, Dim>;
+
+/// A segment, or a convex polygon in space.
+template <int Dim>
+using Shape = std::vector<Place<Dim>>;
+
+/// Pieces: their corners, flat, and the facet that each was cut from.
+struct Pieces {
+  std::vector<double> corner;
+  std::vector<std::int64_t> facet;
+};
+
+/// Distance from a line, in cells, below which a corner lies on it.
+inline constexpr double on_line = 1e-12;
+
+/// Appends to `low` and `high` the parts of a shape on either side of x[axis] = `line`.
+template <int Dim>
+void split(const Shape<Dim>& shape, int axis, double line, double tolerance, Shape<Dim>& low,
+           Shape<Dim>& high) {
+  const std::size_t corners = shape.size();
+  const std::size_t edges = Dim == 2 ? 1 : corners;  // a segment is not closed
+  for (std::size_t i = 0; i < corners; ++i) {
+    const Place<Dim>& here = shape[i];
+    const double side = here[axis] - line;
+    if (side <= tolerance) low.push_back(here);
+    if (side >= -tolerance) high.push_back(here);
+    if (i >= edges) continue;
+    const Place<Dim>& next = shape[(i + 1) % corners];
+    const double other = next[axis] - line;
+    if (std::min(side, other) >= -tolerance || std::max(side, other) <= tolerance) continue;
+    Place<Dim> crossing;
+    for (int k = 0; k < Dim; ++k)
+      crossing[k] = here[k] + side / (side - other) * (next[k] - here[k]);
+    crossing[axis] = line;
+    low.push_back(crossing);
+    high.push_back(crossing);
+  }
+}
+
+/// Cuts a shape at all lines of the axes from `axis` on and adds its pieces as simplices.
+template <int Dim>
+void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const double* cell_size,
+               std::int64_t facet, Pieces& pieces) {
+  if (static_cast<int>(shape.size()) < Dim) return;
+  if (axis == Dim) {
+    for (std::size_t i = 1; i + 1 < std::max<std::size_t>(shape.size(), 3); ++i) {
+      const std::array<std::size_t, 3> corners{0, i, i + 1};
+      for (int c = 0; c < Dim; ++c)
+        pieces.corner.insert(pieces.corner.end(), shape[corners[c]].begin(),
+                             shape[corners[c]].end());
+      pieces.facet.push_back(facet);
+    }
+    return;
+  }
+  double least = shape[0][axis], greatest = shape[0][axis];
+  for (const auto& corner : shape) {
+    least = std::min(least, corner[axis]);
+    greatest = std::max(greatest, corner[axis]);
+  }
+  const double h = cell_size[axis];
+  const double first = std::floor((least - origin[axis]) / h + on_line) + 1.0;
+  Shape<Dim> rest = shape;
+  for (double number = first; origin[axis] + number * h < greatest - on_line * h; number += 1.0) {
+    Shape<Dim> low, high;
+    split<Dim>(rest, axis, origin[axis] + number * h, on_line * h, low, high);
+    cut_shape<Dim>(low, axis + 1, origin, cell_size, facet, pieces);
+    rest = std::move(high);
+  }
+  cut_shape<Dim>(rest, axis + 1, origin, cell_size, facet, pieces);
+}
+
+/// Cuts facets, `corner` (facets, Dim, Dim).
+template <int Dim>
+Pieces cut_simplices(std::int64_t facets, const double* corner, const double* origin,
+                     const double* cell_size) {
+  Pieces pieces;
+  for (std::int64_t f = 0; f < facets; ++f) {
+    Shape<Dim> shape(Dim);
+    for (int c = 0; c < Dim; ++c)
+      for (int k = 0; k < Dim; ++k) shape[c][k] = corner[(f * Dim + c) * Dim + k];
+    cut_shape<Dim>(shape, 0, origin, cell_size, f, pieces);
+  }
+  return pieces;
+}
+
+}  // namespace tilth::boundary

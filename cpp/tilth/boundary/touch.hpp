@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which places of a boundary touch the soil: those inside the ellipsoid around a material point's
+// box that goes through the box's corners. Boxes that tile a body reach exactly to its faces,
+// however the body is turned.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "../grid.hpp"
+#include "../parallel.hpp"
+
+namespace tilth::boundary {
+
+/// Points sorted by the cell they lie in: point `order[i]` lies in cell `key[i]`.
+struct PointsByCell {
+  std::vector<std::int64_t> key;
+  std::vector<std::int64_t> order;
+};
+
+template <int Dim>
+std::int64_t cell_of(const double* place, const double* origin, const double* cell_size) {
+  Lattice index{0, 0, 0};
+  for (int k = 0; k < Dim; ++k)
+    index[k] = static_cast<std::int64_t>(std::floor((place[k] - origin[k]) / cell_size[k]));
+  return pack(index);
+}
+
+template <int Dim>
+PointsByCell sort_by_cell(std::int64_t points, const double* position, const double* origin,
+                          const double* cell_size) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> pairs(points);
+  for (std::int64_t p = 0; p < points; ++p)
+    pairs[p] = {cell_of<Dim>(position + Dim * p, origin, cell_size), p};
+  if (!std::is_sorted(pairs.begin(), pairs.end())) std::sort(pairs.begin(), pairs.end());
+  PointsByCell result;
+  result.key.resize(points);
+  result.order.resize(points);
+  for (std::int64_t i = 0; i < points; ++i) {
+    result.key[i] = pairs[i].first;
+    result.order[i] = pairs[i].second;
+  }
+  return result;
+}
+
+/// Number of the point nearest to each place, in units of its box, among those that it touches; -1
+/// where it touches none. Looks one cell around the place.
+template <int Dim>
+void touching_points(std::int64_t places, const double* place, std::int64_t points,
+                     const double* position, const double* half_length, const double* origin,
+                     const double* cell_size, std::int64_t* nearest) {
+  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
+  constexpr double reach = Dim * (1.0 + 1e-9);
+#pragma omp parallel for schedule(static) if (8 * places >= parallel_from)
+  for (std::int64_t q = 0; q < places; ++q) {
+    const double* x = place + Dim * q;
+    const Lattice own = unpack(cell_of<Dim>(x, origin, cell_size));
+    double least = reach;
+    nearest[q] = -1;
+    for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
+      for (int j = -1; j <= 1; ++j) {
+        // the three cells of a row along x have consecutive keys
+        const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
+                                            pack({own[0] - 1, own[1] + j, own[2] + k}));
+        const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
+        for (auto i = begin - sorted.key.begin();
+             i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
+          const std::int64_t p = sorted.order[i];
+          double measure = 0.0;
+          for (int axis = 0; axis < Dim; ++axis) {
+            const double ratio = (x[axis] - position[Dim * p + axis]) / half_length[Dim * p + axis];
+            measure += ratio * ratio;
+          }
+          if (measure <= least && (measure < least || nearest[q] < 0)) {
+            least = measure;
+            nearest[q] = p;
+          }
+        }
+      }
+  }
+}
+
+}  // namespace tilth::boundary

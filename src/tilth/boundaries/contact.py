@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One implicit boundary in one step: where it touches soil, and the forces that it exerts there.
+
+With N the shape functions of a cell, the boundary's internal force is the surface form
+
+    f_a = integral of N_a [traction + P w],    w = sum_b N_b u_b - prescribed displacement,
+
+with the penalty P = 4 / (3 delta) Pi Q Pi, the projector Pi on the constrained directions and the
+acoustic tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form adds the
+terms of `BandContact`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.boundaries.implicit import Implicit, Pose
+from tilth.boundaries.protocol import Floats
+from tilth.coupling import Coupling
+from tilth.grid import ActiveGrid
+
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where n quadrature points act on the active grid: each on the corners of one cell.
+
+    The cell is the one a point lies in, or, where no soil reaches that cell, the cell of the
+    nearest material point; its shape functions are then extrapolated, so that they still sum
+    to one and are exact for linear fields.
+
+    Attributes:
+        start: first point of each cell, shape (cells + 1,).
+        node: corners of each cell, x fastest, shape (cells, 2^dim).
+        value: shape functions N [-], shape (n, 2^dim).
+        gradient: [1/length], shape (n, 2^dim, dim).
+    """
+
+    start: Integers
+    node: npt.NDArray[np.int32]
+    value: Floats
+    gradient: Floats
+
+    @property
+    def cell(self) -> Integers:
+        """The cell of each point, shape (n,)."""
+        return np.repeat(np.arange(len(self.node)), np.diff(self.start))
+
+    def interpolate(self, nodal: Floats) -> Floats:
+        """Returns sum_a N_a nodal_a, shape (n, k)."""
+        return np.asarray(np.einsum("na,nak->nk", self.value, nodal[self.node[self.cell]]))
+
+
+def locate_places(active: ActiveGrid, place: Floats, fallback: Floats) -> tuple[Integers, Place]:
+    """Finds the cells that places act on; returns the order by cell, and what it orders.
+
+    place, fallback: the places, and the material point nearest to each [length], (n, dim).
+    """
+    grid, dim = active.grid, active.grid.dim
+    corner = _corners(dim)
+    own = np.floor((place - grid.origin) / grid.cell_size).astype(np.int64)
+    known = np.isin(lattice_keys(own), active.cell_keys)
+    near = np.floor((fallback - grid.origin) / grid.cell_size).astype(np.int64)
+    lattice = np.where(known[:, None], own, near)
+    key = lattice_keys(lattice)
+    order = np.argsort(key, kind="stable")
+    lattice, key = lattice[order], key[order]
+    first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
+    cells = np.pad(lattice[first], ((0, 0), (0, 3 - dim)))
+    node = active.find((cells[:, None] + corner).reshape(-1, 3)).reshape(len(first), -1)
+    assert (node >= 0).all(), "the cell of a material point is active"
+    xi = (place[order] - grid.origin) / grid.cell_size - lattice
+    value, gradient = np.ones((len(xi), len(corner))), []
+    hats = np.stack([1.0 - xi, xi], axis=2)  # (n, dim, 2)
+    slopes = np.array([-1.0, 1.0]) / grid.cell_size[:, None]  # (dim, 2)
+    for k in range(dim):
+        value = value * hats[:, k, corner[:, k]]
+        part = np.tile(slopes[k, corner[:, k]], (len(xi), 1))
+        for j in range(dim):
+            if j != k:
+                part = part * hats[:, j, corner[:, j]]
+        gradient.append(part)
+    start = np.append(first, len(key))
+    return order, Place(start, node.astype(np.int32), value, np.stack(gradient, axis=2))
+
+
+def _corners(dim: int) -> Integers:
+    """Corners of a cell from its lowest one, x fastest, shape (2^dim, 3)."""
+    return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
+
+
+def lattice_keys(lattice: Integers) -> Integers:
+    """Returns the keys of lattice places (n, dim), of cells those of their lowest nodes."""
+    return np.asarray(
+        _core.node_keys(np.ascontiguousarray(np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1])))))
+    )
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The quadrature points of a boundary that touch soil in one step, ordered by cell.
+
+    Attributes:
+        boundary: the boundary.
+        chosen: numbers of its terms, shape (n,).
+        at: the cells that they act on.
+        pose: their place and direction.
+        moduli: constrained modulus (capped) and shear modulus of the soil there [stress], (n, 2).
+        axisymmetric: whether the hoop counts.
+    """
+
+    boundary: Implicit
+    chosen: Integers
+    at: Place
+    pose: Pose
+    moduli: Floats
+    axisymmetric: bool
+
+    @cached_property
+    def penalty(self) -> Floats:
+        """P, the stress per slip [stress/length], shape (n, dim, dim)."""
+        normal, projector = self.pose.normal, self.pose.projector
+        constrained, shear = self.moduli.T
+        across = normal[:, :, None] * normal[:, None, :]
+        acoustic = shear[:, None, None] * np.eye(normal.shape[1])
+        acoustic = acoustic + (constrained - shear)[:, None, None] * across
+        assert self.boundary.terms is not None
+        square = self.boundary.terms.square[self.chosen]
+        return np.asarray(square[:, None, None] * (projector @ acoustic @ projector))
+
+    @cached_property
+    def before(self) -> Floats:
+        """What the points carry from the last step, turned into the middle of this one."""
+        return turned(self.boundary.carried[self.chosen], self.pose, 0)
+
+    def coupling(self) -> Coupling:
+        """Returns the forces as elements of one cell each."""
+        dim = self.pose.place.shape[1]
+        weight = self.pose.weight
+        constant = self.before[:, :dim] - np.einsum("nij,nj->ni", self.penalty, self.pose.increment)
+        matrix, force = _core.surface_elements(
+            self.at.start,
+            self.at.value,
+            np.ascontiguousarray(weight[:, None, None] * self.penalty),
+            np.ascontiguousarray(weight[:, None] * constant),
+        )
+        return Coupling(node=self.at.node, matrix=np.asarray(matrix), force=np.asarray(force))
+
+    def after(self, displacement: Floats) -> Floats:
+        """Returns what the points carry at the end of a step with this nodal displacement."""
+        slip = self.at.interpolate(displacement) - self.pose.increment
+        return np.asarray(self.before + np.einsum("nij,nj->ni", self.penalty, slip))
+
+    def nodal_force(self, carried: Floats, nodes: int) -> Floats:
+        """Returns the boundary's internal force of what its points carry, shape (nodes, dim)."""
+        dim = self.pose.place.shape[1]
+        force = np.zeros((nodes, dim))
+        share = self.at.value[:, :, None] * (self.pose.weight[:, None] * carried)[:, None, :dim]
+        np.add.at(force, self.at.node[self.at.cell], share)
+        return force
+
+    def commit(self, carried: Floats) -> None:
+        """Carries on to the next step; what touches no soil carries nothing."""
+        kept = np.zeros_like(self.boundary.carried)
+        kept[self.chosen] = turned(carried, self.pose, 1)
+        self.boundary.carried = kept
+
+
+def turned(carried: Floats, pose: Pose, part: int) -> Floats:
+    """Returns carried vectors (and tensors behind them) turned by a half of the step's motion."""
+    if pose.turn is None:
+        return carried
+    dim = pose.place.shape[1]
+    turn = pose.turn[part]
+    result = carried.copy()
+    result[:, :dim] = np.einsum("nij,nj->ni", turn, carried[:, :dim])
+    if carried.shape[1] > dim:
+        whole = np.tile(np.eye(3), (len(carried), 1, 1))
+        whole[:, :dim, :dim] = turn
+        tensor = carried[:, dim:].reshape(-1, 3, 3)
+        result[:, dim:] = (whole @ tensor @ np.swapaxes(whole, 1, 2)).reshape(-1, 9)
+    return result

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All implicit boundaries of a step taken together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from tilth import _core
+from tilth.boundaries.band import BandContact
+from tilth.boundaries.contact import Contact, Integers, lattice_keys, locate_places
+from tilth.boundaries.implicit import Implicit, Pose
+from tilth.boundaries.protocol import Flags, Floats
+from tilth.coupling import Coupling
+from tilth.errors import BadInput
+from tilth.grid import ActiveGrid
+from tilth.points import MaterialPoints
+
+LARGEST_CONSTRAINED_MODULUS = 3.0
+"""Cap on the constrained modulus that scales the penalty, in units of Young's modulus.
+
+The exact one grows without limit towards nu = 1/2 and would spoil the matrix's condition; with the
+carried traction its value does not change the converged reaction.
+"""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What the implicit boundaries do in one step.
+
+    Attributes:
+        active: the grid of the step.
+        parts: one per boundary that touches soil.
+        untouched: names of the other boundaries.
+    """
+
+    active: ActiveGrid
+    parts: list[Contact]
+    untouched: list[str]
+
+    @classmethod
+    def gather(
+        cls,
+        boundaries: list[Implicit],
+        points: MaterialPoints,
+        active: ActiveGrid,
+        kind: str,
+        before: float,
+        after: float,
+    ) -> Contacts:
+        """Finds out where the boundaries touch soil in the step from time `before` to `after`."""
+        if not boundaries:
+            return cls(active, [], [])
+        poses = [_pose(boundary, points, before, after) for boundary in boundaries]
+        surfaces = [_surface_places(b, pose) for b, pose in zip(boundaries, poses, strict=True)]
+        nearest = np.asarray(
+            _core.touching_points(
+                np.concatenate(surfaces), points.position, points.half_length,
+                active.grid.origin, active.grid.cell_size,
+            )
+        )  # fmt: skip
+        moduli = np.array(
+            [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
+        )
+        stops = np.array([body.stop for body in points.bodies])
+        ends = np.cumsum([len(places) for places in surfaces])
+        parts, untouched = [], []
+        for boundary, pose, end, places in zip(boundaries, poses, ends, surfaces, strict=True):
+            assert boundary.terms is not None
+            point = nearest[end - len(places) : end][boundary.terms.on_surface]
+            chosen = np.flatnonzero(point >= 0)
+            if len(chosen) == 0:
+                untouched.append(boundary.name)
+                continue
+            order, at = locate_places(active, pose.place[chosen], points.position[point[chosen]])
+            chosen = chosen[order]
+            body = np.searchsorted(stops, point[chosen], side="right")
+            make = Contact if boundary.declared.form == "surface" else BandContact
+            parts.append(
+                make(
+                    boundary=boundary,
+                    chosen=chosen,
+                    at=at,
+                    pose=pose.of(chosen),
+                    moduli=moduli[body],
+                    axisymmetric=kind == "axisymmetric",
+                )
+            )
+        return cls(active, parts, untouched)
+
+    def behind(self) -> tuple[Integers, Floats]:
+        """Returns the cells that lie behind boundaries by more than half: keys, and how much.
+
+        From 0 where half of the cell is in front to 1 where nothing of it is, times the square of
+        the normal's component along each axis, shape (cells, dim).
+        """
+        grid = self.active.grid
+        keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, grid.dim))]
+        for part in self.parts:
+            normal, place = part.pose.normal, part.pose.place
+            half = 0.5 * (np.abs(normal) @ grid.cell_size)[:, None]
+            for inside in (place, place - half * normal):
+                lattice = np.floor((inside - grid.origin) / grid.cell_size)
+                centre = grid.origin + (lattice + 0.5) * grid.cell_size
+                depth = np.einsum("ni,ni->n", place - centre, normal)[:, None] / half
+                keys.append(lattice_keys(lattice.astype(np.int64)))
+                depths.append(np.clip(depth, 0.0, 1.0) * normal**2)
+        key, number = np.unique(np.concatenate(keys), return_inverse=True)
+        depth = np.zeros((len(key), grid.dim))
+        np.maximum.at(depth, number, np.concatenate(depths))
+        return key, depth
+
+    def couplings(self) -> list[Coupling]:
+        """Returns the boundaries' forces, linear in the displacement of the step."""
+        return [part.coupling() for part in self.parts]
+
+    def reaction_before(self, initial: Floats, held: Flags, constant: Floats) -> Floats:
+        """Returns the nodal forces of all boundaries at the start of the step, (nodes, dim).
+
+        initial: what the held nodes bear at zero displacement, shape (nodes, dim). It contains
+        `constant`, the force by which implicit boundaries begin to move the soil; what acted before
+        the step is what they carry.
+        """
+        carried = np.zeros_like(initial)
+        for part in self.parts:
+            carried += part.nodal_force(part.before, self.active.nodes)
+        return np.asarray(initial - np.where(held, constant - carried, 0.0) - carried)
+
+    def forces(self, carried: list[Floats]) -> dict[str, Floats]:
+        """Returns each boundary's nodal forces on the soil at the end, (nodes, dim), by name."""
+        still = np.zeros((self.active.nodes, self.active.grid.dim))
+        forces = dict.fromkeys(self.untouched, still)
+        for part, each in zip(self.parts, carried, strict=True):
+            forces[part.boundary.name] = -part.nodal_force(each, self.active.nodes)
+        return forces
+
+    def after(self, displacement: Floats) -> list[Floats]:
+        """Returns what each part carries at the end of a step, see `Contact.after`."""
+        return [part.after(displacement) for part in self.parts]
+
+    def commit(self, carried: list[Floats]) -> None:
+        """Carries on to the next step."""
+        for part, each in zip(self.parts, carried, strict=True):
+            part.commit(each)
+
+
+def _moduli(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
+    """Returns the capped constrained modulus and the shear modulus [stress]."""
+    nu = poisson_ratio
+    constrained = young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    return (
+        min(constrained, LARGEST_CONSTRAINED_MODULUS * young_modulus),
+        young_modulus / (2.0 * (1.0 + nu)),
+    )
+
+
+def _pose(boundary: Implicit, points: MaterialPoints, before: float, after: float) -> Pose:
+    """Returns the pose of a boundary that reaches as far as the soil."""
+    reach = points.half_length.max(axis=0)
+    lower, upper = points.position.min(axis=0) - reach, points.position.max(axis=0) + reach
+    box = np.stack([lower, upper])
+    dim = box.shape[1]
+    corners = np.array([[box[i, k] for k, i in enumerate(c)] for c in np.ndindex(*(2,) * dim)])
+    at_rest = boundary.motion.reference(corners, boundary.factor(before))
+    boundary.cover(at_rest.min(axis=0), at_rest.max(axis=0))
+    return boundary.pose(before, after)
+
+
+def _surface_places(boundary: Implicit, pose: Pose) -> Floats:
+    """Returns where the surface points are at the start of the step, shape (n, dim)."""
+    terms = boundary.terms
+    assert terms is not None
+    if boundary.declared.form == "surface":
+        return pose.place
+    _, first = np.unique(terms.on_surface, return_index=True)
+    return np.ascontiguousarray(pose.place[first])
+
+
+def require_agreement(
+    boundaries: list[Implicit], contacts: Contacts, times: Sequence[float]
+) -> None:
+    """Checks that boundaries that coincide do not prescribe contradictory displacements.
+
+    Raises:
+        BadInput: names two boundaries and the place.
+    """
+    for one, two in combinations(contacts.parts, 2):
+        for part, other in ((one, two), (two, one)):
+            terms = part.boundary.terms
+            assert terms is not None
+            places = terms.reference[part.chosen]
+            close = np.abs(other.boundary.distance(places, 0.0)) <= max(
+                part.boundary.delta, other.boundary.delta
+            )
+            _require_same(part, other, np.flatnonzero(close), times, boundaries)
+
+
+def _require_same(
+    part: Contact,
+    other: Contact,
+    chosen: Integers,
+    times: Sequence[float],
+    boundaries: list[Implicit],
+) -> None:
+    if len(chosen) == 0:
+        return
+    terms = part.boundary.terms
+    assert terms is not None
+    place = terms.reference[part.chosen][chosen]
+    projector = part.pose.projector[chosen]
+    foreign = other.boundary.projector_at(place)
+    for time in times:
+        own = part.boundary.motion.place(place, part.boundary.factor(time)) - place
+        theirs = other.boundary.motion.place(place, other.boundary.factor(time)) - place
+        both = np.concatenate([projector, foreign], axis=1)
+        wanted = np.concatenate(
+            [
+                np.einsum("nij,nj->ni", projector, own),
+                np.einsum("nij,nj->ni", foreign, theirs),
+            ],
+            axis=1,
+        )
+        best = np.einsum("nij,nj->ni", np.linalg.pinv(both), wanted)
+        rest = np.abs(np.einsum("nij,nj->ni", both, best) - wanted).max(axis=1)
+        size = max(float(np.abs(wanted).max()), 1e-300)
+        if rest.max() > 1e-6 * size:
+            worst = int(rest.argmax())
+            at = ", ".join(f"{x:g}" for x in place[worst])
+            number = [b.name for b in boundaries].index(part.boundary.name)
+            raise BadInput(
+                f"boundaries {part.boundary.name!r} and {other.boundary.name!r} prescribe "
+                f"contradictory displacements at the place ({at})",
+                "move one of them, or give both the same motion",
+                key=f"boundaries[{number}]",
+            )

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Prescribed motion of a boundary: where its places are at a given factor."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol, cast
+
+import numpy as np
+
+from tilth.boundaries.protocol import Floats
+from tilth.geometry.protocol import Geometry, RoundGeometry
+from tilth.model import ImplicitBoundary, Model
+from tilth.model.fields import AXES
+from tilth.user_function import UserFunction
+
+STEP = 1e-6
+"""Step of the differences that give the gradient of a user's motion, relative to a cell."""
+
+
+class Motion(Protocol):
+    """The map x = motion(X, factor) from the places X of a boundary at rest; n places."""
+
+    def place(self, reference: Floats, factor: float) -> Floats:
+        """Returns x [length], shape (n, dim)."""
+        ...
+
+    def reference(self, place: Floats, factor: float) -> Floats:
+        """Returns the X that are at x now [length], shape (n, dim)."""
+        ...
+
+    def gradient(self, reference: Floats, factor: float) -> Floats:
+        """Returns dx/dX [-], shape (n, dim, dim)."""
+        ...
+
+
+class LinearMotion:
+    """Change of radius about the geometry's centre, then rotation, then translation.
+
+    x = c + R(f angle) [c0 + S(f) (X - c0) - c] + f displacement, with S the stretch of the radius,
+    c0 its centre and c that of the rotation.
+    """
+
+    def __init__(self, declared: ImplicitBoundary, geometry: Geometry, dim: int) -> None:
+        self._dim = dim
+        self._displacement = np.zeros(dim)
+        for axis, value in (declared.displacement or {}).items():
+            self._displacement[AXES.index(axis)] = value
+        self._rotation = declared.rotation
+        self._geometry = geometry
+        self._change = declared.radius_change or 0.0
+
+    def _linear(self, factor: float) -> tuple[Floats, Floats]:
+        """Returns A and b of x = A X + b."""
+        matrix, offset = np.eye(self._dim), np.zeros(self._dim)
+        if self._change:
+            geometry = cast(RoundGeometry, self._geometry)  # the schema asks for one
+            axes = np.vstack([np.zeros(self._dim), np.eye(self._dim)])
+            radial = geometry.radial(axes)  # affine: offset first, then its columns
+            stretch = factor * self._change / geometry.radius
+            matrix = matrix + stretch * (radial[1:] - radial[0]).T
+            offset = stretch * radial[0]
+        if self._rotation is not None:
+            turn = rotation_matrix(self._rotation.angle * factor, self._rotation.axis, self._dim)
+            centre = np.asarray(self._rotation.centre)
+            matrix, offset = turn @ matrix, centre + turn @ (offset - centre)
+        return matrix, offset + factor * self._displacement
+
+    def place(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.place`."""
+        matrix, offset = self._linear(factor)
+        return np.asarray(reference @ matrix.T + offset)
+
+    def reference(self, place: Floats, factor: float) -> Floats:
+        """As `Motion.reference`."""
+        matrix, offset = self._linear(factor)
+        return np.asarray(np.linalg.solve(matrix, (place - offset).T).T)
+
+    def gradient(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.gradient`."""
+        matrix, _ = self._linear(factor)
+        return np.broadcast_to(matrix, (len(reference), *matrix.shape))
+
+
+class UserMotion:
+    """x = X + displacement(X, factor) with a user's function."""
+
+    def __init__(self, function: UserFunction, cell_size: float) -> None:
+        self._function = function
+        self._step = STEP * cell_size
+
+    def place(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.place`."""
+        return np.asarray(reference + self._function(reference, factor))
+
+    def reference(self, place: Floats, factor: float) -> Floats:
+        """As `Motion.reference`, by Newton's iteration."""
+        reference = place.copy()
+        for _ in range(20):
+            rest = place - self.place(reference, factor)
+            if np.abs(rest).max(initial=0.0) < 1e-6 * self._step:
+                break
+            gradient = self.gradient(reference, factor)
+            reference = reference + np.linalg.solve(gradient, rest[..., None])[..., 0]
+        return reference
+
+    def gradient(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.gradient`, by central differences."""
+        columns = []
+        for unit in np.eye(reference.shape[1]):
+            ahead = self.place(reference + self._step * unit, factor)
+            behind = self.place(reference - self._step * unit, factor)
+            columns.append((ahead - behind) / (2.0 * self._step))
+        return np.stack(columns, axis=2)
+
+
+def make_motion(declared: ImplicitBoundary, geometry: Geometry, model: Model) -> Motion:
+    """Returns the motion of a declared boundary.
+
+    Raises:
+        BadInput: the user's function cannot be loaded.
+    """
+    if declared.motion is None:
+        return LinearMotion(declared, geometry, model.dimension)
+    number = [b.name for b in model.boundaries].index(declared.name)
+    function = UserFunction(
+        declared.motion, key=f"boundaries[{number}].motion", shape=(model.dimension,)
+    )
+    return UserMotion(function, min(model.cell_size))
+
+
+def rotation_matrix(degrees: float, axis: str | None, dim: int) -> Floats:
+    """Returns the rotation by an angle, anticlockwise seen against the axis (z in 2D)."""
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    turned = 2 if axis is None else AXES.index(axis)
+    first, second = (turned + 1) % 3, (turned + 2) % 3
+    matrix = np.eye(3)
+    matrix[first, first] = matrix[second, second] = cosine
+    matrix[first, second], matrix[second, first] = -sine, sine
+    return matrix[:dim, :dim]
+
+
+def cofactor(gradient: Floats) -> Floats:
+    """Returns the cofactor matrices J F^-T that map area vectors, shape (n, dim, dim)."""
+    inverse = np.linalg.inv(gradient)
+    determinant = np.linalg.det(gradient)
+    return np.asarray(determinant[:, None, None] * np.swapaxes(inverse, 1, 2))
+
+
+def rotation_part(gradient: Floats) -> Floats:
+    """Returns the rotations of the polar decompositions, shape (n, dim, dim)."""
+    left, _, right = np.linalg.svd(gradient)
+    return np.asarray(left @ right)

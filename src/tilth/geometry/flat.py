@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Boundaries made of flat pieces: what they share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tilth.geometry.protocol import Facets, Floats, Integers
+
+
+class Flat:
+    """A geometry whose facets are exact: nothing to project."""
+
+    flat = True
+
+    def project(self, x: Floats, normal: Floats) -> tuple[Floats, Floats]:
+        """As `Geometry.project`: the places themselves."""
+        return x, np.ones(len(x))
+
+
+def unit(vector: Floats) -> Floats:
+    """Returns vectors (..., dim) at length 1."""
+    return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
+
+
+def left_normal(direction: Floats) -> Floats:
+    """Returns the vectors (n, 2) turned anticlockwise by a right angle."""
+    return np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+
+
+def split_segments(start: Floats, end: Floats, size: float) -> tuple[Floats, Integers]:
+    """Splits segments (n, 2) evenly into pieces of at most `size`.
+
+    Returns their corners, shape (pieces, 2, 2), and the segment of each, shape (pieces,).
+    """
+    length = np.linalg.norm(end - start, axis=1)
+    parts = np.maximum(1, np.ceil(length / size - 1e-9).astype(np.int64))
+    segment = np.repeat(np.arange(len(start)), parts)
+    number = np.arange(len(segment)) - np.repeat(np.cumsum(parts) - parts, parts)
+    step = (end - start)[segment]
+    low = (number / parts[segment])[:, None]
+    high = ((number + 1) / parts[segment])[:, None]
+    corner = np.stack([start[segment] + low * step, start[segment] + high * step], axis=1)
+    return corner, segment
+
+
+def split_rectangle(corner: Floats, first: Floats, second: Floats, size: float) -> Floats:
+    """Splits the parallelogram at `corner` with two edges (3,) into triangles, (n, 3, 3)."""
+    n = max(1, math.ceil(float(np.linalg.norm(first)) / size - 1e-9))
+    m = max(1, math.ceil(float(np.linalg.norm(second)) / size - 1e-9))
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
+
+    def at(i: Integers, j: Integers) -> Floats:
+        return np.asarray(corner + (i / n)[:, None] * first + (j / m)[:, None] * second)
+
+    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+    return np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1).reshape(
+        -1, 3, 3
+    )
+
+
+def join(parts: list[Facets]) -> Facets:
+    """Returns all facets of several lists, patches numbered anew through them."""
+    return Facets(
+        np.concatenate([part.corner for part in parts]),
+        np.concatenate([part.normal for part in parts]),
+        np.arange(sum(len(part.corner) for part in parts)),
+    )
+
+
+def pack(*index: Integers) -> Integers:
+    """Returns one number for each pair or triple of lattice indices between -2^20 and 2^20."""
+    packed = np.zeros(len(index[0]), dtype=np.int64)
+    for part in index:
+        packed = (packed << 21) | (part + (1 << 20))
+    return packed
+
+
+def perpendicular(normal: Floats) -> Floats:
+    """Returns a unit vector at right angles to a unit vector (3,), along an axis if possible."""
+    axis = np.eye(3)[int(np.abs(normal).argmin())]
+    return unit(axis - (axis @ normal) * normal)

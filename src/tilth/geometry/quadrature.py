@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Quadrature points of a boundary: facets cut at the grid's lines, Gauss points, projection."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tilth import _core
+from tilth.geometry.flat import split_segments
+from tilth.geometry.protocol import Floats, Geometry, Integers, QuadraturePoints
+
+SEGMENT = (0.5 * (1.0 + np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])), np.array([5, 8, 5]) / 18)
+"""Gauss's three points on [0, 1], exact to degree 5: place and weight."""
+
+TRIANGLE = (np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0, np.full(3, 1.0 / 3.0))
+"""Three points in a triangle, exact to degree 2: area coordinates and weight."""
+
+LEAST = 1e-12
+"""Pieces smaller than this, relative to a cell, are round-off of the cutting."""
+
+
+def make_quadrature(
+    geometry: Geometry, lower: Floats, upper: Floats, origin: Floats, cell_size: Floats, size: float
+) -> QuadraturePoints:
+    """Returns the quadrature points of a boundary; those of a patch depend on the patch alone.
+
+    Args:
+        lower, upper: box in which a boundary without end is needed [length], shape (dim,).
+        origin, cell_size: the grid whose lines cut the boundary [length], shape (dim,).
+        size: largest length of a piece [length].
+    """
+    facets = geometry.facets(lower, upper, size)
+    piece, facet = _core.cut_simplices(facets.corner, origin, cell_size)
+    piece, facet = np.asarray(piece), np.asarray(facet)
+    if geometry.dim == 2:
+        piece, part = split_segments(piece[:, 0], piece[:, 1], size)
+        facet = facet[part]
+        area = np.linalg.norm(piece[:, 1] - piece[:, 0], axis=1)
+        share, weight = np.stack([1.0 - SEGMENT[0], SEGMENT[0]], axis=1), SEGMENT[1]
+    else:
+        cross = np.cross(piece[:, 1] - piece[:, 0], piece[:, 2] - piece[:, 0])
+        area = 0.5 * np.linalg.norm(cross, axis=1)
+        share, weight = TRIANGLE
+    kept = area > LEAST * float(cell_size.min()) ** (geometry.dim - 1)
+    piece, facet, area = piece[kept], facet[kept], area[kept]
+    number: Integers = np.repeat(facet, len(weight))
+    normal = facets.normal[number]
+    place = np.einsum("qc,nci->nqi", share, piece).reshape(-1, geometry.dim)
+    position, ratio = geometry.project(place, normal)
+    return QuadraturePoints(
+        position=np.ascontiguousarray(position),
+        weight=(area[:, None] * weight).ravel() * ratio,
+        normal=normal if geometry.flat else geometry.gradient(position),
+        patch=facets.patch[number],
+    )

@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Geometries of implicit boundaries: coordinates [length] at rest, at time 0; angles in degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared, chosen_by
+from tilth.model.fields import (
+    AXES,
+    AsTuple,
+    Axis,
+    AxisOrDirection,
+    Direction,
+    Flag,
+    Matrix,
+    Name,
+    Positive,
+    PositivePerDirection,
+    PythonFunction,
+    Real,
+    Vector,
+    extent_problems,
+)
+from tilth.model.problems import reject, rejection
+from tilth.model.shapes import box_axes, crosses_itself
+
+Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
+
+_PARALLEL = 1e-9
+"""Sine of an angle below which two directions count as parallel."""
+
+
+def unit(direction: Sequence[float]) -> tuple[float, ...]:
+    """Returns a direction that is not zero with length 1."""
+    greatest = max(abs(c) for c in direction)  # first, so that no length is too large or too small
+    scaled = [c / greatest for c in direction]
+    length = math.hypot(*scaled)
+    return tuple(c / length for c in scaled)
+
+
+def _faces(value: Any) -> Any:
+    if isinstance(value, str):
+        raise reject("must be a list of faces", f'such as ["{value}"]')
+    return value
+
+
+def _distinct_faces(value: tuple[Face, ...]) -> tuple[Face, ...]:
+    if not value:
+        raise reject("must not be empty", "leave it out for all faces, or name at least one")
+    if len(set(value)) != len(value):
+        raise reject("names a face twice", "name each face once")
+    return value
+
+
+Faces = Annotated[Sequence[Face], BeforeValidator(_faces), AsTuple, AfterValidator(_distinct_faces)]
+
+
+class PlaneGeometry(Declared):
+    """Infinite straight line (2D) or plane (3D)."""
+
+    type: Literal["plane"] = "plane"
+    point: Vector
+    """A place on it [length], shape (dimension,)."""
+    normal: Direction
+    """Normal into the soil, shape (dimension,), of any length."""
+
+
+class CircleGeometry(Declared):
+    """Circle (2D); in axisymmetry its part at r >= 0 is the section of a torus or a ball."""
+
+    type: Literal["circle"] = "circle"
+    centre: Vector
+    """Centre [length], shape (2,); in axisymmetry at r >= 0."""
+    radius: Positive
+    """Radius [length], > 0."""
+    soil: Literal["inside", "outside"]
+    """On which side of it the soil is."""
+
+
+class CylinderGeometry(Declared):
+    """Infinite circular cylinder (3D)."""
+
+    type: Literal["cylinder"] = "cylinder"
+    centre: Vector
+    """A place on its axis [length], shape (3,)."""
+    axis: AxisOrDirection
+    """Its axis: a coordinate axis, or a direction of any length, shape (3,)."""
+    radius: Positive
+    """Radius [length], > 0."""
+    soil: Literal["inside", "outside"]
+    """On which side of it the soil is."""
+
+    @property
+    def direction(self) -> tuple[float, ...]:
+        """The unit vector of its axis."""
+        if isinstance(self.axis, str):
+            return tuple(float(axis == self.axis) for axis in AXES)
+        return unit(self.axis)
+
+
+class SphereGeometry(Declared):
+    """Sphere (3D)."""
+
+    type: Literal["sphere"] = "sphere"
+    centre: Vector
+    """Centre [length], shape (3,)."""
+    radius: Positive
+    """Radius [length], > 0."""
+    soil: Literal["inside", "outside"]
+    """On which side of it the soil is."""
+
+
+class PolylineGeometry(Declared):
+    """Straight pieces through given places (2D), open or closed."""
+
+    type: Literal["polyline"] = "polyline"
+    vertices: Matrix
+    """Places in order [length], shape (n, 2), n >= 2; n >= 3 where closed."""
+    closed: Flag = False
+    """Whether the last vertex is joined to the first."""
+    soil: Literal["left", "right"]
+    """On which side of it the soil is, seen along the vertices."""
+
+    @model_validator(mode="after")
+    def _is_simple(self) -> Any:
+        corners = self.vertices
+        path = [*corners, corners[0]] if self.closed else corners
+        problem, remedy = "", ""
+        if any(len(corner) != 2 for corner in corners):
+            problem, remedy = "each vertex must have two coordinates", "such as [[0, 0], [1, 2]]"
+        elif len(corners) < (3 if self.closed else 2):
+            count = "three vertices to be closed" if self.closed else "two vertices"
+            problem, remedy = f"needs at least {count}", "add the missing ones"
+        elif any(a == b for a, b in pairwise(path)):
+            problem = "repeats a vertex right after itself"
+            remedy = "keep one of the two"
+            if self.closed and corners[0] == corners[-1]:
+                remedy = "leave the last vertex out: closed = true joins it to the first"
+        elif not self.closed and len(corners) > 3 and corners[0] == corners[-1]:
+            problem = "ends where it starts, but is not closed"
+            remedy = "leave the last vertex out and set closed = true"
+        elif crosses_itself(corners, self.closed):
+            problem = "the pieces cross or touch each other"
+            remedy = "give the vertices in order along the boundary"
+        if problem:
+            raise rejection([Problem("vertices", problem, remedy, corners)])
+        return self
+
+
+class BoxGeometry(Declared):
+    """Faces of a rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
+
+    type: Literal["box"] = "box"
+    lower: Vector
+    """Corner of least coordinates before the rotation [length], one per direction."""
+    upper: Vector
+    """Opposite corner before the rotation [length], one per direction."""
+    angle: Real = 0.0
+    """Rotation about the `lower` corner [degrees], anticlockwise seen against the axis."""
+    axis: Axis | None = None
+    """Axis of the rotation, in 3D only, where a rotated box needs it."""
+    soil: Literal["inside", "outside"]
+    """On which side of its faces the soil is."""
+    faces: Faces | None = None
+    """The faces that act, such as ["x-", "y+"] for that of least x and that of greatest y, x and y
+    being the box's own axes; all if not given.
+    """
+
+    @model_validator(mode="after")
+    def _has_extent(self) -> Any:
+        if problems := extent_problems(self.lower, self.upper):
+            raise rejection(problems)
+        return self
+
+    @property
+    def axes(self) -> tuple[tuple[float, ...], ...]:
+        """Unit vectors of the box's own axes as rows, shape (dimension, dimension)."""
+        return box_axes(len(self.lower), self.angle, self.axis)
+
+
+class FootingGeometry(Declared):
+    """Straight piece (2D) or flat rectangle (3D) with edges, such as the base of a footing."""
+
+    type: Literal["footing"] = "footing"
+    centre: Vector
+    """Its centre [length], shape (dimension,)."""
+    normal: Direction
+    """Normal into the soil, shape (dimension,), of any length."""
+    width: PositivePerDirection
+    """Width [length], > 0; in 3D two of them, [along `along`, across it]."""
+    along: Direction | None = None
+    """Direction of the first width, in 3D only, shape (3,); its part normal to `normal` counts."""
+
+    @model_validator(mode="after")
+    def _along_lies_in_it(self) -> Any:
+        if self.along is None or len(self.along) != 3 or len(self.normal) != 3:
+            return self
+        (a, b, c), (d, e, f) = unit(self.normal), unit(self.along)
+        if math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= _PARALLEL:
+            remedy = "give a direction that lies in the footing"
+            raise rejection([Problem("along", "is parallel to `normal`", remedy, self.along)])
+        return self
+
+
+class FunctionGeometry(Declared):
+    """Where a Python function is zero."""
+
+    type: Literal["function"] = "function"
+    function: PythonFunction
+    """The function as "file.py:name", the file relative to the case file: it takes places, shape
+    (n, dimension), and returns their signed distances [length], shape (n,), > 0 in the soil.
+    """
+
+
+class StlGeometry(Declared):
+    """Closed surface of triangles in an STL file (3D)."""
+
+    type: Literal["stl"] = "stl"
+    file: Name
+    """Path of the .stl file; in a case file relative to it."""
+    soil: Literal["inside", "outside"]
+    """On which side of it the soil is."""
+
+
+Round = CircleGeometry | CylinderGeometry | SphereGeometry
+"""Geometries with a radius."""
+
+GEOMETRIES = (
+    PlaneGeometry,
+    CircleGeometry,
+    CylinderGeometry,
+    SphereGeometry,
+    PolylineGeometry,
+    BoxGeometry,
+    FootingGeometry,
+    FunctionGeometry,
+    StlGeometry,
+)
+
+Geometry = Annotated[
+    PlaneGeometry
+    | CircleGeometry
+    | CylinderGeometry
+    | SphereGeometry
+    | PolylineGeometry
+    | BoxGeometry
+    | FootingGeometry
+    | FunctionGeometry
+    | StlGeometry,
+    Field(discriminator="type"),
+    chosen_by("type", *GEOMETRIES),
+]

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Implicit boundaries: a geometry that need not follow the grid, its motion and its condition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal
+
+from pydantic import model_validator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.fields import (
+    Axis,
+    Direction,
+    Displacement,
+    Name,
+    PythonFunction,
+    Real,
+    Table,
+    Vector,
+    starts_from_zero,
+)
+from tilth.model.geometry import Geometry, Round
+from tilth.model.problems import rejection
+
+_LINEAR = ("displacement", "rotation", "radius_change")
+
+
+class Rotation(Declared):
+    """Rotation of an implicit boundary about a place or an axis; not in axisymmetry."""
+
+    angle: Real
+    """Angle at factor 1 [degrees], anticlockwise; in 3D seen against the axis."""
+    centre: Vector
+    """Place that it turns about [length], shape (dimension,)."""
+    axis: Axis | None = None
+    """Direction of the axis through `centre`, in 3D only, where it is needed."""
+
+
+class ImplicitBoundary(Declared):
+    """Condition on a boundary that lies anywhere, by the implicit boundary method.
+
+    It may move: at the factor f the radius has grown by f `radius_change`, then the boundary has
+    turned by f times the angle of `rotation`, then it has moved by f `displacement`. Or a function
+    gives its `motion`. What the condition holds then moves with the boundary; without any of these
+    the boundary rests.
+    """
+
+    type: Literal["implicit"] = "implicit"
+    name: Name
+    """Name of the boundary; unique."""
+    geometry: Geometry
+    """Its place at time 0, and the side that the soil is on."""
+    condition: Literal["roller", "fixed", "tangential", "direction"]
+    """Which displacement components it holds: "roller" the normal one, "fixed" all, "tangential"
+    all but the normal one, "direction" the one along `direction`.
+    """
+    direction: Direction | None = None
+    """With condition "direction": shape (dimension,), of any length; turns with the boundary."""
+    delta: Real | None = None
+    """Width of the band in which the condition acts [length], > 0 and at most half the smallest
+    edge of a cell; a thousandth of that edge if not given.
+    """
+    form: Literal["surface", "band"] = "surface"
+    """How it is integrated: "surface" (the limit of a narrow band) or "band" (all three parts of
+    the stiffness, over the band).
+    """
+    displacement: Displacement | None = None
+    """Translation at factor 1 [length]; components not named are zero."""
+    rotation: Rotation | None = None
+    """Rotation at factor 1."""
+    radius_change: Real | None = None
+    """Change of radius at factor 1 [length], of a circle, cylinder or sphere."""
+    motion: PythonFunction | None = None
+    """In place of these three, a function as "file.py:name", the file relative to the case file:
+    it takes places at time 0, shape (n, dimension), and the factor, and returns their
+    displacements [length], shape (n, dimension).
+    """
+    factor: Table | None = None
+    """Rows (time, factor) of the motion, first factor 0; 0 to 1 over the schedule if not given."""
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether a motion is given."""
+        return any(getattr(self, key) is not None for key in (*_LINEAR, "motion"))
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        problems = [*self._direction_problems(), *self._motion_problems()]
+        problems += starts_from_zero(self.factor)
+        if problems:
+            raise rejection(problems)
+        return self
+
+    def _direction_problems(self) -> Iterator[Problem]:
+        if self.condition == "direction" and self.direction is None:
+            remedy = "give the direction of the held component, such as direction = [1, 1]"
+            yield Problem("direction", "missing", remedy)
+        if self.condition != "direction" and self.direction is not None:
+            what = f'has no meaning with condition = "{self.condition}"'
+            yield Problem("direction", what, 'choose condition = "direction"', self.direction)
+
+    def _motion_problems(self) -> Iterator[Problem]:
+        given = [key for key in _LINEAR if getattr(self, key) is not None]
+        if self.motion is not None and given:
+            what = f"given together with {' and '.join(f'`{key}`' for key in given)}"
+            yield Problem("motion", what, "leave one of them out", self.motion)
+        if self.factor is not None and not self.is_moving:
+            keys = ", ".join(f"`{key}`" for key in _LINEAR)
+            remedy = f"give one of {keys} or `motion`, or leave it out"
+            yield Problem("factor", "there is nothing to scale", remedy, self.factor)
+        if self.radius_change is None:
+            return
+        if not isinstance(self.geometry, Round):
+            what = f'a geometry of type = "{self.geometry.type}" has no radius'
+            remedy = "leave it out: it is for a circle, cylinder or sphere"
+            yield Problem("radius_change", what, remedy, self.radius_change)
+            return
+        factors = [0.0, 1.0] if self.factor is None else [row[1] for row in self.factor]
+        radius, factor = min((self.geometry.radius + self.radius_change * f, f) for f in factors)
+        if radius <= 0.0:
+            what = f"the radius {self.geometry.radius:g} becomes {radius:g} at factor {factor:g}"
+            remedy = "keep the radius above 0"
+            yield Problem("radius_change", what, remedy, self.radius_change)

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Lines and areas that a view of a boundary's facets shows: clipped, projected, joined."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..output.snapshot import FloatArray, IntArray
+
+Mask = NDArray[np.bool_]
+
+_EDGE_ON = 0.005
+"""Largest part of a facet's normal along the line of sight with which it is seen as a line."""
+_CREASE = 0.8
+"""Cosine of the angle between normals below which the edge between two facets is drawn."""
+
+
+def clip_segments(
+    segment: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Parts of segments, shape (n, 2, dim), between two corners of the space, shape (dim,).
+
+    Returns the m parts, shape (m, 2, dim), and the segments they belong to, shape (m,).
+    """
+    # Liang and Barsky: each side of the box bounds the part of the segment from one end.
+    start, step = segment[:, 0], segment[:, 1] - segment[:, 0]
+    level = step == 0.0
+    safe = np.where(level, 1.0, step)
+    low, high = (lower - start) / safe, (upper - start) / safe
+    enter = np.where(level, 0.0, np.minimum(low, high)).max(axis=1, initial=0.0)
+    leave = np.where(level, 1.0, np.maximum(low, high)).min(axis=1, initial=1.0)
+    outside = np.any(level & ((start < lower) | (start > upper)), axis=1)
+    seen = np.flatnonzero((enter <= leave) & ~outside)
+    part = np.stack([enter[seen], leave[seen]], axis=1)[:, :, None]
+    return start[seen, None, :] + part * step[seen, None, :], seen
+
+
+def clip_triangles(
+    corner: FloatArray, lower: FloatArray, upper: FloatArray
+) -> tuple[list[FloatArray], IntArray]:
+    """Parts of triangles, shape (n, 3, 3), between two corners of the space, shape (3,).
+
+    Returns the m parts, polygons of shape (k, 3), and the triangles they belong to, shape (m,).
+    """
+    near = np.all((corner.max(axis=1) >= lower) & (corner.min(axis=1) <= upper), axis=1)
+    within = np.all((corner >= lower) & (corner <= upper), axis=(1, 2))
+    parts: list[FloatArray] = []
+    seen: list[int] = []
+    for index in np.flatnonzero(near):
+        polygon = corner[index]
+        if not within[index]:
+            for axis in range(3):
+                polygon = _cut(polygon, polygon[:, axis] - lower[axis])
+                polygon = _cut(polygon, upper[axis] - polygon[:, axis])
+        if len(polygon) > 2:
+            parts.append(polygon)
+            seen.append(int(index))
+    return parts, np.array(seen, dtype=np.int64)
+
+
+def _cut(polygon: FloatArray, height: FloatArray) -> FloatArray:
+    """The part of a convex polygon, shape (k, 3), where ``height``, shape (k,), is not negative."""
+    kept: list[FloatArray] = []
+    for k in range(len(polygon)):
+        following = (k + 1) % len(polygon)
+        if height[k] >= 0.0:
+            kept.append(polygon[k])
+        if height[k] * height[following] < 0.0:
+            part = height[k] / (height[k] - height[following])
+            kept.append(polygon[k] + part * (polygon[following] - polygon[k]))
+    return np.array(kept).reshape(-1, 3)
+
+
+def moved_corners(corner: FloatArray, displacement: FloatArray) -> FloatArray:
+    """Corners, shape (n, dim, dim), after the displacements of the facets' centres, (n, dim).
+
+    A motion that is linear in the place, as translation, rotation and change of radius are, is
+    continued to the corners exactly; of another one the rest is averaged over the facets
+    at a corner.
+    """
+    centre = corner.mean(axis=1)
+    middle = centre.mean(axis=0)
+    size = float(np.ptp(corner.reshape(-1, corner.shape[2]), axis=0).max()) or 1.0
+    offset, mean = (centre - middle) / size, displacement.mean(axis=0)
+    gradient = np.linalg.lstsq(offset, displacement - mean, rcond=1e-9)[0]
+    rest = displacement - mean - offset @ gradient
+    vertex = _shared(corner, 1e-7 * size)
+    total = np.zeros((int(vertex.max()) + 1, corner.shape[2]))
+    np.add.at(total, vertex, rest[:, None, :])
+    average = total / np.bincount(vertex.reshape(-1))[:, None]
+    moved: FloatArray = corner + mean + (corner - middle) / size @ gradient + average[vertex]
+    return moved
+
+
+def _shared(corner: FloatArray, tolerance: float) -> IntArray:
+    """Number of the place at each corner, shape (n, k) for corners of shape (n, k, dim)."""
+    # The offset keeps round numbers away from where rounding jumps.
+    whole = np.round(corner.reshape(-1, corner.shape[2]) / tolerance + 0.123)
+    number: IntArray = np.unique(whole, axis=0, return_inverse=True)[1]
+    return number.reshape(corner.shape[:2])
+
+
+def seen_edge_on(
+    corner: FloatArray, normal: FloatArray, chosen: list[int]
+) -> tuple[FloatArray, FloatArray, Mask]:
+    """Edges of triangles that are drawn in the view of two axes.
+
+    These are the outline, the border, the creases, and facets seen edge on. Returns the m edges in
+    space, shape (m, 2, 3), the unit normals in the view, shape (m, 2), and which of them show the
+    surface edge on, so that the soil lies on one side of the line, shape (m,).
+    """
+    (sight,) = set(range(3)) - set(chosen)
+    size = float(np.ptp(corner.reshape(-1, 3), axis=0).max()) or 1.0
+    vertex = _shared(corner, 1e-7 * size)
+    ends = np.concatenate([vertex[:, [0, 1]], vertex[:, [1, 2]], vertex[:, [2, 0]]])
+    place = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+    facet = np.tile(np.arange(len(corner)), 3)
+    first, group = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_inverse=True)[
+        1:
+    ]
+    group, count = group.reshape(-1), len(first)
+    towards = normal[:, sight]
+    side = np.where(np.abs(towards) < _EDGE_ON, 0, np.sign(towards))[facet]
+    least, most = np.full(count, 2.0), np.full(count, -2.0)
+    np.minimum.at(least, group, side)
+    np.maximum.at(most, group, side)
+    total = np.zeros((count, 3))
+    np.add.at(total, group, normal[facet])
+    shared = np.bincount(group, minlength=count)
+    # |n1 + n2|^2 = 2 + 2 cos for two facets at an edge
+    crease = (shared == 2) & (np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE)
+    edge_on = (least == 0) | (most == 0) | (least != most)
+    along = total[:, chosen]
+    length = np.linalg.norm(along, axis=1)
+    edge_on &= length > 1e-9
+    along = along / np.maximum(length, 1e-300)[:, None]
+    drawn = np.flatnonzero(edge_on | crease | (shared == 1))
+    return place[first[drawn]], along[drawn], edge_on[drawn]
+
+
+def join_collinear(segment: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Segments of one view, shapes (n, 2, 2) and (n, 2), where those upon each other are one."""
+    if len(segment) == 0:
+        return segment, normal
+    size = float(np.ptp(segment.reshape(-1, 2), axis=0).max()) or 1.0
+    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
+    height = np.einsum("ij,ij->i", segment.mean(axis=1), normal)
+    key = np.round(np.column_stack([normal, height / size]) * 1e4 + 0.123)
+    group = np.unique(key, axis=0, return_inverse=True)[1].reshape(-1)
+    joined: list[FloatArray] = []
+    normals: list[FloatArray] = []
+    for line in range(int(group.max()) + 1):
+        own = np.flatnonzero(group == line)
+        n, t, h = normal[own[0]], tangent[own[0]], height[own[0]]
+        for span in _union(np.sort(segment[own] @ t, axis=1), 1e-6 * size):
+            joined.append(np.outer(span, t) + h * n)
+            normals.append(n)
+    return np.array(joined).reshape(-1, 2, 2), np.array(normals).reshape(-1, 2)
+
+
+def _union(span: FloatArray, tolerance: float) -> list[list[float]]:
+    """Intervals, shape (n, 2), where those that touch are one and points are left out."""
+    result: list[list[float]] = []
+    for low, high in span[np.argsort(span[:, 0])]:
+        if high - low <= tolerance:
+            continue
+        if result and low <= result[-1][1] + tolerance:
+            result[-1][1] = max(result[-1][1], float(high))
+        else:
+            result.append([float(low), float(high)])
+    return result
+
+
+def oriented(segment: FloatArray, normal: FloatArray) -> FloatArray:
+    """Segments, shape (n, 2, 2), turned so that their normals, shape (n, 2), point to the left."""
+    step = segment[:, 1] - segment[:, 0]
+    wrong = normal[:, 1] * step[:, 0] - normal[:, 0] * step[:, 1] < 0.0
+    return np.where(wrong[:, None, None], segment[:, ::-1], segment)
+
+
+def chains(segment: FloatArray) -> list[IntArray]:
+    """Segments, shape (n, 2, 2), of which each begins where the one before it ends, in order."""
+    if len(segment) == 0:
+        return []
+    size = float(np.ptp(segment.reshape(-1, 2), axis=0).max()) or 1.0
+    vertex = _shared(segment, 1e-5 * size)
+    starting: dict[int, list[int]] = {}
+    for k, start in enumerate(vertex[:, 0]):
+        starting.setdefault(int(start), []).append(k)
+    endings = set(vertex[:, 1].tolist())
+    order = sorted(range(len(segment)), key=lambda k: (int(vertex[k, 0]) in endings, k))
+    used = np.zeros(len(segment), dtype=bool)
+    result = []
+    for k in order:
+        chain: list[int] = []
+        following: int | None = k
+        while following is not None and not used[following]:
+            used[following] = True
+            chain.append(following)
+            candidates = starting.get(int(vertex[following, 1]), [])
+            following = next((c for c in candidates if not used[c]), None)
+        if chain:
+            result.append(np.array(chain))
+    return result
+
+
+def polyline(segment: FloatArray, chain: IntArray) -> FloatArray:
+    """Places, shape (k, 2), along one of :func:`chains`; ends that differ a little are averaged."""
+    own = segment[chain]
+    inner = 0.5 * (own[:-1, 1] + own[1:, 0])
+    return np.concatenate([own[:1, 0], inner, own[-1:, 1]])

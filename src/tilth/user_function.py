@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Functions that the user writes in a Python file and names in the case file as `file.py:name`."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.errors import BadInput
+from tilth.model.problems import suggestion
+
+Floats = npt.NDArray[np.float64]
+
+
+def load_function(
+    reference: str, folder: str | Path, *, key: str = "function"
+) -> Callable[..., Any]:
+    """Returns the function that `reference` names.
+
+    reference: `file.py:name`; the file's path is absolute or relative to `folder`.
+    key: where the reference stands in the case file, for messages.
+    The file is run anew for each call, under a module name of its own. The path on which Python
+    looks for modules stays as it is, and nothing is written beside the file.
+    Raises BadInput for a reference of another form, a file that is missing or fails when it is
+    run, and a name that is missing or no function.
+    """
+    file, colon, name = reference.rpartition(":")
+    if not colon or not file or not name.isidentifier():
+        raise BadInput(
+            "does not name a function in a Python file",
+            "write the file, a colon and the function's name, such as `shape.py:distance`",
+            key=key,
+            value=reference,
+        )
+    path = (Path(folder) / file).resolve()
+    module = _run(path, key, reference)
+    if not hasattr(module, name):
+        raise BadInput(
+            f"`{path.name}` has no function `{name}`",
+            _remedy_for_name(name, module),
+            key=key,
+            value=reference,
+        )
+    function = getattr(module, name)
+    if not callable(function):
+        raise BadInput(
+            f"`{name}` in `{path.name}` is a {type(function).__name__}, not a function",
+            f"define it as a function: `def {name}(x): ...`",
+            key=key,
+            value=reference,
+        )
+    return function  # type: ignore[no-any-return]
+
+
+class UserFunction:
+    """A function of places, loaded from its file, whose results are checked at every call.
+
+    reference, folder, key: as in `load_function`, which says what is refused here.
+    shape: of the value at one place: () for a number, (dim,) for a vector.
+    """
+
+    def __init__(
+        self,
+        reference: str,
+        folder: str | Path = ".",
+        *,
+        key: str = "function",
+        shape: tuple[int, ...] = (),
+    ) -> None:
+        self.reference = reference
+        self.key = key
+        self.shape = shape
+        self._function = load_function(reference, folder, key=key)
+        file, _, name = reference.rpartition(":")
+        self._name = f"the function `{name}` in `{Path(file).name}`"
+
+    def __call__(self, places: Floats, *further: Any) -> Floats:
+        """Returns the function's values at `places` (n, dim), shape (n, *shape).
+
+        further: what the function takes beside the places, such as the load factor.
+        Raises BadInput where the function raises an exception, returns an array of another shape
+        or no numbers, or a value that is not finite.
+        """
+        wanted = (len(places), *self.shape)
+        try:
+            with np.errstate(all="ignore"):  # values that are not finite are refused below
+                result = self._function(places.copy(), *further)
+        except (Exception, SystemExit) as error:
+            raise self._refused(
+                f"{self._name} failed: {_described(error, _file_of(self._function))}",
+                f"it must work for every array of places, shape (n, {places.shape[1]})",
+            ) from error
+        try:
+            values = np.array(result, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise self._refused(
+                f"{self._name} returned a {type(result).__name__} that is no array of numbers",
+                self._remedy_for_shape(places.shape[1]),
+            ) from error
+        if values.shape != wanted:
+            raise self._refused(
+                f"{self._name} returned an array of shape {values.shape} for {len(places)} "
+                f"places, not {wanted}",
+                self._remedy_for_shape(places.shape[1]),
+            )
+        bad = np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))
+        if len(bad):
+            place = ", ".join(f"{c:.6g}" for c in places[bad[0]])
+            with_further = "".join(f" and {value!r}" for value in further)
+            more = f" and at {len(bad) - 1} further place(s)" if len(bad) > 1 else ""
+            raise self._refused(
+                f"{self._name} returned {values[bad[0]]} at ({place}){with_further}{more}",
+                "it must return a finite number at every place of the grid and one cell around "
+                "it, also far from the boundary",
+            )
+        return values
+
+    def _remedy_for_shape(self, dimension: int) -> str:
+        number = " ".join(str(n) for n in self.shape) or "one"
+        shape = ", ".join(["n", *(str(n) for n in self.shape)]) + ("" if self.shape else ",")
+        example = "0.1 * x" if self.shape else "x[:, 1] - 2.0"
+        return (
+            f"return {number} number{'s' if self.shape else ''} per place: for places x of shape "
+            f"(n, {dimension}) an array of shape ({shape}), such as `{example}`"
+        )
+
+    def _refused(self, problem: str, remedy: str) -> BadInput:
+        return BadInput(problem, remedy, key=self.key, value=self.reference)
+
+
+def _run(path: Path, key: str, reference: str) -> ModuleType:
+    """Runs the file at `path` and returns its module."""
+    if not path.is_file():
+        raise BadInput(
+            f"there is no file `{path}`",
+            _remedy_for_file(path),
+            key=key,
+            value=reference,
+        )
+    # Compiled here, not imported: a stale or new `__pycache__` beside the user's file is no help.
+    digest = hashlib.sha256(str(path).encode()).hexdigest()[:16]
+    module = ModuleType(f"tilth_user_{path.stem}_{digest}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module  # dataclasses look their module up there
+    try:
+        exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
+    except (Exception, SystemExit) as error:
+        del sys.modules[module.__name__]
+        raise BadInput(
+            f"`{path.name}` fails when it is run: {_described(error, str(path))}",
+            "correct the file; try it with `python` by itself",
+            key=key,
+            value=reference,
+        ) from error
+    return module
+
+
+def _described(error: BaseException, file: str | None) -> str:
+    """The exception in one line, with the last line of the user's `file` that led to it."""
+    text = " ".join(str(error).split())
+    line: int | None = None
+    if isinstance(error, SyntaxError) and error.filename == file:
+        text, line = str(error.msg), error.lineno
+    else:
+        for frame in traceback.extract_tb(error.__traceback__):
+            if frame.filename == file:
+                line = frame.lineno
+    where = f" (line {line} of `{Path(file).name}`)" if file and line is not None else ""
+    return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
+
+
+def _file_of(function: Callable[..., Any]) -> str | None:
+    """The file in which `function`, or for an object with `__call__` its class, is written."""
+    module = sys.modules.get(getattr(function, "__module__", None) or "")
+    code = getattr(function, "__code__", None)
+    return code.co_filename if code is not None else getattr(module, "__file__", None)
+
+
+def _remedy_for_name(name: str, module: ModuleType) -> str:
+    known = [n for n, value in vars(module).items() if callable(value) and not n.startswith("_")]
+    likely = suggestion(name, known)
+    if likely:
+        return f"did you mean `{likely}`?"
+    return f"functions there: {', '.join(f'`{n}`' for n in known) or 'none'}"
+
+
+def _remedy_for_file(path: Path) -> str:
+    beside = [p.name for p in path.parent.glob("*.py")] if path.parent.is_dir() else []
+    likely = suggestion(path.name, beside)
+    if likely:
+        return f"did you mean `{likely}`?"
+    return "check the name; a path is absolute or relative to the folder of the case file"

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The thick cylinder of Hencky material widened far beyond its radius."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import HenckyElastic
+from tilth.verification.closed_forms.moduli import Moduli
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WidenedCylinder:
+    """Long cylinder, no axial strain, inner face displaced outwards by any amount, outer face free.
+
+    With r(R) the radius of what was at R, stretches r' and r / R, and Kirchhoff stress
+    tau = lambda tr(eps) + 2 mu eps of the logarithmic strain, the radial nominal stress is
+    P = tau_rr / r' and equilibrium reads dP/dR + (P - tau_hoop R / r) / R = 0, with
+    r(a) = a + u_a and P(b) = 0. Solved as a boundary value problem to 1e-9 by collocation.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    displacement: float
+    material: HenckyElastic
+
+    @property
+    def pressure(self) -> float:
+        """Pressure on the inner face [stress], Cauchy, positive outwards."""
+        a = self.inner_radius
+        radius, nominal = self._solution(np.array([a]))
+        return float(-nominal[0] * self.material.young_modulus * a / radius[0])
+
+    @property
+    def outer_displacement(self) -> float:
+        """Displacement of the outer face [length]."""
+        radius, _ = self._solution(np.array([self.outer_radius]))
+        return float(radius[0] - self.outer_radius)
+
+    @cached_property
+    def _solution(self) -> Callable[[FloatArray], FloatArray]:
+        from scipy.integrate import solve_bvp
+
+        a, b = self.inner_radius, self.outer_radius
+        at = np.linspace(a, b, 50)
+        state = np.stack([at, np.zeros_like(at)])
+        for part in np.linspace(0.0, 1.0, 9)[1:]:
+            inner = a + part * self.displacement
+
+            def ends(left: FloatArray, right: FloatArray, inner: float = inner) -> FloatArray:
+                return np.array([left[0] - inner, right[1]])
+
+            solution = solve_bvp(self._slope, ends, at, state, tol=1e-9, max_nodes=20000)
+            assert solution.success, solution.message
+            at, state = solution.x, solution.y
+        return solution.sol  # type: ignore[no-any-return]
+
+    def _slope(self, at: FloatArray, state: FloatArray) -> FloatArray:
+        moduli = Moduli.of(self.material)
+        unit = self.material.young_modulus
+        hoop = np.log(state[0] / at)
+        nominal = state[1] * unit
+        radial = np.zeros_like(hoop)  # logarithmic strain, from tau_rr = P exp(radial) by Newton
+        for _ in range(50):
+            tau = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * radial
+            slope = moduli.lame + 2.0 * moduli.shear - nominal * np.exp(radial)
+            radial = radial - (tau - nominal * np.exp(radial)) / slope
+        tau_hoop = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * hoop
+        change = -(nominal - tau_hoop * at / state[0]) / at
+        return np.stack([np.exp(radial), change / unit])

@@ -1,0 +1,487 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Declared implicit boundaries: round trip, and every refused entry named by its key."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tilth.errors import BadInput
+from tilth.geometry import make_geometry
+from tilth.model import ImplicitBoundary, Model
+from tilth.model.geometry import GEOMETRIES, BoxGeometry, CylinderGeometry, unit
+
+PLANE = {"type": "plane", "point": [0, 0.1], "normal": [0, 1]}
+CIRCLE = {"type": "circle", "centre": [0, 1], "radius": 0.3, "soil": "outside"}
+CYLINDER = {
+    "type": "cylinder", "centre": [0, 0, 1], "axis": "z", "radius": 0.3, "soil": "outside",
+}  # fmt: skip
+SPHERE = {"type": "sphere", "centre": [0, 0, 1], "radius": 0.3, "soil": "inside"}
+POLYLINE = {"type": "polyline", "vertices": [[0, 0], [1, 0.1], [2, 0]], "soil": "left"}
+BOX = {"type": "box", "lower": [0, 0], "upper": [1, 2], "soil": "inside"}
+CUBE = {"type": "box", "lower": [0, 0, 0], "upper": [1, 2, 1], "soil": "outside"}
+FOOTING = {"type": "footing", "centre": [0, 2], "normal": [0, -1], "width": 0.5}
+SLAB = {
+    "type": "footing", "centre": [0, 0, 2], "normal": [0, 0, -1], "width": [0.5, 0.2],
+    "along": [1, 1, 0],
+}  # fmt: skip
+FUNCTION = {"type": "function", "function": "shape.py:distance"}
+STL = {"type": "stl", "file": "blade.stl", "soil": "outside"}
+
+FLAT = [PLANE, CIRCLE, POLYLINE, BOX, FOOTING, FUNCTION]
+SOLID = [{**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]}, CYLINDER, SPHERE, CUBE, SLAB]
+SOLID += [FUNCTION, STL]
+
+TURN = {"angle": 30.0, "centre": [0.0, 1.0]}
+RAMP = [[0, 0], [1, 1]]
+
+
+def boundary(geometry: dict[str, Any] = PLANE, **entries: Any) -> dict[str, Any]:
+    """An implicit boundary as a case file would declare it."""
+    return {
+        "type": "implicit", "name": "wall", "geometry": geometry, "condition": "roller", **entries,
+    }  # fmt: skip
+
+
+def entries(
+    *boundaries: dict[str, Any], kind: str = "plane_strain", cell_size: Any = 0.5, **replaced: Any
+) -> dict[str, Any]:
+    """A model as a case file would declare it."""
+    dim = 3 if kind == "3d" else 2
+    box = {"type": "box", "lower": [0] * dim, "upper": [1] * dim}
+    body = {"name": "b", "material": "m", "shape": box, "basis": "linear", "points_per_cell": 2}
+    return {
+        "analysis": {"kind": kind},
+        "grid": {"cell_size": cell_size},
+        "materials": {"m": {"model": "hencky_elastic", "young_modulus": 1, "poisson_ratio": 0}},
+        "bodies": [body],
+        "boundaries": list(boundaries),
+        "schedule": {"steps": 1},
+        **replaced,
+    }
+
+
+def taken_or_refused(given: dict[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """Returns the model of `given` as a dictionary, or the message; anything else is raised."""
+    try:
+        return Model.from_dict(given).to_dict(), ""
+    except BadInput as error:
+        return None, str(error)
+
+
+def refused(given: dict[str, Any]) -> BadInput:
+    with pytest.raises(BadInput) as caught:
+        Model.from_dict(given)
+    return caught.value
+
+
+def test_a_model_with_every_geometry_survives_json_to_the_bit() -> None:
+    for kind, geometries in (("plane_strain", FLAT), ("3d", SOLID)):
+        walls = [boundary(g, name=g["type"], delta=0.1 / 3) for g in geometries]
+        walls[0] |= {"condition": "direction", "direction": [1] * (2 if kind != "3d" else 3)}
+        walls[1] |= {"radius_change": 0.1 + 0.2, "displacement": {"y": -1}, "factor": RAMP}
+        walls[2] |= {"motion": "motion.py:lift", "form": "band"}
+        model = Model.from_dict(entries(*walls, kind=kind))
+        given = json.loads(json.dumps(model.to_dict(), allow_nan=False))
+        assert Model.from_dict(given) == model
+        assert Model.from_dict(given).to_dict() == model.to_dict()
+        assert pickle.loads(pickle.dumps(model)) == model
+    assert {type(g) for g in (b.geometry for b in model.boundaries)} <= set(GEOMETRIES)
+    assert {g["type"] for g in FLAT + SOLID} == {
+        cls.model_fields["type"].default for cls in GEOMETRIES
+    }
+
+
+def test_width_of_the_band() -> None:
+    model = Model.from_dict(
+        entries(boundary(), boundary(name="b", delta=0.125), cell_size=[0.5, 0.25])
+    )
+    first, second = model.boundaries
+    assert model.delta(first) == 0.25e-3
+    assert model.delta(second) == 0.125  # half the smallest edge is just allowed
+
+
+def test_a_boundary_moves_where_a_motion_is_given() -> None:
+    assert not ImplicitBoundary(**boundary()).is_moving
+    for motion in (
+        {"displacement": {"x": 1}},
+        {"rotation": TURN},
+        {"motion": "motion.py:lift"},
+    ):
+        assert ImplicitBoundary(**boundary(**motion)).is_moving
+    assert ImplicitBoundary(**boundary(CIRCLE, radius_change=-0.1)).is_moving
+
+
+def test_the_factor_of_a_motion() -> None:
+    table = [[0, 0], [0.5, 3], [1, 1]]
+    model = Model.from_dict(
+        entries(
+            boundary(displacement={"x": 1}),
+            boundary(name="table", displacement={"x": 1}, factor=table),
+        )
+    )
+    assert [model.factor(model.boundaries[0], t) for t in (0, 0.25, 1)] == [0, 0.25, 1]
+    assert [model.factor(model.boundaries[1], t) for t in (0, 0.25, 1)] == [0, 1.5, 1]
+
+
+def test_directions() -> None:
+    assert CylinderGeometry(**CYLINDER).direction == (0, 0, 1)
+    oblique = CylinderGeometry(**{**CYLINDER, "axis": np.array([3.0, 0, 4.0])})
+    assert oblique.direction == (0.6, 0, 0.8)
+    assert unit([0, -1e-320]) == (0, -1)
+    assert unit([1.7e308, 1.7e308]) == pytest.approx([math.sqrt(0.5)] * 2, rel=1e-15)
+    assert BoxGeometry(**{**BOX, "angle": 90}).axes == ((0, 1), (-1, 0))
+
+
+def test_what_is_just_right_is_taken() -> None:
+    for kind, given in (
+        ("axisymmetric", boundary(CIRCLE, displacement={"x": 0.1}, radius_change=0.1)),
+        ("axisymmetric", boundary(condition="direction", direction=[1, 1])),
+        ("plane_strain", boundary(rotation=TURN)),
+        ("plane_strain", boundary({**POLYLINE, "closed": True})),
+        ("plane_strain", boundary({**POLYLINE, "vertices": [[0, 0], [1, 0]]})),
+        ("plane_strain", boundary({**BOX, "faces": ["x-", "y+"], "angle": 30})),
+        ("plane_strain", boundary(CIRCLE, radius_change=-0.3, factor=[[0, 0], [1, 0.99]])),
+        ("3d", boundary(CUBE | {"angle": 30, "axis": "x", "faces": ["z-"]})),
+        ("3d", boundary(CYLINDER, rotation={**TURN, "centre": [0, 0, 0], "axis": "x"})),
+    ):
+        Model.from_dict(entries(given, kind=kind))
+
+
+def test_a_roller_alone_is_left_to_the_simulation() -> None:
+    """What an implicit boundary holds is known only where it touches soil."""
+    base = {"type": "plane", "name": "base", "axis": "y", "at": 0, "condition": "roller"}
+    assert refused(entries(base)).key == "boundaries"
+    Model.from_dict(entries(base, boundary()))
+
+
+GEOMETRY = "boundaries[0].geometry"
+WRONG_GEOMETRIES = [
+    (SPHERE, "plane_strain", ".type", 'does not exist with analysis.kind = "plane_strain"'),
+    (STL, "axisymmetric", ".type", "does not exist"),
+    (CYLINDER, "plane_strain", ".type", "does not exist"),
+    (CIRCLE, "3d", ".type", "does not exist"),
+    (POLYLINE, "3d", ".type", "does not exist"),
+    ({"type": "plain"}, "3d", ".type", 'did you mean "plane"?'),
+    ({"point": [0, 0]}, "3d", ".type", "missing"),
+    ({**PLANE, "normal": [0, 0]}, "plane_strain", ".normal", "zero vector"),
+    ({**PLANE, "normal": [0, 0, 1]}, "plane_strain", ".normal", "must have 2 components"),
+    ({**PLANE, "normal": [0, 0, 1]}, "3d", ".point", "must have 3 components"),
+    ({**CIRCLE, "centre": [0]}, "plane_strain", ".centre", "must have 2 components"),
+    ({**CIRCLE, "centre": [-0.1, 0]}, "axisymmetric", ".centre", "keep the centre at x >= 0"),
+    ({**CIRCLE, "radius": 0}, "plane_strain", ".radius", "greater than zero"),
+    ({**CIRCLE, "soil": "left"}, "plane_strain", ".soil", '"inside", "outside"'),
+    ({"type": "circle", "centre": [0, 0], "radius": 1}, "plane_strain", ".soil", "missing"),
+    ({**CYLINDER, "axis": [0, 0, 0]}, "3d", ".axis", "zero vector"),
+    ({**CYLINDER, "axis": "w"}, "3d", ".axis", "names no axis"),
+    ({**CYLINDER, "axis": [1, 0]}, "3d", ".axis", "must have 3 components"),
+    ({**POLYLINE, "vertices": [[0, 0]]}, "plane_strain", ".vertices", "two vertices"),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [1, 0]], "closed": True},
+        "plane_strain", ".vertices", "three vertices",
+    ),
+    ({**POLYLINE, "vertices": [[0, 0], [0, 0]]}, "plane_strain", ".vertices", "right after itself"),
+    ({**POLYLINE, "vertices": [[0, 0, 0], [1, 0, 0]]}, "3d", ".vertices", "two coordinates"),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [2, 0], [1, 1], [1, -1]]},
+        "plane_strain", ".vertices", "cross or touch",
+    ),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [2, 0], [1, 0]]},
+        "plane_strain", ".vertices", "cross or touch",
+    ),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [1, 0], [1, 1], [0, 0]]},
+        "plane_strain", ".vertices", "set closed = true",
+    ),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [1, 0], [1, 1], [0, 0]], "closed": True},
+        "plane_strain", ".vertices", "leave the last vertex out",
+    ),
+    (
+        {**POLYLINE, "vertices": [[0, 0], [1, 1], [1, 0], [0, 1]], "closed": True},
+        "plane_strain", ".vertices", "cross or touch",
+    ),
+    ({**BOX, "upper": [1, 0]}, "plane_strain", ".upper", "must exceed `lower`"),
+    ({**BOX, "axis": "z"}, "plane_strain", ".axis", "3D only"),
+    ({**CUBE, "angle": 5}, "3d", ".axis", "missing"),
+    ({**BOX, "faces": ["z-"]}, "plane_strain", ".faces", "names the z direction"),
+    ({**BOX, "faces": ["top"]}, "plane_strain", ".faces[0]", "not one of the choices"),
+    ({**BOX, "faces": []}, "plane_strain", ".faces", "must not be empty"),
+    ({**BOX, "faces": "x-"}, "plane_strain", ".faces", "must be a list of faces"),
+    ({**BOX, "faces": ["x-", "x-"]}, "plane_strain", ".faces", "names a face twice"),
+    ({**FOOTING, "width": -1}, "plane_strain", ".width", "greater than zero"),
+    ({**FOOTING, "width": [1, 1]}, "plane_strain", ".width", "must be one number in 2D"),
+    ({**SLAB, "width": 1}, "3d", ".width", "must be two numbers in 3D"),
+    ({**FOOTING, "along": [1, 0]}, "plane_strain", ".along", "3D only"),
+    ({**SLAB, "along": [0, 0, 3]}, "3d", ".along", "parallel to `normal`"),
+    ({**SLAB, "along": [0, 0, 0]}, "3d", ".along", "zero vector"),
+    ({k: v for k, v in SLAB.items() if k != "along"}, "3d", ".along", "missing"),
+    ({**FUNCTION, "function": "shape.py"}, "plane_strain", ".function", "does not name a function"),
+    ({**FUNCTION, "function": ":f"}, "plane_strain", ".function", "does not name a function"),
+    ({**FUNCTION, "function": "a.py:b c"}, "plane_strain", ".function", "does not name a function"),
+    ({**STL, "file": " "}, "3d", ".file", "must not be empty"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("geometry", "kind", "key", "words"), WRONG_GEOMETRIES)
+def test_wrong_geometries(geometry: dict[str, Any], kind: str, key: str, words: str) -> None:
+    error = refused(entries(boundary(geometry), kind=kind))
+    assert error.key == GEOMETRY + key
+    assert words in str(error)
+    assert len(error.problems) == 1
+
+
+MOVED = {"displacement": {"y": 1}}
+
+
+@pytest.mark.parametrize(
+    ("given", "kind", "key", "words"),
+    [
+        (boundary(condition="free"), "plane_strain", "condition", '"tangential"'),
+        (boundary(condition="direction"), "plane_strain", "direction", "missing"),
+        (boundary(direction=[1, 0]), "plane_strain", "direction", 'choose condition = "direction"'),
+        (
+            boundary(condition="direction", direction=[0, 0]),
+            "plane_strain", "direction", "zero vector",
+        ),
+        (
+            boundary(condition="direction", direction=[0, 0, 1]),
+            "plane_strain", "direction", "must have 2 components",
+        ),
+        (boundary(delta=0), "plane_strain", "delta", "greater than 0 and at most 0.25"),
+        (boundary(delta=-1e-4), "plane_strain", "delta", "greater than 0 and at most 0.25"),
+        (boundary(delta=0.2500001), "plane_strain", "delta", "half the smallest edge"),
+        (boundary(form="line"), "plane_strain", "form", '"surface", "band"'),
+        (boundary(displacement={}), "plane_strain", "displacement", "must not be empty"),
+        (boundary(displacement={"z": 1}), "plane_strain", "displacement", "z direction"),
+        (boundary(rotation={"angle": 3}), "plane_strain", "rotation.centre", "missing"),
+        (
+            boundary(rotation={**TURN, "axis": "z"}),
+            "plane_strain", "rotation.axis", "3D only",
+        ),
+        (
+            boundary(SPHERE, rotation={**TURN, "centre": [0, 0, 0]}),
+            "3d", "rotation.axis", "missing",
+        ),
+        (
+            boundary(SPHERE, rotation={**TURN, "axis": "z"}),
+            "3d", "rotation.centre", "must have 3 components",
+        ),
+        (boundary(rotation=TURN), "axisymmetric", "rotation", "break the axisymmetry"),
+        (boundary(radius_change=0.1), "plane_strain", "radius_change", "has no radius"),
+        (boundary(CIRCLE, radius_change=-0.3), "plane_strain", "radius_change", "at factor 1"),
+        (
+            boundary(CIRCLE, radius_change=0.1, factor=[[0, 0], [0.5, -4], [1, 1]]),
+            "plane_strain", "radius_change", "becomes -0.1 at factor -4",
+        ),
+        (boundary(motion="lift"), "plane_strain", "motion", "does not name a function"),
+        (
+            boundary(CIRCLE, motion="m.py:lift", radius_change=0.1, **MOVED),
+            "plane_strain", "motion", "together with `displacement` and `radius_change`",
+        ),
+        (boundary(factor=RAMP), "plane_strain", "factor", "nothing to scale"),
+        (
+            boundary(factor=[[0, 1], [1, 1]], **MOVED),
+            "plane_strain", "factor", "first factor must be 0",
+        ),
+        (boundary(components=["x"]), "plane_strain", "components", "unknown key"),
+        (boundary(deltas=1), "plane_strain", "deltas", "did you mean `delta`?"),
+    ],
+)  # fmt: skip
+def test_wrong_entries(given: dict[str, Any], kind: str, key: str, words: str) -> None:
+    error = refused(entries(given, kind=kind))
+    assert error.key == f"boundaries[0].{key}"
+    assert words in str(error)
+    assert len(error.problems) == 1
+
+
+def test_an_affine_motion_stands_alone() -> None:
+    drive = {
+        "type": "affine", "name": "drive", "deformation_gradient": [[1, 0], [0, 1]],
+        "path": "linear",
+    }  # fmt: skip
+    assert "cannot be combined" in str(refused(entries(boundary(), drive)))
+
+
+BASE = {"type": "plane", "name": "base", "axis": "y", "at": 0, "condition": "fixed"}
+MOMENT = {
+    "name": "m", "quantity": "moment", "boundary": "wall", "about": [0, 0], "component": "z",
+}  # fmt: skip
+DEPTH = {"name": "d", "quantity": "penetration", "boundary": "wall"}
+
+
+@pytest.mark.parametrize(
+    ("tracked", "kind", "key", "words"),
+    [
+        ({**MOMENT, "component": "x"}, "plane_strain", "component", 'give component = "z"'),
+        ({**MOMENT, "component": "xy"}, "plane_strain", "component", '"x", "y", "z"'),
+        ({**MOMENT, "about": [0, 0, 0]}, "plane_strain", "about", "must have 2 components"),
+        ({**MOMENT, "boundary": "wal"}, "plane_strain", "boundary", "did you mean `wall`?"),
+        (
+            {k: v for k, v in MOMENT.items() if k != "about"},
+            "plane_strain", "about", "`boundary` and `about` and `component`",
+        ),
+        (MOMENT, "axisymmetric", "quantity", "no moment in axisymmetry"),
+        ({**DEPTH, "boundary": "base"}, "plane_strain", "boundary", "choose from `wall`"),
+        ({**DEPTH, "component": "x"}, "plane_strain", "component", "has no meaning"),
+        ({**DEPTH, "about": [0, 0]}, "plane_strain", "about", "has no meaning"),
+    ],
+)  # fmt: skip
+def test_wrong_tracked_quantities(tracked: dict[str, Any], kind: str, key: str, words: str) -> None:
+    error = refused(entries(boundary(), BASE, kind=kind, track=[tracked]))
+    assert error.key == f"track[0].{key}"
+    assert words in str(error)
+    assert len(error.problems) == 1
+
+
+def test_tracked_quantities_of_boundaries() -> None:
+    reaction = {"name": "r", "quantity": "reaction", "boundary": "wall", "component": "y"}
+    Model.from_dict(entries(boundary(), track=[reaction, MOMENT, DEPTH]))
+    Model.from_dict(entries(BASE, track=[{**MOMENT, "boundary": "base"}]))
+    tracked = [{**MOMENT, "name": c, "component": c, "about": [0, 0, 0]} for c in ("x", "y", "z")]
+    Model.from_dict(entries(boundary(SPHERE), kind="3d", track=tracked))
+
+
+FOLLOW = {"boundary": "wall", "place": [0.5, 0.1], "axes": ["x"]}
+
+
+@pytest.mark.parametrize(
+    ("follow", "key", "words"),
+    [
+        ({**FOLLOW, "boundary": "wal"}, "boundary", "did you mean `wall`?"),
+        ({**FOLLOW, "boundary": "base"}, "boundary", "choose from `wall`"),
+        ({**FOLLOW, "place": [0, 0, 0]}, "place", "must have 2 components"),
+        ({**FOLLOW, "axes": ["z"]}, "axes", "z direction"),
+        ({**FOLLOW, "axes": []}, "axes", "must not be empty"),
+    ],
+)
+def test_a_grid_that_cannot_follow(follow: dict[str, Any], key: str, words: str) -> None:
+    grid = {"cell_size": 0.5, "follow": FOLLOW}
+    Model.from_dict(entries(boundary(), BASE, grid=grid))
+    error = refused(entries(boundary(), BASE, grid={**grid, "follow": follow}))
+    assert error.key == f"grid.follow.{key}"
+    assert words in str(error)
+    assert len(error.problems) == 1
+
+
+ODD_VALUES = [
+    None, True, "", "nonsense", "z", -1, 0, 2.5, 10**400, math.nan, math.inf, [], [1], [1, 2, 3, 4],
+    ["a", "b"], [[]], [[0, 0], [0, 1]], [[1, 2], 3], {}, {"type": "nonsense"}, {"x": "y"}, object,
+]  # fmt: skip
+FULL = [
+    ("plane_strain", boundary(CIRCLE, radius_change=0.1, rotation=TURN, factor=RAMP, **MOVED)),
+    ("plane_strain", boundary({**BOX, "faces": ["x-"], "angle": 5}, motion="m.py:f", delta=0.1)),
+    ("plane_strain", boundary({**POLYLINE, "closed": True}, condition="direction",
+                              direction=[1, 1])),
+    ("plane_strain", boundary(FOOTING)),
+    ("plane_strain", boundary(FUNCTION)),
+    ("3d", boundary(SLAB, rotation={"angle": 1, "centre": [0, 0, 0], "axis": "x"})),
+    ("3d", boundary({**CYLINDER, "axis": [1, 0, 0]})),
+    ("3d", boundary(STL)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "given"), FULL)
+def test_any_value_anywhere_is_taken_or_refused_in_plain_words(
+    kind: str, given: dict[str, Any]
+) -> None:
+    Model.from_dict(entries(given, kind=kind))
+    for holder in ((), ("geometry",), ("rotation",)):
+        for key in given.get(holder[0], {}) if holder else given:
+            for odd in ODD_VALUES:
+                changed = copy.deepcopy(given)
+                (changed[holder[0]] if holder else changed)[key] = odd
+                model, message = taken_or_refused(entries(changed, kind=kind))
+                for jargon in ("Input", "pydantic", "validation", "[key]", "_error"):
+                    assert jargon not in message
+                if model is None:
+                    assert "boundaries[0]" in message
+                else:
+                    assert Model.from_dict(json.loads(json.dumps(model))).to_dict() == model
+
+
+SQUARE_FUNCTION = """
+def distance(x):
+    return x[:, 1] - 0.25
+"""
+TETRAHEDRON = [
+    [[0, 0, 0], [0, 1, 0], [1, 0, 0]],
+    [[0, 0, 0], [1, 0, 0], [0, 0, 1]],
+    [[0, 0, 0], [0, 0, 1], [0, 1, 0]],
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+]
+
+
+def stl(triangles: list[list[list[float]]]) -> str:
+    """An STL file as text."""
+    facets = [
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {x} {y} {z}\n" for x, y, z in triangle)
+        + "endloop\nendfacet\n"
+        for triangle in triangles
+    ]
+    return "solid s\n" + "".join(facets) + "endsolid s\n"
+
+
+HALF = math.sqrt(0.5)
+DISTANCES: list[tuple[dict[str, Any], list[float], float]] = [
+    ({**PLANE, "normal": [0, 3]}, [7, 0.6], 0.5),
+    (CIRCLE, [0.5, 1], 0.2),
+    ({**CIRCLE, "soil": "inside"}, [0.5, 1], -0.2),
+    (CYLINDER, [0.5, 0, 9], 0.2),
+    ({**CYLINDER, "axis": [0, -2, 0], "soil": "inside"}, [0.1, 5, 1], 0.2),
+    (SPHERE, [0.1, 0, 1], 0.2),
+    ({**SPHERE, "soil": "outside"}, [0.1, 0, 1], -0.2),
+    ({**POLYLINE, "vertices": [[0, 0], [2, 0], [4, 0]]}, [1, 0.3], 0.3),
+    ({**POLYLINE, "vertices": [[0, 0], [2, 0], [4, 0]], "soil": "right"}, [1, 0.3], -0.3),
+    ({**POLYLINE, "vertices": [[0, 0], [4, 0], [0, 4]], "closed": True}, [1, 2.5], 0.5 * HALF),
+    (BOX, [0.9, 1], 0.1),
+    ({**BOX, "angle": 90}, [-1.5, 0.7], 0.3),
+    (CUBE, [0.5, 2.2, 0.5], 0.2),
+    (FOOTING, [0.1, 1.9], 0.1),
+    (FOOTING, [0.25 + 0.3, 1.6], 0.5),
+    (SLAB, [0.25 * HALF, 0.25 * HALF, 1.9], 0.1),  # on the edge along `along`
+    (SLAB, [0.2 * HALF, -0.2 * HALF, 2 - 0.1], math.sqrt(0.02)),  # 0.1 beside the shorter one
+    (FUNCTION, [3, 0.75], 0.5),
+    (STL, [-0.5, 0.2, 0.2], 0.5),
+    ({**STL, "soil": "inside"}, [0.1, 0.2, 0.2], 0.1),
+]
+
+
+@pytest.mark.parametrize(("geometry", "place", "distance"), DISTANCES)
+def test_the_geometry_that_is_made_has_the_declared_distance(
+    tmp_path: Path, geometry: dict[str, Any], place: list[float], distance: float
+) -> None:
+    (tmp_path / "shape.py").write_text(SQUARE_FUNCTION, encoding="utf-8")
+    (tmp_path / "blade.stl").write_text(stl(TETRAHEDRON), encoding="utf-8")
+    for key in ("file", "function"):
+        if key in geometry:
+            geometry = {**geometry, key: f"{tmp_path}/{geometry[key]}"}
+    kind = "3d" if len(place) == 3 else "plane_strain"
+    model = Model.from_dict(entries(boundary(geometry), kind=kind))
+    made = make_geometry(model.boundaries[0], model)
+    assert made.dim == len(place)
+    assert made.distance(np.array([place]))[0] == pytest.approx(distance, abs=1e-12)
+
+
+def test_faces_of_a_box() -> None:
+    model = Model.from_dict(entries(boundary({**BOX, "faces": ["x-", "y+"]})))
+    facets = make_geometry(model.boundaries[0], model).facets(np.zeros(2), np.ones(2), 0.5)
+    assert {tuple(normal) for normal in facets.normal} == {(1.0, 0.0), (0.0, -1.0)}
+
+
+def test_a_function_that_cannot_be_loaded_names_its_key(tmp_path: Path) -> None:
+    (tmp_path / "shape.py").write_text(SQUARE_FUNCTION, encoding="utf-8")
+    given = {**FUNCTION, "function": f"{tmp_path}/shape.py:distanc"}
+    model = Model.from_dict(entries(boundary(name="first"), boundary(given)))
+    with pytest.raises(BadInput, match="did you mean `distance`") as caught:
+        make_geometry(model.boundaries[1], model)
+    assert caught.value.key == "boundaries[1].geometry.function"
