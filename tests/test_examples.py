@@ -16,8 +16,11 @@ CASES = sorted(EXAMPLES.glob("*/*.toml"))
 FOLDERS = sorted(folder for folder in EXAMPLES.iterdir() if folder.is_dir())
 STEPS = 3
 
-MOVES = r'^(type = "(?:body_force|point_force|affine)"|condition = "prescribed")$'
-"""Lines of what follows a load factor."""
+MOVES = (
+    r'^(type = "(?:body_force|point_force|affine)"|condition = "prescribed"'
+    r'|condition = "\w+"(?=\n(?:displacement|rotation|radius_change|motion) = ))$'
+)
+"""Lines of what follows a load factor; an implicit boundary's motion stands below its condition."""
 
 
 def shortened(text: str) -> tuple[str, int]:
@@ -28,6 +31,7 @@ def shortened(text: str) -> tuple[str, int]:
     kept = min(STEPS, total)
     factor = f"factor = [[0.0, 0.0], [{kept}.0, {kept / total}]]"
     text = text.replace(found[0], f"end = {kept}.0\nsteps = {kept}")
+    text = re.sub(r"^factor = .*\n", "", text, flags=re.MULTILINE)
     text, changed = re.subn(MOVES, rf"\1\n{factor}", text, flags=re.MULTILINE)
     assert changed, "an example is driven by loads or displacements"
     text = re.sub(r"^outputs = \d+$", "outputs = 1", text, flags=re.MULTILINE)
@@ -38,6 +42,8 @@ def shortened(text: str) -> tuple[str, int]:
 def test_case_file_is_valid_and_its_first_steps_run(case, tmp_path):
     assert load_case(case).title
     text, steps = shortened(case.read_text(encoding="utf-8"))
+    for beside in [*case.parent.glob("*.py"), *case.parent.glob("*.stl")]:
+        (tmp_path / beside.name).write_bytes(beside.read_bytes())
     short = tmp_path / "short.toml"
     short.write_text(text, encoding="utf-8")
     assert run_command(["run", str(short), "--quiet", "--threads", "1"]) == 0

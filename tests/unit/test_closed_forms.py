@@ -14,6 +14,7 @@ from tilth.verification.closed_forms import (
     Moduli,
     SelfWeightColumn,
     ThickCylinder,
+    WidenedCylinder,
     components,
     full_deformation_gradient,
     hencky_cauchy_stress,
@@ -240,3 +241,65 @@ def test_thick_cylinder_against_the_integrated_equilibrium_of_rings(poisson_rati
     axial = moduli.lame * (slope + displacement / radii)
     np.testing.assert_allclose(stress[:, 1], axial, atol=1e-9)
     assert cylinder.pressure == pytest.approx(-radial[-1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("poisson_ratio", "displacement", "pressure", "outer_displacement"),
+    [
+        (0.3, 0.1, 0.04500, 0.06571),
+        (0.3, 0.25, 0.09064, 0.17105),
+        (0.3, 0.5, 0.13056, 0.36044),
+        (0.3, 1.0, 0.14887, 0.77280),
+        (0.0, 0.1, 0.05046, None),
+        (0.0, 0.25, 0.09901, None),
+        (0.0, 0.5, 0.13766, None),
+        (0.0, 1.0, 0.14970, None),
+        (0.49, 0.1, 0.04376, None),
+        (0.49, 0.25, 0.09045, None),
+        (0.49, 0.5, 0.13525, None),
+    ],
+)
+def test_widened_cylinder_has_the_known_numbers(
+    poisson_ratio, displacement, pressure, outer_displacement
+):
+    cylinder = WidenedCylinder(1.0, 2.0, displacement, elastic(1e6, poisson_ratio))
+    assert cylinder.pressure / 1e6 == pytest.approx(pressure, abs=6e-6)
+    if outer_displacement is not None:
+        assert cylinder.outer_displacement == pytest.approx(outer_displacement, abs=6e-6)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.49])
+def test_widened_cylinder_begins_as_lame_says(poisson_ratio):
+    """The difference is of second order in the displacement: a tenth of it, a tenth as much."""
+    material = elastic(100.0, poisson_ratio)
+    radii = np.linspace(1.0, 2.5, 7)
+    shares = []
+    for displacement in (1e-3, 1e-4):
+        wide = WidenedCylinder(1.0, 2.5, displacement, material)
+        lame = ThickCylinder(1.0, 2.5, displacement, material)
+        moved, expected = wide.radial_displacement(radii), lame.radial_displacement(radii)
+        np.testing.assert_allclose(moved, expected, rtol=2.0 * displacement)
+        assert wide.outer_displacement == pytest.approx(moved[-1], rel=1e-12)
+        shares.append(wide.pressure / lame.pressure - 1.0)
+    assert abs(shares[0]) < 5e-3
+    assert shares[1] == pytest.approx(0.1 * shares[0], rel=0.02)
+
+
+def test_widened_cylinder_is_in_equilibrium_in_its_widened_place():
+    """d sigma_rr / dr = (sigma_hoop - sigma_rr) / r, by central differences of the mapping."""
+    cylinder = WidenedCylinder(1.0, 2.0, 0.5, elastic(100.0, 0.3))
+    radii, step = np.linspace(1.1, 1.9, 9), 1e-3
+
+    def place(at):
+        return at + cylinder.radial_displacement(at)
+
+    def stress(at):
+        stretch = (place(at + step) - place(at - step)) / (2.0 * step)
+        gradient = np.zeros((len(at), 3, 3))
+        gradient[:, 0, 0], gradient[:, 1, 1], gradient[:, 2, 2] = stretch, 1.0, place(at) / at
+        return hencky_cauchy_stress(gradient, cylinder.material)
+
+    radial = [stress(radii + side * step)[:, 0, 0] for side in (-1.0, 1.0)]
+    slope = (radial[1] - radial[0]) / (place(radii + step) - place(radii - step))
+    now = stress(radii)
+    np.testing.assert_allclose(slope, (now[:, 2, 2] - now[:, 0, 0]) / place(radii), rtol=1e-4)

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace tilth::boundary {
@@ -26,6 +27,8 @@ struct Pieces {
 
 /// Distance from a line, in cells, below which a corner lies on it.
 inline constexpr double on_line = 1e-12;
+/// The same relative to the coordinates: far from the origin their round-off is larger.
+inline constexpr double round_off = 4.0 * std::numeric_limits<double>::epsilon();
 
 /// Appends to `low` and `high` the parts of a shape on either side of x[axis] = `line`.
 template <int Dim>
@@ -72,11 +75,13 @@ void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const do
     greatest = std::max(greatest, corner[axis]);
   }
   const double h = cell_size[axis];
-  const double first = std::floor((least - origin[axis]) / h + on_line) + 1.0;
+  const double reach = std::max({std::abs(least), std::abs(greatest), std::abs(origin[axis])});
+  const double tolerance = std::max(on_line * h, round_off * reach);
+  const double first = std::floor((least - origin[axis] + tolerance) / h) + 1.0;
   Shape<Dim> rest = shape;
-  for (double number = first; origin[axis] + number * h < greatest - on_line * h; number += 1.0) {
+  for (double number = first; origin[axis] + number * h < greatest - tolerance; number += 1.0) {
     Shape<Dim> low, high;
-    split<Dim>(rest, axis, origin[axis] + number * h, on_line * h, low, high);
+    split<Dim>(rest, axis, origin[axis] + number * h, tolerance, low, high);
     cut_shape<Dim>(low, axis + 1, origin, cell_size, facet, pieces);
     rest = std::move(high);
   }

@@ -56,6 +56,16 @@ class Place:
         """Returns sum_a N_a nodal_a, shape (n, k)."""
         return np.asarray(np.einsum("na,nak->nk", self.value, nodal[self.node[self.cell]]))
 
+    def scatter(self, vector: Floats, nodes: int) -> Floats:
+        """Returns sum_n N_na vector_n at all nodes, shape (nodes, k)."""
+        of_cell = np.einsum("na,nk->nak", self.value, vector)
+        of_cell = np.add.reduceat(of_cell, self.start[:-1], axis=0)
+        node = self.node.ravel()
+        columns = [
+            np.bincount(node, of_cell[:, :, k].ravel(), nodes) for k in range(vector.shape[1])
+        ]
+        return np.stack(columns, axis=1)
+
 
 def locate_places(active: ActiveGrid, place: Floats, fallback: Floats) -> tuple[Integers, Place]:
     """Finds the cells that places act on; returns the order by cell, and what it orders.
@@ -65,7 +75,9 @@ def locate_places(active: ActiveGrid, place: Floats, fallback: Floats) -> tuple[
     grid, dim = active.grid, active.grid.dim
     corner = _corners(dim)
     own = np.floor((place - grid.origin) / grid.cell_size).astype(np.int64)
-    known = np.isin(lattice_keys(own), active.cell_keys)
+    wanted = lattice_keys(own)
+    number = np.searchsorted(active.cell_keys, wanted).clip(max=len(active.cell_keys) - 1)
+    known = active.cell_keys[number] == wanted
     near = np.floor((fallback - grid.origin) / grid.cell_size).astype(np.int64)
     lattice = np.where(known[:, None], own, near)
     key = lattice_keys(lattice)
@@ -160,10 +172,7 @@ class Contact:
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
         """Returns the boundary's internal force of what its points carry, shape (nodes, dim)."""
         dim = self.pose.place.shape[1]
-        force = np.zeros((nodes, dim))
-        share = self.at.value[:, :, None] * (self.pose.weight[:, None] * carried)[:, None, :dim]
-        np.add.at(force, self.at.node[self.at.cell], share)
-        return force
+        return self.at.scatter(self.pose.weight[:, None] * carried[:, :dim], nodes)
 
     def commit(self, carried: Floats) -> None:
         """Carries on to the next step; what touches no soil carries nothing."""

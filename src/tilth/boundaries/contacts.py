@@ -12,7 +12,7 @@ import numpy as np
 from tilth import _core
 from tilth.boundaries.band import BandContact
 from tilth.boundaries.contact import Contact, Integers, lattice_keys, locate_places
-from tilth.boundaries.implicit import Implicit, Pose
+from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
 from tilth.errors import BadInput
@@ -54,28 +54,26 @@ class Contacts:
         """Finds out where the boundaries touch soil in the step from time `before` to `after`."""
         if not boundaries:
             return cls(active, [], [])
-        poses = [_pose(boundary, points, before, after) for boundary in boundaries]
-        surfaces = [_surface_places(b, pose) for b, pose in zip(boundaries, poses, strict=True)]
-        nearest = np.asarray(
-            _core.touching_points(
-                np.concatenate(surfaces), points.position, points.half_length,
-                active.grid.origin, active.grid.cell_size,
-            )
-        )  # fmt: skip
+        surfaces, box = [], _box(points)
+        for boundary in boundaries:
+            _cover(boundary, box, before)
+            surfaces.append(boundary.surface_places(before))
+        nearest = _touching(points, active, np.concatenate(surfaces), box)
         moduli = np.array(
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
         stops = np.array([body.stop for body in points.bodies])
         ends = np.cumsum([len(places) for places in surfaces])
         parts, untouched = [], []
-        for boundary, pose, end, places in zip(boundaries, poses, ends, surfaces, strict=True):
+        for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.terms is not None
             point = nearest[end - len(places) : end][boundary.terms.on_surface]
             chosen = np.flatnonzero(point >= 0)
             if len(chosen) == 0:
                 untouched.append(boundary.name)
                 continue
-            order, at = locate_places(active, pose.place[chosen], points.position[point[chosen]])
+            place = boundary.places(before, chosen)
+            order, at = locate_places(active, place, points.position[point[chosen]])
             chosen = chosen[order]
             body = np.searchsorted(stops, point[chosen], side="right")
             make = Contact if boundary.declared.form == "surface" else BandContact
@@ -84,7 +82,7 @@ class Contacts:
                     boundary=boundary,
                     chosen=chosen,
                     at=at,
-                    pose=pose.of(chosen),
+                    pose=boundary.pose(before, after, chosen),
                     moduli=moduli[body],
                     axisymmetric=kind == "axisymmetric",
                 )
@@ -157,26 +155,33 @@ def _moduli(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
     )
 
 
-def _pose(boundary: Implicit, points: MaterialPoints, before: float, after: float) -> Pose:
-    """Returns the pose of a boundary that reaches as far as the soil."""
-    reach = points.half_length.max(axis=0)
-    lower, upper = points.position.min(axis=0) - reach, points.position.max(axis=0) + reach
-    box = np.stack([lower, upper])
+def _box(points: MaterialPoints) -> Floats:
+    """Returns the lower and the upper corner of the box of all points' boxes, shape (2, dim)."""
+    corners = []
+    for x, reach in zip(points.position.T, points.half_length.T, strict=True):  # fast by columns
+        corners.append((x.min() - reach.max(), x.max() + reach.max()))
+    return np.array(corners).T
+
+
+def _cover(boundary: Implicit, box: Floats, time: float) -> None:
+    """Makes sure that a boundary has quadrature points wherever the soil is at `time`."""
     dim = box.shape[1]
     corners = np.array([[box[i, k] for k, i in enumerate(c)] for c in np.ndindex(*(2,) * dim)])
-    at_rest = boundary.motion.reference(corners, boundary.factor(before))
+    at_rest = boundary.motion.reference(corners, boundary.factor(time))
     boundary.cover(at_rest.min(axis=0), at_rest.max(axis=0))
-    return boundary.pose(before, after)
 
 
-def _surface_places(boundary: Implicit, pose: Pose) -> Floats:
-    """Returns where the surface points are at the start of the step, shape (n, dim)."""
-    terms = boundary.terms
-    assert terms is not None
-    if boundary.declared.form == "surface":
-        return pose.place
-    _, first = np.unique(terms.on_surface, return_index=True)
-    return np.ascontiguousarray(pose.place[first])
+def _touching(points: MaterialPoints, active: ActiveGrid, places: Floats, box: Floats) -> Integers:
+    """Returns the number of the nearest point that each place touches, -1 if none, shape (n,)."""
+    near = np.ones(len(places), dtype=bool)
+    for x, low, high, size in zip(places.T, *box, active.grid.cell_size, strict=True):
+        near &= (x >= low - size) & (x <= high + size)
+    nearest = np.full(len(places), -1)
+    nearest[near] = _core.touching_points(
+        places[near], points.position, points.half_length,
+        active.grid.origin, active.grid.cell_size,
+    )  # fmt: skip
+    return nearest
 
 
 def require_agreement(

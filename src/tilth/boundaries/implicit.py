@@ -30,6 +30,10 @@ GAUSS = (0.5 * (1.0 + np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])), np.array([5
 """Places and weights of Gauss's three points on [0, 1]."""
 
 
+LONG_FACETS = 4.0
+"""Length of the facets of a flat boundary at rest, in cells: fewer edges, fewer points."""
+
+
 @dataclass(frozen=True)
 class Terms:
     """Where and how strongly a boundary acts; n quadrature points, of its surface or its band.
@@ -41,6 +45,7 @@ class Terms:
         reference: places at rest [length], shape (n, dim).
         normal: at rest, unit, into the soil, shape (n, dim).
         weight: area, or volume of the band, at rest [length^(dim - 1)], [length^dim], shape (n,).
+        surface: places of the surface's own quadrature points [length].
         on_surface: the surface point that each belongs to, shape (n,).
         d: Dirichlet function [-], shape (n,).
         d_prime: its derivative [1/length], shape (n,); 0 leaves K2 out.
@@ -51,6 +56,7 @@ class Terms:
     reference: Floats
     normal: Floats
     weight: Floats
+    surface: Floats
     on_surface: Integers
     d: Floats
     d_prime: Floats
@@ -65,6 +71,7 @@ def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
         reference=points.position,
         normal=points.normal,
         weight=points.weight,
+        surface=points.position,
         on_surface=np.arange(n),
         d=np.zeros(n),
         d_prime=np.zeros(n),
@@ -85,6 +92,7 @@ def band_terms(points: QuadraturePoints, delta: float) -> Terms:
         reference=points.position[surface] + (delta * s)[:, None] * normal,
         normal=normal,
         weight=points.weight[surface] * delta * np.tile(weight, n),
+        surface=points.position,
         on_surface=surface,
         d=1.0 - (1.0 - s) ** 2,
         d_prime=d_prime,
@@ -115,18 +123,6 @@ class Pose:
     weight: Floats
     projector: Floats
     turn: tuple[Floats, Floats] | None
-
-    def of(self, chosen: Integers) -> Pose:
-        """Returns the part that belongs to some of the terms."""
-        return Pose(
-            place=self.place[chosen],
-            increment=self.increment[chosen],
-            gradient=self.gradient[chosen],
-            normal=self.normal[chosen],
-            weight=self.weight[chosen],
-            projector=self.projector[chosen],
-            turn=None if self.turn is None else (self.turn[0][chosen], self.turn[1][chosen]),
-        )
 
 
 class Implicit:
@@ -176,7 +172,7 @@ class Implicit:
         if self.terms is not None and (self.geometry.bounded or within):
             return self.terms
         cell = np.array(self._model.cell_size)
-        margin = 0.25 * (upper - lower) + 4.0 * cell
+        margin = 0.1 * (upper - lower) + 2.0 * cell
         self._lower = np.minimum(self._lower, lower - margin)
         self._upper = np.maximum(self._upper, upper + margin)
         self._make_points()
@@ -186,10 +182,19 @@ class Implicit:
     def _make_points(self) -> None:
         before, carried = self.terms, self.carried
         cell = np.array(self._model.cell_size)
-        moves = self.declared.is_moving or self._model.grid.follow is not None
-        size = float(cell.min()) / (3.0 if moves else 1.0)
+        least = float(cell.min())
+        if self.declared.is_moving or self._model.grid.follow is not None:
+            piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
+        else:  # the grid's lines cut the facets
+            piece, facet = least, (LONG_FACETS if self.geometry.flat else 1.0) * least
         points = make_quadrature(
-            self.geometry, self._lower, self._upper, np.array(self._model.origin), cell, size
+            self.geometry,
+            self._lower,
+            self._upper,
+            np.array(self._model.origin),
+            cell,
+            piece,
+            facet,
         )
         make = surface_terms if self.declared.form == "surface" else band_terms
         self.terms = make(points, self.delta)
@@ -200,19 +205,33 @@ class Implicit:
             assert len(from_old) == len(old), "a larger region lost a part of the boundary"
             self.carried[to_new] = carried[from_old]
 
-    def pose(self, before: float, after: float) -> Pose:
-        """Returns where the terms are in the step from time `before` to `after`."""
+    def surface_places(self, time: float) -> Floats:
+        """Returns where the points of the surface are at `time` [length], shape (n, dim)."""
+        terms = self.terms
+        assert terms is not None
+        return self._places(terms.surface, self.factor(time))
+
+    def _places(self, reference: Floats, factor: float) -> Floats:
+        return self.motion.place(reference, factor) if self.declared.is_moving else reference
+
+    def places(self, time: float, chosen: Integers) -> Floats:
+        """Returns where some of the terms are at `time` [length], shape (n, dim)."""
+        assert self.terms is not None
+        return self._places(self.terms.reference[chosen], self.factor(time))
+
+    def pose(self, before: float, after: float, chosen: Integers) -> Pose:
+        """Returns where some of the terms are in the step from time `before` to `after`."""
         terms = self.terms
         assert terms is not None
         start, end = self.factor(before), self.factor(after)
         middle = 0.5 * (start + end)
-        reference = terms.reference
-        place, normal, weight = reference, terms.normal, terms.weight
+        reference, normal = terms.reference[chosen], terms.normal[chosen]
+        weight = terms.weight[chosen]
+        place = self._places(reference, start)
         increment = np.zeros(place.shape)
         gradient = np.zeros((*place.shape, place.shape[1]))
         turn, direction = None, self._direction(len(place))
         if self.declared.is_moving:
-            place = self.motion.place(reference, start)
             increment = self.motion.place(reference, end) - place
             at_start = self.motion.gradient(reference, start)
             at_middle = self.motion.gradient(reference, middle)
@@ -287,11 +306,13 @@ class Implicit:
         behind = np.flatnonzero(distance < 0.0)
         if self.terms is None or len(behind) == 0:
             return 0.0
-        away = self.geometry.gradient(at_rest[behind])
-        foot = at_rest[behind] - distance[behind, None] * away
-        _, nearest = cKDTree(self.terms.reference).query(foot)
-        opposite = np.einsum("ni,ni->n", away, self.terms.normal[nearest]) > 0.999
-        return float(-distance[behind][opposite].min(initial=0.0))
+        if self.geometry.flat:
+            away = self.geometry.gradient(at_rest[behind])
+            foot = at_rest[behind] - distance[behind, None] * away
+            _, nearest = cKDTree(self.terms.reference).query(foot)
+            along = np.einsum("ni,ni->n", away, self.terms.normal[nearest])
+            behind = behind[along > 1.0 - 1e-9]
+        return float(-distance[behind].min(initial=0.0))
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns what a checkpoint must hold."""

@@ -38,6 +38,9 @@ class Box(Flat):
         self.sign = 1.0 if inside else -1.0
         self.dim = len(self.lower)
         self.faces = faces
+        # Places nearer to a face than this are on it; far from the origin round-off is larger.
+        reach = float(np.abs(self.lower).max() + self.size.max())
+        self._round_off = 16.0 * float(np.finfo(float).eps) * reach
 
     def _outward(self, x: Floats) -> tuple[Floats, Floats]:
         """Distance outwards from the box (negative in it), and its gradient."""
@@ -47,7 +50,7 @@ class Box(Flat):
         depth = beyond.max(axis=1)
         outside = np.maximum(beyond, 0.0)
         length = np.linalg.norm(outside, axis=1)
-        out = length > 0.0
+        out = length > self._round_off
         nearest_face = np.eye(self.dim)[beyond.argmax(axis=1)] * side
         away = outside * side / np.where(out, length, 1.0)[:, None]
         direction = np.where(out[:, None], away, nearest_face)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from tilth.geometry.flat import (
     Flat,
@@ -14,6 +15,8 @@ from tilth.geometry.flat import (
     unit,
 )
 from tilth.geometry.protocol import Facets, Floats
+
+Flags = npt.NDArray[np.bool_]
 
 
 class Footing(Flat):
@@ -45,25 +48,33 @@ class Footing(Flat):
                 first = unit(given - (given @ self.normal) * self.normal)
             self._axes = np.stack([first, np.cross(self.normal, first)])
 
-    def _to_nearest(self, x: Floats) -> tuple[Floats, Floats]:
-        """Vectors from the nearest places on the patch, and heights above its plane."""
+    def _to_nearest(self, x: Floats) -> tuple[Floats, Floats, Flags]:
+        """Vectors from the nearest places on the patch, and heights above its plane.
+
+        Also whether a place is beside the patch, (n,): its nearest place is then on an edge.
+        """
         arm = x - self.centre
         along = arm @ self._axes.T
         nearest = np.clip(along, -self.half, self.half)
-        return arm - nearest @ self._axes, arm @ self.normal
+        beside = (np.abs(along) > self.half).any(axis=1)
+        return arm - nearest @ self._axes, arm @ self.normal, beside
 
     def distance(self, x: Floats) -> Floats:
         """As `Geometry.distance`; the sign is that of the side of the patch's plane."""
-        arm, height = self._to_nearest(x)
+        arm, height, _ = self._to_nearest(x)
         return np.asarray(np.where(height < 0.0, -1.0, 1.0) * np.linalg.norm(arm, axis=1))
 
     def gradient(self, x: Floats) -> Floats:
-        """As `Geometry.gradient`; on the patch its normal."""
-        arm, height = self._to_nearest(x)
+        """As `Geometry.gradient`; over the patch and on its edges its normal."""
+        arm, height, beside = self._to_nearest(x)
         length = np.linalg.norm(arm, axis=1)
-        on_patch = length < 1e-12 * self.half.max()
-        arm[on_patch], length[on_patch], height[on_patch] = self.normal, 1.0, 1.0
-        return np.asarray(np.where(height < 0.0, -1.0, 1.0)[:, None] * arm / length[:, None])
+        # Over the patch the normal is exact, where the arm on it is only round-off. Far from the
+        # origin the round-off at the edges is larger.
+        reach = float(np.abs(self.centre).max() + self.half.max())
+        beside &= length > 16.0 * float(np.finfo(float).eps) * reach
+        away = np.where(height < 0.0, -1.0, 1.0)[:, None] * arm
+        away = away / np.where(beside, length, 1.0)[:, None]
+        return np.where(beside[:, None], away, self.normal)
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`."""

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from tilth.geometry.flat import Flat, left_normal, split_segments, unit
 from tilth.geometry.protocol import Facets, Floats
+
+Flags = npt.NDArray[np.bool_]
 
 
 class Polyline(Flat):
@@ -27,13 +30,20 @@ class Polyline(Flat):
         self.end = np.roll(vertex, -1, axis=0) if closed else vertex[1:]
         normal = unit(left_normal(self.end - self.start))
         self.normal = normal if left else -normal
+        corners = np.concatenate([self.start, self.end])
+        extent, reach = float(np.ptp(corners, axis=0).max()), float(np.abs(corners).max())
+        # Places nearer to a vertex than this are on it; far from the origin round-off is larger.
+        self._at_vertex = max(1e-12 * extent, 16.0 * float(np.finfo(float).eps) * reach)
         before, after = np.roll(self.normal, 1, axis=0), np.roll(self.normal, -1, axis=0)
         self._at_start, self._at_end = before + self.normal, self.normal + after
         if not closed:
             self._at_start[0], self._at_end[-1] = self.normal[0], self.normal[-1]
 
-    def _nearest(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Vectors from the nearest places, the normals there, and the signs of the sides."""
+    def _nearest(self, x: Floats) -> tuple[Floats, Floats, Floats, Flags]:
+        """Vectors from the nearest places, the normals there, and the signs of the sides.
+
+        Also whether these places are vertices, shape (n,).
+        """
         edge = self.end - self.start
         arm = x[:, None] - self.start
         share = np.clip((arm * edge).sum(axis=2) / (edge**2).sum(axis=1), 0.0, 1.0)
@@ -46,20 +56,21 @@ class Polyline(Flat):
         normal[share <= 0.0] = self._at_start[segment[share <= 0.0]]
         normal[share >= 1.0] = self._at_end[segment[share >= 1.0]]
         sign = np.where((arm * normal).sum(axis=1) < 0.0, -1.0, 1.0)
-        return arm, self.normal[segment], sign
+        return arm, self.normal[segment], sign, (share <= 0.0) | (share >= 1.0)
 
     def distance(self, x: Floats) -> Floats:
         """As `Geometry.distance`."""
-        arm, _, sign = self._nearest(x)
+        arm, _, sign, _ = self._nearest(x)
         return np.asarray(sign * np.linalg.norm(arm, axis=1))
 
     def gradient(self, x: Floats) -> Floats:
-        """As `Geometry.gradient`; on the line its normal."""
-        arm, normal, sign = self._nearest(x)
+        """As `Geometry.gradient`; at a vertex the normal of one segment."""
+        arm, normal, sign, at_end = self._nearest(x)
         length = np.linalg.norm(arm, axis=1)
-        on_line = length < 1e-12 * np.ptp(self.start, axis=0).max()
-        direction = sign[:, None] * arm / np.where(on_line, 1.0, length)[:, None]
-        return np.where(on_line[:, None], normal, direction)
+        # Beside a segment its normal is exact, where the arm on the line is only round-off.
+        turned = at_end & (length > self._at_vertex)
+        direction = sign[:, None] * arm / np.where(turned, length, 1.0)[:, None]
+        return np.where(turned[:, None], direction, normal)
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`."""

@@ -22,19 +22,27 @@ LEAST = 1e-12
 
 
 def make_quadrature(
-    geometry: Geometry, lower: Floats, upper: Floats, origin: Floats, cell_size: Floats, size: float
+    geometry: Geometry,
+    lower: Floats,
+    upper: Floats,
+    origin: Floats,
+    cell_size: Floats,
+    size: float,
+    facet_size: float | None = None,
 ) -> QuadraturePoints:
     """Returns the quadrature points of a boundary; those of a patch depend on the patch alone.
 
     Args:
         lower, upper: box in which a boundary without end is needed [length], shape (dim,).
         origin, cell_size: the grid whose lines cut the boundary [length], shape (dim,).
-        size: largest length of a piece [length].
+        size: largest length of a piece [length]; in 3D about that of a facet that is not cut.
+        facet_size: length of the facets [length]; `size` if not given.
     """
-    facets = geometry.facets(lower, upper, size)
+    facets = geometry.facets(lower, upper, facet_size or size)
     piece, facet = _core.cut_simplices(facets.corner, origin, cell_size)
     piece, facet = np.asarray(piece), np.asarray(facet)
     if geometry.dim == 2:
+        piece, facet = _along(facets.corner, piece, facet)
         piece, part = split_segments(piece[:, 0], piece[:, 1], size)
         facet = facet[part]
         area = np.linalg.norm(piece[:, 1] - piece[:, 0], axis=1)
@@ -55,3 +63,14 @@ def make_quadrature(
         normal=normal if geometry.flat else geometry.gradient(position),
         patch=facets.patch[number],
     )
+
+
+def _along(corner: Floats, piece: Floats, facet: Integers) -> tuple[Floats, Integers]:
+    """Sorts pieces (m, 2, 2) of segments (n, 2, 2) by segment, then from its start to its end.
+
+    The cutting goes with the grid's axes, which need not be the way the segment goes.
+    """
+    start, end = corner[facet, 0], corner[facet, 1]
+    covered = ((piece[:, 0] - start) * (end - start)).sum(axis=1)
+    order = np.lexsort((covered, facet))
+    return piece[order], facet[order]

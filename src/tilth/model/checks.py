@@ -78,11 +78,11 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
             what = f'quantity = "penetration" is for implicit boundaries, but this one is "{kind}"'
             yield Problem(f"track[{i}].boundary", what, remedy, track.boundary)
     if (follow := model.grid.follow) is not None:
-        key, kind = "grid.follow.boundary", kinds.get(follow.boundary)
-        if kind is None:
+        key, followed = "grid.follow.boundary", kinds.get(follow.boundary)
+        if followed is None:
             yield Problem(key, *unknown_name("boundary", follow.boundary, kinds), follow.boundary)
-        elif kind != "implicit":
-            what = f'the grid can follow implicit boundaries only, but this one is "{kind}"'
+        elif followed != "implicit":
+            what = f'the grid can follow implicit boundaries only, but this one is "{followed}"'
             yield Problem(key, what, remedy, follow.boundary)
 
 

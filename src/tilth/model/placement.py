@@ -23,7 +23,29 @@ ON_GRID_LINE = 1e-9
 
 def geometry_problems(model: Model) -> list[Problem]:
     """Returns every boundary off the grid lines or too wide, and every body out of bounds."""
-    return [*_off_grid_lines(model), *_implicit(model), *_out_of_bounds(model)]
+    return [
+        *_lines_that_move(model),
+        *_off_grid_lines(model),
+        *_implicit(model),
+        *_out_of_bounds(model),
+    ]
+
+
+def _lines_that_move(model: Model) -> Iterator[Problem]:
+    """A grid that follows a boundary leaves conditions on its lines behind."""
+    follow = model.grid.follow
+    for i, boundary in enumerate(model.boundaries if follow is not None else ()):
+        assert follow is not None
+        if isinstance(boundary, PlaneBoundary):
+            lost = boundary.axis in follow.axes
+        else:
+            lost = isinstance(boundary, NodeBoundary)
+        if lost:
+            what = (
+                f"the grid follows {follow.boundary!r} along {', '.join(follow.axes)}, so its lines "
+                "move away from this condition"
+            )
+            yield Problem(f"boundaries[{i}]", what, 'make it one of type = "implicit"')
 
 
 def _off_grid_lines(model: Model) -> Iterator[Problem]:

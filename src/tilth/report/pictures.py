@@ -36,6 +36,7 @@ def draw_frames(
     seven times longer than wide are drawn with the narrow side stretched; the picture says so.
     """
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     dim = snapshots[0].dim
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
@@ -57,7 +58,7 @@ def draw_frames(
         figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
     else:
         figsize = (columns * 3.7 + 1.2, rows * 3.4 + 0.3)
-    figure = Figure(figsize=figsize, layout="constrained")
+    figure = Figure(figsize=figsize, layout=ConstrainedLayoutEngine(h_pad=0.12))
     panels: list[Any] = []
     for index, (snapshot, value) in enumerate(zip(snapshots, values, strict=True)):
         first = panels[0] if panels else None

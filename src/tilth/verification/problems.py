@@ -10,6 +10,7 @@ from tilth.verification import (
     end_loaded_cantilever,
     oedometer,
     plane_strain_block,
+    rigid_footing_elastic,
     self_weight_column,
     thick_cylinder,
 )
@@ -22,5 +23,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "plane_strain_block": plane_strain_block.comparisons,
     "oedometer": oedometer.comparisons,
     "thick_cylinder": thick_cylinder.comparisons,
+    "rigid_footing_elastic": rigid_footing_elastic.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

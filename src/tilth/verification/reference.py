@@ -51,6 +51,24 @@ def end_loaded_cantilever() -> CantileverCurve:
     return CantileverCurve(table[:, 0], table[:, 1:])
 
 
+@dataclass(frozen=True)
+class FootingCurve:
+    """settlement [m], shape (n,); force: of the half model over Young's modulus [m], shape (n,)."""
+
+    settlement: FloatArray
+    force: FloatArray
+
+
+def rigid_footing_elastic() -> FootingCurve:
+    """Smooth rigid footing, half-width 1 m, on an elastic square of 3 m, plane strain, nu 0.3.
+
+    48 x 48 body-fitted nine-node elements; times 0.996 for the limit of fine meshes, as the head
+    of the file says. The nodes under the footing at the start stay under it.
+    """
+    table = _table("rigid_footing_elastic_fe.csv")
+    return FootingCurve(table[:, 0], 0.996 * table[:, 1])
+
+
 def collapse_by_ample() -> CollapsePoints:
     """Final positions in AMPLE 1.1's own von Mises collapse problem, cells of 1 m.
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from tilth.model import Box, HenckyElastic, Model, PlaneBoundary
 from tilth.simulation import Simulation, StepResult
+from tilth.verification import widened_cylinder
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import ThickCylinder
 from tilth.verification.comparison import Comparison, absolute, relative, vanishing
@@ -34,7 +35,7 @@ class Outcome:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Errors on a fine grid and their rates, for both bases.
+    """Errors on a fine grid and their rates, for both bases; then the cylinder widened by far.
 
     Two points per cell whose domains end at the grid lines make GIMP equal to the linear basis;
     with five on two cells every other grid line cuts the domain of a point.
@@ -56,6 +57,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
             rate = math.log2(next(errors) / next(errors))
             quantity = f"convergence rate of the {name}, {basis}"
             yield absolute(quantity, rate, order, 0.15, "bilinear elements")
+    yield from widened_cylinder.comparisons(long)
 
 
 def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:

@@ -11,11 +11,13 @@ from tilth.verification.closed_forms.homogeneous import (
     proportional_von_mises,
 )
 from tilth.verification.closed_forms.moduli import Moduli
+from tilth.verification.closed_forms.widened_cylinder import WidenedCylinder
 
 __all__ = [
     "Moduli",
     "SelfWeightColumn",
     "ThickCylinder",
+    "WidenedCylinder",
     "components",
     "full_deformation_gradient",
     "hencky_cauchy_stress",

@@ -24,6 +24,11 @@ class WidenedCylinder:
     tau = lambda tr(eps) + 2 mu eps of the logarithmic strain, the radial nominal stress is
     P = tau_rr / r' and equilibrium reads dP/dR + (P - tau_hoop R / r) / R = 0, with
     r(a) = a + u_a and P(b) = 0. Solved as a boundary value problem to 1e-9 by collocation.
+
+    Attributes:
+        inner_radius, outer_radius: at rest [length].
+        displacement: of the inner face, outwards [length], > 0.
+        material: its density does not count.
     """
 
     inner_radius: float
@@ -41,8 +46,12 @@ class WidenedCylinder:
     @property
     def outer_displacement(self) -> float:
         """Displacement of the outer face [length]."""
-        radius, _ = self._solution(np.array([self.outer_radius]))
-        return float(radius[0] - self.outer_radius)
+        return float(self.radial_displacement(np.array([self.outer_radius]))[0])
+
+    def radial_displacement(self, radius: npt.ArrayLike) -> FloatArray:
+        """Returns the displacement of what was at these radii [length], of their shape."""
+        at = np.asarray(radius, dtype=float)
+        return np.asarray(self._solution(at)[0] - at)
 
     @cached_property
     def _solution(self) -> Callable[[FloatArray], FloatArray]:

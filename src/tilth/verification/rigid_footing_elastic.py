@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A rigid footing pressed far into an elastic square, all boundaries implicit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import Model
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.march import march
+from tilth.verification.reference import rigid_footing_elastic
+
+FloatArray = npt.NDArray[np.float64]
+
+PROBLEM = "rigid_footing_elastic"
+SOURCE = "body-fitted elements"
+SIDE = 3.0
+GAP = 0.4
+"""Distance of base and surface from the next grid line below, in cells."""
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Against the finite elements up to 0.3 m, then on to 1 m, and the edge inside a cell."""
+    yield from against_elements(long)
+    yield from far_down(long)
+    yield from edge_in_cell(long)
+
+
+def against_elements(long: bool) -> Iterator[Comparison]:
+    """Force up to 0.3 m, and extrapolated to h = 0, largest error over the curve."""
+    model = example(PROBLEM, "narrowing.toml")
+    settlement, coarse, _ = press(model, 0.1, 0.3)
+    _, fine, _ = press(model, 0.05, 0.3)
+    exact = rigid_footing_elastic()
+    reference = np.interp(settlement, exact.settlement, exact.force)
+    names = [
+        ("h 0.05 m", fine, 0.02),
+        ("extrapolated from h 0.1 and 0.05 m", 2 * fine - coarse, 0.01),
+    ]
+    if long:
+        _, finest, _ = press(model, 0.025, 0.3)
+        names += [("h 0.025 m", finest, 0.015)]
+    for name, force, tolerance in names:
+        worst = int(np.abs(force / reference - 1.0).argmax())
+        quantity = f"force / E at {settlement[worst]:.3g} m, the worst of the curve, {name}"
+        yield relative(quantity, force[worst], reference[worst], tolerance, SOURCE, "m")
+    rigid = varied(model, {"boundaries.3.motion": None, "boundaries.3.displacement": {"y": -0.025}})
+    settlement, force, _ = press(varied(rigid, {"schedule.steps": 1}), 0.05, 0.025)
+    value = float(np.interp(settlement[-1], exact.settlement, exact.force))
+    quantity = "force / E at 0.025 m, face of constant width, h 0.05 m"
+    yield relative(quantity, force[-1], value, 0.02, SOURCE, "m")
+
+
+def far_down(long: bool) -> Iterator[Comparison]:
+    """A block with a smooth side, pushed to 1 m: no reference, two grids, and no penetration."""
+    model = example(PROBLEM)
+    sizes = (0.1, 0.05) if long else (0.15, 0.1)
+    (settlement, coarse, _), (_, fine, depth) = (press(model, h, 1.0) for h in sizes)
+    worst = int(np.abs(coarse / fine - 1.0)[settlement > 0.3].argmax()) + int(
+        (settlement <= 0.3).sum()
+    )
+    at = f"force / E at {settlement[worst]:.3g} m, h {sizes[0]:g} and {sizes[1]:g} m"
+    yield relative(at, coarse[worst], fine[worst], 0.05, "the finer grid", "m")
+    quantity = f"deepest point behind the block's face, h {sizes[1]:g} m, in cells"
+    yield vanishing(quantity, depth / sizes[1], 0.03, "nothing passes through the face")
+
+
+def edge_in_cell(long: bool) -> Iterator[Comparison]:
+    """The face's edge at ten positions across a cell: a condition on part of it holds the whole.
+
+    The spread is first order in the size of the cell; a grid that follows the edge has none.
+    """
+    model = varied(
+        example(PROBLEM, "narrowing.toml"),
+        {
+            "boundaries.3.motion": None,
+            "boundaries.3.displacement": {"y": -0.05},
+            "schedule.steps": 1,
+            "schedule.outputs": 1,
+        },
+    )
+    fixed = varied(model, {"grid.follow": None})
+    spread = {h: spread_over_a_cell(fixed, h) for h in ((0.1, 0.05) if long else (0.2, 0.1))}
+    coarse, fine = spread
+    quantity = f"spread of the force over ten edge positions, h {fine:g} m"
+    yield vanishing(quantity, spread[fine], 0.5 * fine, "at most half a cell of width")
+    quantity = f"spread at h {coarse:g} over that at {fine:g} m"
+    yield relative(quantity, spread[coarse] / spread[fine], 2.0, 0.25, "first order")
+    quantity = f"the same with a grid that follows the edge, h {coarse:g} m"
+    # the declared origin still decides where the other boundaries' quadrature points are
+    yield vanishing(quantity, spread_over_a_cell(model, coarse), 1e-6, "no edge inside a cell")
+
+
+def spread_over_a_cell(model: Model, h: float) -> float:
+    """Returns (greatest - least) / mean force of ten positions of the grid along x."""
+    forces = []
+    for share in np.arange(10) / 10.0:
+        _, force, _ = press(model, h, 0.05, share)
+        forces.append(force[-1])
+    return float(np.ptp(forces) / np.mean(forces))
+
+
+def press(
+    model: Model, h: float, end: float, share: float = 0.0
+) -> tuple[FloatArray, FloatArray, float]:
+    """Presses the footing to the settlement `end` on cells of about `h` [m].
+
+    share: how far its edge is beyond a grid line, in cells, unless the grid follows it.
+
+    Returns the settlements [m], the forces over Young's modulus [m], and the greatest depth of a
+    material point behind the footing at the end [m].
+    """
+    width = 1.024 * h  # neither 1 m nor 3 m is a multiple of it
+    points = [2 * round(SIDE / h)] * 2
+    changes: dict[str, Any] = {
+        "grid.cell_size": [width, h],
+        "grid.origin": [1.0 - share * width, -GAP * h],
+        "bodies.0.points": points,
+    }
+    model = varied(model, changes)
+    rows: list[tuple[float, float]] = []
+    young_modulus = model.materials["soil"].young_modulus
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        rows.append((time * end, -result.resultant("footing")[1] / young_modulus))
+
+    simulation = march(model, after_step)
+    footing = next(b for b in simulation.implicit if b.name == "footing")
+    depth = footing.penetration(simulation.points.position, model.schedule.end)
+    settlement, force = np.array(rows).T
+    return settlement, force, depth

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stiffness of implicit boundaries = derivative of their force; Newton stays quadratic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from implicit_problems import dense, implicit, line, locate_contacts
+from small_problems import KINDS, Floats, block_entries, dimension, material_entries, weight
+
+import tilth.simulation
+from tilth import Model
+from tilth.simulation import Simulation
+from tilth.solvers import LinearSystem
+from tilth.step import Equilibrium, solve_step
+
+CONDITIONS = ("roller", "fixed", "tangential", "direction")
+FORMS = ("surface", "band")
+MOTIONS = ("rests", "moves")
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+every_condition = pytest.mark.parametrize("condition", CONDITIONS)
+every_form = pytest.mark.parametrize("form", FORMS)
+every_motion = pytest.mark.parametrize("motion", MOTIONS)
+
+LOW, HIGH = 0.3, 1.8
+"""The block's extent in each direction; its inner face is on the axis in axisymmetry."""
+
+
+def motion_entries(kind: str, motion: str, size: float = 0.05) -> dict[str, Any]:
+    """A translation, where the kind of analysis allows it with a rotation."""
+    if motion == "rests":
+        return {}
+    up = "z" if kind == "3d" else "y"
+    entries: dict[str, Any] = {"displacement": {up: size}}
+    if kind != "axisymmetric":
+        entries["rotation"] = {"angle": 60.0 * size, "centre": [0.0] * dimension(kind)}
+        if kind == "3d":
+            entries["rotation"]["axis"] = "x"
+    return entries
+
+
+def held_block(
+    kind: str,
+    condition: str,
+    form: str,
+    motion: str,
+    *,
+    basis: str = "gimp",
+    material: str = "hencky_elastic",
+    delta: float = 0.2,
+    tilt: float = 0.25,
+    load: float = 20.0,
+    size: float = 0.05,
+) -> Simulation:
+    """A block that cuts cells on an inclined implicit base, its outer side fixed to another one.
+
+    The wide band makes all parts of the stiffness of one size, so that none hides behind another.
+    """
+    dim = dimension(kind)
+    high = LOW + 0.9 if kind == "3d" else HIGH  # for speed
+    lower = [LOW] * dim
+    if kind == "axisymmetric":
+        lower[0] = 0.0
+    normal = np.append(np.full(dim - 1, -tilt), 1.0)
+    base = implicit(
+        "base", line(np.full(dim, LOW), normal), condition=condition, form=form, delta=delta,
+        **motion_entries(kind, motion, size),
+    )  # fmt: skip
+    if condition == "direction":
+        base["direction"] = [0.6, 0.8, -0.3][:dim]
+    side = implicit(
+        "side", line(np.full(dim, high), -np.eye(dim)[0]), condition="fixed", form=form,
+        delta=delta,
+    )  # fmt: skip
+    entries = block_entries(
+        kind, basis, material, boundaries=[base, side], loads=[weight(kind, load)]
+    )
+    entries["materials"]["soil"] = material_entries(
+        material, hardening_modulus=100.0, yield_stress=20.0
+    )
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["spacing"] = 0.3
+    body["shape"] = {"type": "box", "lower": lower, "upper": [high] * dim}
+    entries["analysis"] |= {"tolerance": 1e-12, "maximum_iterations": 40, "line_search": False}
+    return Simulation(Model.from_dict(entries))
+
+
+def carry_something(simulation: Simulation, random: np.random.Generator) -> None:
+    """As after earlier steps: tractions at all quadrature points."""
+    locate_contacts(simulation)
+    for boundary in simulation.implicit:
+        boundary.carried = 10.0 * random.uniform(-1, 1, boundary.carried.shape)
+
+
+def relative_difference(
+    force: Callable[[Floats], Floats],
+    product: Floats,
+    centre: Floats,
+    direction: Floats,
+    steps: tuple[float, ...],
+) -> float:
+    """Of a product K v and the central difference of the force along v; that of the best step."""
+    errors = []
+    for step in steps:
+        above, below = force(centre + step * direction), force(centre - step * direction)
+        difference = (above - below).ravel() / (2.0 * step)
+        errors.append(np.linalg.norm(difference - product.ravel()) / np.linalg.norm(product))
+    return float(min(errors))
+
+
+@every_kind
+@every_condition
+@every_form
+@every_motion
+def test_matrix_of_a_boundary_is_the_derivative_of_its_force(
+    kind: str, condition: str, form: str, motion: str
+) -> None:
+    simulation = held_block(kind, condition, form, motion)
+    random = np.random.default_rng(2)
+    carry_something(simulation, random)
+    active, contacts = locate_contacts(simulation, 0.2, 0.7)
+    assert len(contacts.parts) == 2
+    shape = active.position.shape
+    for part in contacts.parts:
+        coupling = part.coupling()
+        matrix = dense(coupling, active.nodes)
+        assert np.abs(matrix - matrix.T).max() < 1e-12 * np.abs(matrix).max()
+        constant = np.zeros(shape)
+        np.add.at(constant, coupling.node, coupling.force)
+
+        def force(u: Floats, part: Any = part) -> Floats:
+            return np.asarray(part.nodal_force(part.after(u), active.nodes))
+
+        centre = 0.05 * random.uniform(-1, 1, shape)
+        expected = constant + (matrix @ centre.ravel()).reshape(shape)
+        np.testing.assert_allclose(force(centre), expected, atol=1e-11 * np.abs(expected).max())
+        columns = random.choice(np.flatnonzero(np.abs(matrix).max(axis=0)), 4, replace=False)
+        for column in columns:
+            direction = np.zeros(matrix.shape[0])
+            direction[column] = 1.0
+            error = relative_difference(
+                force, matrix[:, column], centre, direction.reshape(shape), (1e-3,)
+            )
+            assert error < 1e-7
+
+
+class Stopped(Exception):
+    """Ends a step where its equations are known."""
+
+
+def equations(
+    simulation: Simulation, monkeypatch: pytest.MonkeyPatch, before: float, after: float
+) -> tuple[Callable[[Floats], Floats], Callable[[Floats], Floats], tuple[int, ...]]:
+    """Internal force and dense matrix of a step, as functions of the nodal displacement."""
+    found: list[Any] = []
+
+    def stop(*arguments: Any) -> Equilibrium:
+        found.extend(arguments)
+        raise Stopped
+
+    monkeypatch.setattr(tilth.simulation, "solve_step", stop)
+    with pytest.raises(Stopped):
+        simulation.advance(before, after)
+    monkeypatch.setattr(tilth.simulation, "solve_step", solve_step)
+    soil, active, conditions, _, _, springs, linear, *_ = found
+    size = active.nodes * active.grid.dim
+
+    def force(u: Floats) -> Floats:
+        soil.update(active, u)
+        return np.asarray(soil.internal_force(active) + springs.force(u) + linear.force(u))
+
+    def matrix(u: Floats) -> Floats:
+        soil.update(active, u)
+        system = LinearSystem(active, np.zeros_like(conditions.held))
+        soil.stiffness(active, system.blocks)
+        springs.add_stiffness(active, system.blocks)
+        linear.add_stiffness(system.blocks)
+        whole = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
+        return np.asarray(whole.toarray())
+
+    return force, matrix, active.position.shape
+
+
+@every_kind
+@every_condition
+@every_form
+@every_motion
+def test_matrix_of_a_step_is_the_derivative_of_its_force(
+    kind: str, condition: str, form: str, motion: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Soil, boundaries, ghost stabilisation and springs together."""
+    random = np.random.default_rng(4)
+    simulation = held_block(kind, condition, form, motion)
+    carry_something(simulation, random)
+    force, matrix, shape = equations(simulation, monkeypatch, 0.2, 0.7)
+    scale = np.ones(shape)
+    if kind == "axisymmetric":
+        scale[:, 0] = 0.0  # a random radial motion would tear the axis
+    centre = 0.03 * scale * random.uniform(-1, 1, shape)
+    whole = matrix(centre)
+    for _ in range(2):
+        direction = random.uniform(-1, 1, shape)
+        product = whole @ direction.ravel()
+        assert relative_difference(force, product, centre, direction, (1e-4, 1e-5, 1e-6)) < 1e-7
+
+
+QUADRATIC = [
+    *product(["hencky_elastic"], ["plane_strain"], CONDITIONS, FORMS, MOTIONS),
+    *product(["von_mises"], ["plane_strain"], CONDITIONS, FORMS, ["moves"]),
+    *product(["hencky_elastic", "von_mises"], ["axisymmetric", "3d"], ["fixed"], FORMS, ["moves"]),
+]
+
+
+@pytest.mark.parametrize(("material", "kind", "condition", "form", "motion"), QUADRATIC)
+def test_newton_converges_quadratically(
+    material: str, kind: str, condition: str, form: str, motion: str
+) -> None:
+    """r_(k+1) <= C r_k^2: a tangent that is 0.1 % wrong gains three digits a step, no more."""
+    load = 40.0 if material == "hencky_elastic" else 12.0
+    simulation = held_block(
+        kind, condition, form, motion, material=material, delta=1e-2, load=load, size=0.03
+    )
+    residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
+    if material == "von_mises":
+        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.5
+    tail = residuals[residuals < 0.1]
+    clean = tail[tail > 1e-11]  # below that stands round-off
+    assert len(clean) >= 2
+    assert clean[0] / tail[-1] > 1e6
+    constant = tail[1 : len(clean) + 1] / clean[: len(tail) - 1] ** 2
+    assert constant[tail[1 : len(clean) + 1] > 1e-11].max() < 30.0

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Small problems with implicit boundaries, for tests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from small_problems import Floats, block_entries, dimension
+
+from tilth import Model
+from tilth.boundaries import Contacts
+from tilth.coupling import Coupling
+from tilth.grid import ActiveGrid, Buffers, locate
+from tilth.points import MaterialPoints
+from tilth.simulation import Simulation, StepResult, initial_points
+
+MODULUS, POISSON = 1000.0, 0.3
+"""Young's modulus [stress] and Poisson's ratio [-] of the soil in `small_problems`."""
+
+
+def implicit(name: str, geometry: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """An implicit boundary as a case file would declare it, a roller unless told otherwise."""
+    entries = {"type": "implicit", "name": name, "condition": "roller", "geometry": geometry}
+    return {**entries, **more}
+
+
+def line(point: Floats, normal: Floats) -> dict[str, Any]:
+    """An infinite line or plane with its normal into the soil."""
+    return {"type": "plane", "point": list(map(float, point)), "normal": list(map(float, normal))}
+
+
+def rotation(angle: float) -> Floats:
+    """Rotation by an angle [degrees] in the plane; its columns are a turned body's axes."""
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def locate_contacts(
+    simulation: Simulation, before: float = 0.0, after: float = 1.0
+) -> tuple[ActiveGrid, Contacts]:
+    """The grid of a step, and what the implicit boundaries do on it."""
+    active = locate(simulation.points, simulation.grid, Buffers())
+    return active, Contacts.gather(
+        simulation.implicit, simulation.points, active, simulation.kind, before, after
+    )
+
+
+def dense(coupling: Coupling, nodes: int) -> Floats:
+    """The matrix of a coupling with all unknowns, node by node."""
+    dim = coupling.matrix.shape[-1]
+    whole = np.zeros((nodes, dim, nodes, dim))
+    for node, block in zip(coupling.node, coupling.matrix, strict=True):
+        np.add.at(whole, np.ix_(node, range(dim), node, range(dim)), block.transpose(0, 2, 1, 3))
+    return whole.reshape(nodes * dim, nodes * dim)
+
+
+def take_steps(simulation: Simulation) -> list[StepResult]:
+    """All steps of the schedule, none of them cut."""
+    steps = simulation.model.schedule.steps
+    simulation.check()
+    return [simulation.advance(a, b) for a, b in pairwise(np.linspace(0.0, 1.0, steps + 1))]
+
+
+def patch_model(
+    kind: str,
+    stretch: Floats,
+    *,
+    basis: str = "gimp",
+    angle: float = 0.0,
+    shift: Floats | None = None,
+    size: float = 4.0,
+    points: int = 2,
+    delta: float = 1e-3,
+    form: str = "surface",
+) -> Model:
+    """A block of soil that smooth platens on all its sides stretch homogeneously.
+
+    Cells have the size 1. Each side has a roller exactly as long as the side. The sides that the
+    axes start from stay, the others move by size times (stretch - 1). In axisymmetry the block
+    stands on the axis, which needs no condition.
+
+    shift: place of the lowest corner, about which the block is turned by `angle` in 2D.
+    """
+    dim = dimension(kind)
+    lower = np.zeros(dim) if shift is None else np.asarray(shift, dtype=float)
+    axes = np.eye(dim)
+    if dim == 2:
+        axes = rotation(angle).T
+    sides = []
+    for k in range(dim):
+        for end in (0.0, 1.0):
+            if kind == "axisymmetric" and k == 0 and end == 0.0:
+                continue
+            others = np.delete(np.arange(dim), k)
+            platen: dict[str, Any] = {
+                "type": "footing",
+                "centre": (lower + size * (end * axes[k] + 0.5 * axes[others].sum(0))).tolist(),
+                "normal": ((1.0 - 2.0 * end) * axes[k]).tolist(),
+                "width": size if dim == 2 else [size] * 2,
+            }
+            if dim == 3:
+                platen["along"] = axes[others[0]].tolist()
+            move = end * size * (stretch[k] - 1.0) * axes[k]
+            sides.append(
+                implicit(
+                    f"side {k} {end:g}", platen, delta=delta, form=form,
+                    displacement=dict(zip("xyz", move.tolist(), strict=False)),
+                )
+            )  # fmt: skip
+    entries = block_entries(kind, basis, boundaries=sides)
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["points"] = [round(points * size)] * dim
+    body["shape"] = {
+        "type": "box", "lower": lower.tolist(), "upper": (lower + size).tolist(),
+    }  # fmt: skip
+    if angle:
+        body["shape"]["angle"] = angle
+    entries["analysis"]["tolerance"] = 1e-11
+    return Model.from_dict(entries)
+
+
+def stress_error(model: Model, stretch: Floats, angle: float, points: MaterialPoints) -> Floats:
+    """Deviation of each point's stress from the homogeneous one, over the norm of that."""
+    simulation = Simulation(model, points)
+    take_steps(simulation)
+    dim = len(stretch)
+    strain = np.zeros(3)
+    strain[:dim] = np.log(stretch)
+    if simulation.kind == "axisymmetric":
+        strain[2] = strain[0]
+    lame = MODULUS * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
+    principal = lame * strain.sum() + MODULUS / (1.0 + POISSON) * strain
+    exact = np.diag(principal / np.exp(strain.sum()))
+    if dim == 2:
+        exact[:2, :2] = rotation(angle) @ exact[:2, :2] @ rotation(angle).T
+    place = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+    difference = simulation.points.stress[:, place] - exact
+    return np.asarray(np.linalg.norm(difference, axis=(1, 2)) / np.linalg.norm(exact))
+
+
+def cut_cell_points(model: Model, corners: Floats) -> MaterialPoints:
+    """Points of a convex polygon's cut cells: Gauss's points with exact weights, cells of size 1.
+
+    Each cell's part of the polygon is divided into triangles around its centre with three points
+    each, exact to degree 2; the shape functions' gradients have degree 1.
+    """
+    low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
+    places, areas = [], []
+    for i in np.arange(low[0], high[0]):
+        for j in np.arange(low[1], high[1]):
+            part = corners
+            for axis, at in enumerate((i, j)):
+                part = _clipped(part, axis, at, 1.0)
+                part = _clipped(part, axis, at + 1.0, -1.0)
+            if len(part) < 3:
+                continue
+            centre = part.mean(axis=0)
+            for one, two in zip(part, np.roll(part, -1, axis=0), strict=True):
+                (a, b), (c, d) = one - centre, two - centre
+                area = 0.5 * (a * d - b * c)
+                if area > 1e-12:
+                    triangle = np.array([centre, one, two])
+                    places.append((np.ones((3, 3)) + 3.0 * np.eye(3)) / 6.0 @ triangle)
+                    areas.append(np.full(3, area / 3.0))
+    bodies = initial_points(model).bodies
+    position, volume = np.concatenate(places), np.concatenate(areas)
+    return MaterialPoints.at_rest(
+        [replace(bodies[0], stop=len(position))], position, volume,
+        np.full(position.shape, 0.5), 1,
+    )  # fmt: skip
+
+
+def _clipped(polygon: Floats, axis: int, at: float, side: float) -> Floats:
+    """The part of a convex polygon (n, 2) with side (x_axis - at) >= 0."""
+    kept: list[Floats] = []
+    for one, two in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        a, b = side * (one[axis] - at), side * (two[axis] - at)
+        if a >= 0.0:
+            kept.append(one)
+        if a * b < 0.0:
+            kept.append(one + a / (a - b) * (two - one))
+    return np.array(kept).reshape(-1, 2)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The paper's full form, integrated over the band, tends to its limit on the surface.
+
+The limits of docs/theory/implicit_boundaries.md are written here once more, with the elasticity
+tensor in full and the shape functions of the grid.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from implicit_problems import MODULUS, POISSON, dense, implicit, line, locate_contacts
+from small_problems import KINDS, Floats, block_entries, dimension
+
+from tilth import Model
+from tilth.boundaries.contact import Contact
+from tilth.grid import ActiveGrid
+from tilth.simulation import Simulation
+
+CONDITIONS = ("roller", "fixed", "tangential", "direction")
+
+
+def geometries(kind: str) -> dict[str, dict[str, Any]]:
+    """An inclined piece and a round face, both inside a block of two cells a side."""
+    dim = dimension(kind)
+    middle = [0.0 if kind == "axisymmetric" else 1.07] + [1.07] * (dim - 1)
+    return {
+        "flat": {
+            "type": "footing", "centre": [1.07] * dim, "normal": [0.3, 0.5, 1.0][-dim:],
+            "width": 1.1 if dim == 2 else [1.1, 0.9],
+        },
+        "round": {
+            "type": "sphere" if dim == 3 else "circle", "centre": middle, "radius": 0.61,
+            "soil": "outside",
+        },
+    }  # fmt: skip
+
+
+def block(
+    kind: str, geometry: dict[str, Any], condition: str, form: str, delta: float
+) -> Simulation:
+    """A block with one implicit boundary and what holds the rest of it."""
+    wall = implicit("wall", geometry, condition=condition, form=form, delta=delta)
+    if condition == "direction":
+        wall["direction"] = [0.6, 0.8, -0.3][: dimension(kind)]
+    return Simulation(Model.from_dict(block_entries(kind, "linear", boundaries=[wall])))
+
+
+def elasticity() -> Floats:
+    """C_ijkl of isotropic elasticity [stress]."""
+    one = np.eye(3)
+    lame, shear = (
+        MODULUS * POISSON / ((1 + POISSON) * (1 - 2 * POISSON)),
+        MODULUS / (2 + 2 * POISSON),
+    )
+    pairs = np.einsum("ik,jl->ijkl", one, one) + np.einsum("il,jk->ijkl", one, one)
+    return np.asarray(lame * np.einsum("ij,kl->ijkl", one, one) + shear * pairs)
+
+
+def shape_functions(active: ActiveGrid, place: Floats) -> tuple[Floats, Floats]:
+    """Hat functions of all nodes at one place, (nodes,), and their gradients, (nodes, dim)."""
+    ratio = (place - active.position) / active.grid.cell_size
+    hat, slope = np.maximum(0.0, 1.0 - np.abs(ratio)), -np.sign(ratio) / active.grid.cell_size
+    slope = np.where(np.abs(ratio) < 1.0, slope, 0.0)
+    gradient = [slope[:, k] * np.delete(hat, k, axis=1).prod(axis=1) for k in range(len(place))]
+    return hat.prod(axis=1), np.stack(gradient, axis=1)
+
+
+def limits(
+    kind: str, geometry: dict[str, Any], condition: str, delta: float
+) -> tuple[Floats, Floats]:
+    """K3 and K2 + K2^T in the limit of a narrow band, from the surface's own points."""
+    simulation = block(kind, geometry, condition, "surface", delta)
+    active, contacts = locate_contacts(simulation)
+    pose = contacts.parts[0].pose
+    dim, nodes = active.grid.dim, active.nodes
+    stiffness = elasticity()
+    k3, k2 = np.zeros((nodes, dim, nodes, dim)), np.zeros((nodes, dim, nodes, dim))
+    for place, normal, weight, projector in zip(
+        pose.place, pose.normal, pose.weight, pose.projector, strict=True
+    ):
+        m, held = np.zeros(3), np.zeros((3, 3))
+        m[:dim], held[:dim, :dim] = normal, projector
+        hat, gradient = shape_functions(active, place)
+        touched = np.flatnonzero(hat)
+        hat, gradient = hat[touched], gradient[touched]
+        vector = np.zeros((len(touched), dim, 3))  # the field of one unknown
+        vector[:, range(dim), range(dim)] = hat[:, None]
+        rate = np.zeros((len(touched), dim, 3, 3))  # its gradient
+        for k in range(dim):
+            rate[:, k, k, :dim] = gradient
+        if kind == "axisymmetric":
+            rate[:, 0, 2, 2] = hat / place[0]
+        jump = np.einsum("ij,akj,l->akil", held, vector, m)
+        mean = np.einsum("ij,akjl->akil", np.eye(3) - 0.5 * held, rate)
+        rows = np.ix_(touched, range(dim), touched, range(dim))
+        k3[rows] += (
+            4.0 / (3.0 * delta) * weight
+            * np.einsum("akij,ijmn,blmn->akbl", jump, stiffness, jump)
+        )  # fmt: skip
+        k2[rows] += weight * np.einsum("akij,ijmn,blmn->akbl", mean, stiffness, jump)
+    size = nodes * dim
+    k2 = k2.reshape(size, size)
+    return k3.reshape(size, size), k2 + k2.T
+
+
+def parts(
+    kind: str, geometry: dict[str, Any], condition: str, form: str, delta: float
+) -> tuple[Floats, Floats]:
+    """K3 and the rest of a boundary's matrix."""
+    active, contacts = locate_contacts(block(kind, geometry, condition, form, delta))
+    (part,) = contacts.parts
+    penalty = dense(Contact.coupling(part), active.nodes)
+    return penalty, dense(part.coupling(), active.nodes) - penalty
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shape", ["flat", "round"])
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_band_tends_to_the_surface_at_first_order(kind: str, shape: str, condition: str) -> None:
+    geometry = geometries(kind)[shape]
+    errors = []
+    for delta in (1e-2, 1e-3):
+        exact = limits(kind, geometry, condition, delta)
+        found = parts(kind, geometry, condition, "band", delta)
+        errors.append(
+            [np.linalg.norm(a - b) / np.linalg.norm(b) for a, b in zip(found, exact, strict=True)]
+        )
+    coarse, fine = np.array(errors)
+    assert (coarse < 0.05).all()
+    np.testing.assert_allclose(fine / coarse, 0.1, rtol=0.3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("shape", ["flat", "round"])
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_surface_form_is_the_first_limit(kind: str, shape: str, condition: str) -> None:
+    geometry = geometries(kind)[shape]
+    exact, _ = limits(kind, geometry, condition, 1e-3)
+    found, rest = parts(kind, geometry, condition, "surface", 1e-3)
+    assert not rest.any()
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(("poisson_ratio", "capped"), [(0.35, False), (0.45, True)])
+def test_constrained_modulus_is_capped_at_three_times_young_s(
+    poisson_ratio: float, capped: bool
+) -> None:
+    wall = implicit("wall", line(np.array([0.0, 0.3]), np.array([0.0, 1.0])), delta=1e-3)
+    entries = block_entries("plane_strain", "linear", boundaries=[wall])
+    entries["materials"]["soil"]["poisson_ratio"] = poisson_ratio
+    _, contacts = locate_contacts(Simulation(Model.from_dict(entries)))
+    nu = poisson_ratio
+    constrained = (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    assert (constrained > 3.0) == capped
+    penalty = contacts.parts[0].penalty
+    expected = 4.0 / 3e-3 * MODULUS * min(constrained, 3.0)
+    np.testing.assert_allclose(penalty[:, 1, 1], expected, rtol=1e-12)
+    np.testing.assert_allclose(penalty[:, 0], 0.0, atol=1e-9)

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where implicit boundaries act: what they touch, by which nodes, on and beside grid lines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from implicit_problems import implicit, line, locate_contacts, rotation, take_steps
+from small_problems import KINDS, Floats, block_entries, dimension, plane
+
+from tilth import Model
+from tilth.boundaries.contact import locate_places
+from tilth.simulation import Simulation
+
+GRAVITY, DENSITY = 10.0, 2.0
+
+
+def filled_box(
+    basis: str, points: int, shift: Floats, angle: float, size: float = 3.0
+) -> Simulation:
+    """A block that fills a smooth box, pulled down along the box's own axis in two steps."""
+    box = {"lower": shift.tolist(), "upper": (shift + size).tolist(), "angle": angle}
+    down = -GRAVITY * rotation(angle)[:, 1]
+    wall = implicit("box", {"type": "box", "soil": "inside", **box})
+    entries = block_entries(
+        "plane_strain", basis, boundaries=[wall],
+        loads=[{"type": "body_force", "acceleration": down.tolist()}], schedule={"steps": 2},
+    )  # fmt: skip
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["points"] = [round(points * size)] * 2
+    body["shape"] = {"type": "box", **box}
+    entries["analysis"]["tolerance"] = 1e-12
+    return Simulation(Model.from_dict(entries))
+
+
+@pytest.mark.parametrize(("basis", "points"), [("linear", 1), ("linear", 2), ("gimp", 2)])
+@pytest.mark.parametrize("angle", [0.0, 30.0])
+def test_no_piece_of_a_box_is_lost(basis: str, points: int, angle: float) -> None:
+    """50 positions through a cell: the whole perimeter acts, and carries the weight exactly."""
+    size = 3.0
+    total = DENSITY * GRAVITY * size**2
+    for share in np.linspace(0.0, 1.0, 50):
+        simulation = filled_box(basis, points, np.array([share, 0.37 * share]), angle)
+        _, contacts = locate_contacts(simulation, 0.0, 0.5)
+        (part,) = contacts.parts
+        assert part.pose.weight.sum() == pytest.approx(4.0 * size, rel=1e-12)
+        for result in take_steps(simulation):
+            up = rotation(angle)[:, 1] * total * result.time
+            assert np.abs(result.resultant("box") - up).max() < 1e-10 * total
+
+
+def walled_block(
+    basis: str, walls: str, gap: float, delta: float, acceleration: float = 20.0
+) -> Simulation:
+    """A block between smooth walls, on grid lines or `gap` beyond them, under its weight."""
+    if walls == "plane":
+        boundaries = [
+            plane("base", "y", 0.0), plane("left", "x", 0.0), plane("right", "x", 2.0),
+        ]  # fmt: skip
+    else:
+        boundaries = [
+            implicit("base", line(np.array([0.0, gap]), np.array([0.0, 1.0])), delta=delta),
+            implicit("left", line(np.array([gap, 0.0]), np.array([1.0, 0.0])), delta=delta),
+            implicit("right", line(np.array([2.0 + gap, 0.0]), np.array([-1.0, 0.0])), delta=delta),
+        ]
+    entries = block_entries(
+        "plane_strain", basis, boundaries=boundaries,
+        loads=[{"type": "body_force", "acceleration": [5.0, -acceleration]}],
+    )  # fmt: skip
+    body = entries["bodies"][0]
+    body["shape"] = {"type": "box", "lower": [gap, gap], "upper": [2.0 + gap, 2.0 + gap]}
+    del body["points_per_cell"]
+    body["points"] = [6, 6]
+    entries["analysis"]["tolerance"] = 1e-12
+    return Simulation(Model.from_dict(entries))
+
+
+def answer(simulation: Simulation) -> tuple[Floats, Floats]:
+    """Displacement and stress of the points, in the order of their numbers."""
+    take_steps(simulation)
+    order = np.argsort(simulation.points.point_id)
+    return simulation.points.displacement[order], simulation.points.stress[order]
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("gap", [0.0, 1e-9, -1e-9, 1e-6, -1e-6, 1e-3, -1e-3])
+def test_beside_a_grid_line_as_by_elimination(basis: str, gap: float) -> None:
+    """The difference is proportional to the band, but for the place in the cell itself."""
+    exact = answer(walled_block(basis, "plane", 0.0, 0.0))
+    differences = []
+    for delta in (1e-2, 1e-3):
+        found = answer(walled_block(basis, "implicit", gap, delta))
+        differences.append(
+            [np.abs(a - b).max() / np.abs(b).max() for a, b in zip(found, exact, strict=True)]
+        )
+    wide, narrow = np.array(differences)
+    assert (wide < 2e-2 + 2.0 * abs(gap)).all()
+    assert (narrow < 2e-3 + 2.0 * abs(gap)).all()
+    if abs(gap) < 1e-5:
+        np.testing.assert_allclose(narrow / wide, 0.1, rtol=0.1)
+
+
+def block_on_a_plane(kind: str, lower: float, angle: float = 0.0) -> Simulation:
+    """A block of 16 or 64 points on a plane that goes on beside it."""
+    dim = dimension(kind)
+    up = np.eye(dim)[-1] if dim == 3 else rotation(angle)[:, 1]
+    base = np.full(dim, lower)
+    if kind == "axisymmetric":
+        base[0] = 0.0
+    wall = implicit("base", line(base, up), condition="fixed")
+    entries = block_entries(kind, "linear", boundaries=[wall])
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["points"] = [4] * dim
+    body["shape"] = {
+        "type": "box", "lower": base.tolist(), "upper": (base + 2.0).tolist(),
+    }  # fmt: skip
+    if angle:
+        body["shape"]["angle"] = angle
+    return Simulation(Model.from_dict(entries))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("lower", [0.0, 0.25, 0.4])
+def test_an_overhanging_plane_acts_as_far_as_the_block(kind: str, lower: float) -> None:
+    """Facets are cut at grid lines; which of their points act is told by the points alone."""
+    _, contacts = locate_contacts(block_on_a_plane(kind, lower))
+    (part,) = contacts.parts
+    boundary, dim = part.boundary, dimension(kind)
+    assert boundary.terms is not None
+    low = np.full(dim - 1, lower)
+    if kind == "axisymmetric":
+        low = np.zeros(1)
+    within = boundary.terms.reference[:, :-1]
+    inside = ((within > low - 1e-12) & (within < low + 2.0 + 1e-12)).all(axis=1)
+    if kind == "axisymmetric":
+        inside |= (within[:, 0] < 0.0) & (within[:, 0] > -1e-12)
+    np.testing.assert_array_equal(np.sort(part.chosen), np.flatnonzero(inside))
+    assert 0 < len(part.chosen) < len(inside)
+
+
+@pytest.mark.parametrize("angle", [10.0, 30.0, 45.0, 77.0])
+def test_a_turned_block_is_touched_all_along(angle: float) -> None:
+    """And hardly beyond: not by a point's spacing."""
+    simulation = block_on_a_plane("plane_strain", 0.3, angle)
+    _, contacts = locate_contacts(simulation)
+    (part,) = contacts.parts
+    terms = part.boundary.terms
+    assert terms is not None
+    along = (terms.reference - 0.3) @ rotation(angle)[:, 0]
+    touched = np.isin(np.arange(len(along)), part.chosen)
+    assert touched[(along > 0.0) & (along < 2.0)].all()
+    assert not touched[(along < -0.5) | (along > 2.5)].any()
+
+
+@pytest.mark.parametrize("distance", [0.3, 0.36])
+def test_a_plane_beside_the_points_touches_within_their_boxes(distance: float) -> None:
+    """Below a point of half length l the ellipsoid reaches sqrt(2) l deep, l = 0.25."""
+    simulation = block_on_a_plane("plane_strain", 0.0)
+    simulation.points.position[:, 1] += distance - 0.25  # lowest points at `distance`
+    _, contacts = locate_contacts(simulation)
+    assert bool(contacts.parts) == (distance < 0.25 * np.sqrt(2.0))
+    assert contacts.untouched == ([] if contacts.parts else ["base"])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_places_in_cells_without_points(kind: str) -> None:
+    """They act by a neighbouring cell: the sum is one, linear fields are exact."""
+    random = np.random.default_rng(6)
+    dim = dimension(kind)
+    active, _ = locate_contacts(block_on_a_plane(kind, 0.0))  # cells 0 and 1 hold points
+    place = random.uniform(-0.6, 2.6, (200, dim))
+    nearest = place.clip(0.25, 1.75)
+    order, at = locate_places(active, place, nearest)
+    place, nearest = place[order], nearest[order]
+    np.testing.assert_allclose(at.value.sum(axis=1), 1.0, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(at.gradient.sum(axis=1), 0.0, atol=1e-13)
+    np.testing.assert_allclose(at.interpolate(active.position), place, atol=1e-13)
+    nodal = active.position[at.node[at.cell]]
+    gradient = np.einsum("nak,nai->nki", at.gradient, nodal)
+    np.testing.assert_allclose(gradient, np.tile(np.eye(dim), (200, 1, 1)), atol=1e-12)
+    # the cell is that of the place, or else the nearest one with soil
+    corner = nodal.min(axis=1)
+    np.testing.assert_array_equal(corner, np.floor(place).clip(0.0, 1.0))
+    outside = (place != place.clip(0.0, 2.0)).any(axis=1)
+    assert outside.sum() > 50
+    assert (at.value[outside].min(axis=1) < 0.0).all()
+
+
+def test_a_corner_cell_without_points_is_reached_by_the_nearest_point() -> None:
+    """A turned block of standard points: pieces of its base lie in cells that hold none."""
+    simulation = block_on_a_plane("plane_strain", 0.3, 30.0)
+    active, contacts = locate_contacts(simulation)
+    (part,) = contacts.parts
+    own = np.floor(part.pose.place)
+    used = active.position[part.at.node[part.at.cell]].min(axis=1)
+    elsewhere = (own != used).any(axis=1)
+    assert elsewhere.any()
+    filled = np.unique(np.floor(simulation.points.position), axis=0)
+    for corner in np.unique(used, axis=0):
+        assert (filled == corner).all(axis=1).any()
+    field: Any = np.array([0.4, -0.7]) + active.position @ np.array([[1.0, 0.3], [-0.2, 2.0]])
+    exact = np.array([0.4, -0.7]) + part.pose.place @ np.array([[1.0, 0.3], [-0.2, 2.0]])
+    np.testing.assert_allclose(part.at.interpolate(field), exact, atol=1e-12)
