@@ -64,6 +64,17 @@ class LinearForces:
         product: Floats = self._matrix @ displacement.ravel()
         return self.constant + product.reshape(displacement.shape)
 
+    def round_off(self, displacement: Floats) -> float:
+        """Returns the force that round-off alone may leave where stiff couplings cancel [force]."""
+        if not self._any:
+            return 0.0
+        magnitude = sp.bsr_matrix(
+            (np.abs(self.blocks), self._matrix.indices, self._matrix.indptr),
+            shape=self._matrix.shape,
+        )
+        terms = magnitude @ np.abs(displacement).ravel() + np.abs(self.constant).ravel()
+        return float(np.finfo(np.float64).eps * np.linalg.norm(terms))
+
     def add_stiffness(self, blocks: Floats) -> None:
         """Adds the matrix of all couplings to the node-block matrix."""
         if self._any:

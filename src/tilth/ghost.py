@@ -91,16 +91,20 @@ def ghost_stabilisation(
     }
     at_edge = np.any([number < 0 for number in neighbour.values()], axis=0)
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
-    emptiness = np.tile(emptiness[:, None], dim)
+    weights = np.tile(emptiness[:, None], dim)
     if behind is not None:
         number = np.searchsorted(key, behind[0]).clip(max=len(key) - 1)
         known = key[number] == behind[0]
-        np.maximum.at(emptiness, number[known], FIRM * behind[1][known])
+        hidden = np.zeros_like(weights)
+        np.maximum.at(hidden, number[known], behind[1][known])
+        # there the boundary's own penalty takes over: across it, not between equal slivers
+        weights *= 1.0 - np.minimum(hidden.sum(axis=1), 1.0)[:, None]
+        weights += FIRM * hidden
     couplings = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[axis, 1] >= 0)
         other = neighbour[axis, 1][cell]
-        weight = np.maximum(emptiness[cell, axis], emptiness[other, axis])
+        weight = np.maximum(weights[cell, axis], weights[other, axis])
         cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
         if len(cell) == 0:
             continue

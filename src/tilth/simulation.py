@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
-from tilth.boundaries.contacts import require_agreement
+from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
 from tilth.domains import bound_domains
@@ -163,7 +163,7 @@ class Simulation:
         contacts = self._contacts(active, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
-        require_agreement(self.implicit, contacts, self.model.schedule.times_of_output())
+        require_agreement(self.model, self.boundaries, contacts)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         self._note_untouched(conditions, contacts)
         return active

@@ -23,6 +23,10 @@ from tilth.timers import Timers
 Floats = npt.NDArray[np.float64]
 
 
+CERTAIN = 3
+"""Iterations after which the round-off of stiff couplings may be what is left of the residual."""
+
+
 @dataclass(frozen=True)
 class Newton:
     """Settings of the iteration.
@@ -114,6 +118,8 @@ def solve_step(
         if not math.isfinite(relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         balanced = relative <= newton.tolerance or size <= newton.round_off
+        if not balanced and len(residuals) > CERTAIN:
+            balanced = size <= linear.round_off(displacement)
         if balanced and not moving:
             reaction = np.where(held, internal - force, 0.0)
             return Equilibrium(displacement, reaction, initial_reaction, residuals)

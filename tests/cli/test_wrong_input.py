@@ -338,3 +338,65 @@ def test_an_output_folder_that_is_not_empty(tilth: Tilth, case: Case) -> None:
     assert "--overwrite" in outcome.err
     assert "Traceback" not in outcome.err
     assert [entry.name for entry in folder.iterdir()] == ["thesis.txt"]
+
+
+FUNCTIONS = """
+import numpy as np
+def upside_down(x):
+    return 0.1 - x[:, 1]
+def nan(x):
+    return np.full(len(x), np.nan)
+def lift(x, factor):
+    return np.full(x.shape, np.nan)
+"""
+SECOND = """condition = "fixed"
+displacement = { y = 0.1 }
+
+[[boundaries]]
+name = "slab"
+type = "implicit"
+geometry = { type = "plane", point = [0, 0.1], normal = [0, 1] }
+condition = "fixed\""""
+HILL = '{ type = "function", function = "functions.py:NAME" }'
+
+WRONG_FROM_THE_START = {
+    "all soil behind a plane": (
+        implicit('condition = "fixed"', '{ type = "plane", point = [0, 0.1], normal = [0, -1] }'),
+        ["boundaries.wall.geometry", "all material is behind the boundary", "turn the normal"],
+    ),
+    "a distance of the wrong sign": (
+        implicit('condition = "fixed"', HILL.replace("NAME", "upside_down")),
+        ["boundaries.wall.geometry", "negative everywhere", "change the function's sign"],
+    ),
+    "a distance that is no number": (
+        implicit('condition = "fixed"', HILL.replace("NAME", "nan")),
+        ["boundaries[0].geometry", "`nan` in `functions.py` returned nan at"],
+    ),
+    "a motion that is no number": (
+        implicit('condition = "fixed"\nmotion = "functions.py:lift"'),
+        ["boundaries[0].motion", "`lift` in `functions.py` returned [nan nan] at"],
+    ),
+    "two motions of one place": (
+        implicit(SECOND),
+        ["boundaries[0]", "'wall' and 'slab' prescribe contradictory displacements", "same motion"],
+    ),
+    "one smooth wall": (
+        implicit('condition = "roller"'),
+        ["boundaries: ", "not held against translation along x", "singular"],
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize("name", WRONG_FROM_THE_START)
+def test_implicit_boundaries_that_cannot_be_computed(
+    tilth: Tilth, case: Case, command: str, name: str
+) -> None:
+    """What only the points and the first step show."""
+    pytest.importorskip("tilth._core")
+    replaced, parts = WRONG_FROM_THE_START[name]
+    file = case(replaced)
+    functions = file.with_name("functions.py")
+    functions.write_text(FUNCTIONS, encoding="utf-8")
+    refused(tilth(command, file), str(file), parts)
+    assert sorted(file.parent.iterdir()) == sorted([file, functions])

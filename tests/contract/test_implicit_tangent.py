@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from implicit_problems import dense, implicit, line, locate_contacts
+from implicit_problems import dense, implicit, line, locate_contacts, rotation
 from small_problems import KINDS, Floats, block_entries, dimension, material_entries, weight
 
 import tilth.simulation
@@ -149,6 +149,47 @@ def test_matrix_of_a_boundary_is_the_derivative_of_its_force(
                 force, matrix[:, column], centre, direction.reshape(shape), (1e-3,)
             )
             assert error < 1e-7
+
+
+@every_kind
+@every_form
+@pytest.mark.parametrize("condition", ["fixed", "direction"])
+def test_soil_that_moves_with_a_boundary_only_turns_what_it_carries(
+    kind: str, condition: str, form: str
+) -> None:
+    """No slip: tractions and the band's stresses turn with the boundary, half by half."""
+    simulation = held_block(kind, condition, form, "moves")
+    carry_something(simulation, np.random.default_rng(3))
+    active, contacts = locate_contacts(simulation, 0.2, 0.7)
+    part = next(p for p in contacts.parts if p.boundary.name == "base")
+    boundary, terms = part.boundary, part.boundary.terms
+    assert terms is not None
+    carried = boundary.carried[part.chosen]
+    dim = dimension(kind)
+    at_start = boundary.motion.reference(active.position, 0.2)
+    rigid = boundary.motion.place(at_start, 0.7) - active.position
+    assert np.abs(rigid).max() > 0.02
+    after = part.after(rigid)
+    np.testing.assert_allclose(after, part.before, atol=1e-9 * np.abs(part.penalty).max())
+    part.commit(after)
+    angle = 0.0 if kind == "axisymmetric" else 3.0
+    half, whole, normal_turn = (_turn(kind, share * angle) for share in (0.25, 0.5, 0.45))
+    for turn, found in ((half, part.before), (whole, boundary.carried[part.chosen])):
+        expected = carried[:, :dim] @ turn[:dim, :dim].T
+        np.testing.assert_allclose(found[:, :dim], expected, atol=1e-6)
+        if form == "band":
+            stress = turn @ carried[:, dim:].reshape(-1, 3, 3) @ turn.T
+            np.testing.assert_allclose(found[:, dim:].reshape(-1, 3, 3), stress, atol=1e-6)
+    expected = terms.normal[part.chosen] @ normal_turn[:dim, :dim].T
+    np.testing.assert_allclose(part.pose.normal, expected, atol=1e-12)
+
+
+def _turn(kind: str, degrees: float) -> Floats:
+    """Rotation about z, in 3D about x."""
+    whole = np.eye(3)
+    first = 1 if kind == "3d" else 0
+    whole[first : first + 2, first : first + 2] = rotation(degrees)
+    return whole
 
 
 class Stopped(Exception):

@@ -21,11 +21,12 @@ def _restore_threads():
     _core.set_parallel_from(points)
 
 
-def touching(place, position, half_length):
+def touching(place, position, half_length, normal=None):
+    """Without normals the ellipsoids alone decide."""
     dim = place.shape[1]
-    return np.asarray(
-        _core.touching_points(place, position, half_length, ORIGIN[:dim].copy(), CELL[:dim].copy())
-    )
+    normal = np.zeros_like(place) if normal is None else normal
+    grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
+    return np.asarray(_core.touching_points(place, normal, position, half_length, *grid))
 
 
 def measure(place, position, half_length):
@@ -63,6 +64,25 @@ def test_the_nearest_point_that_is_touched_is_found(dim, seed):
     apart = np.abs(cells[0][touched] - cells[1][expected[touched]]).max(axis=1)
     assert (apart == 1).sum() > 20  # across a cell's face
     np.testing.assert_array_equal(touching(*given), expected)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_boxes_up_to_half_a_width_away_along_the_normal_are_touched(dim):
+    place, position, half_length = cloud(dim, 7)
+    half_length = np.minimum(half_length, 0.3 * CELL[:dim])  # one cell around is searched
+    normal = np.random.default_rng(8).normal(size=place.shape)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    offset = place[:, None] - position
+    height = np.einsum("qpi,qi->qp", offset, normal)
+    along = offset - height[..., None] * normal[:, None]
+    beside = (np.abs(along) <= half_length).all(axis=2)
+    beside &= np.abs(height) <= 2.0 * np.abs(normal) @ half_length.T
+    squares = measure(place, position, half_length)
+    touched = beside | (squares <= dim)
+    expected = np.where(touched.any(axis=1), np.where(touched, squares, np.inf).argmin(axis=1), -1)
+    assert (expected != nearest_touched(place, position, half_length)).sum() > 10
+    found = touching(place, position, half_length, normal)
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

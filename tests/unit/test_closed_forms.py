@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms import (
+    HeldBall,
     Moduli,
     SelfWeightColumn,
     ThickCylinder,
@@ -303,3 +304,27 @@ def test_widened_cylinder_is_in_equilibrium_in_its_widened_place():
     slope = (radial[1] - radial[0]) / (place(radii + step) - place(radii - step))
     now = stress(radii)
     np.testing.assert_allclose(slope, (now[:, 2, 2] - now[:, 0, 0]) / place(radii), rtol=1e-4)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
+def test_held_ball_is_in_equilibrium_and_does_not_move_at_its_surface(poisson_ratio):
+    """The stress of its strain is in balance with the body force, by central differences."""
+    centre, force = np.array([0.3, -0.2, 0.1]), np.array([1.0, 2.0, -3.0])
+    ball = HeldBall(centre, 2.0, force, elastic(100.0, poisson_ratio))
+    moduli, step = Moduli.of(ball.material), 1e-2
+
+    def stress(place):
+        ends = [
+            ball.displacement(place + sign * step * np.eye(3)) / (2.0 * step) for sign in (1, -1)
+        ]
+        strain = 0.5 * ((ends[0] - ends[1]) + (ends[0] - ends[1]).T)
+        return moduli.lame * np.trace(strain) * np.eye(3) + 2.0 * moduli.shear * strain
+
+    place = centre + np.array([0.5, 0.4, -0.7])
+    divergence = sum(
+        (stress(place + step * unit) - stress(place - step * unit))[i] / (2.0 * step)
+        for i, unit in enumerate(np.eye(3))
+    )
+    np.testing.assert_allclose(divergence, -force, rtol=1e-9)
+    surface = centre + 2.0 * np.array([[0.6, 0.0, 0.8], [0.0, -1.0, 0.0]])
+    np.testing.assert_allclose(ball.displacement(surface), 0.0, atol=1e-15)

@@ -7,6 +7,7 @@ tensor in full and the shape functions of the grid.
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,19 +21,24 @@ from tilth.grid import ActiveGrid
 from tilth.simulation import Simulation
 
 CONDITIONS = ("roller", "fixed", "tangential", "direction")
+CASES = [
+    *product(KINDS, ["flat"], CONDITIONS),
+    *product(["plane_strain", "axisymmetric"], ["round"], CONDITIONS),
+    ("3d", "round", "tangential"),
+]
 
 
 def geometries(kind: str) -> dict[str, dict[str, Any]]:
     """An inclined piece and a round face, both inside a block of two cells a side."""
     dim = dimension(kind)
-    middle = [0.0 if kind == "axisymmetric" else 1.07] + [1.07] * (dim - 1)
+    edges = {"width": 1.1} if dim == 2 else {"width": [1.1, 0.9], "along": [1.0, 0.0, 0.0]}
     return {
         "flat": {
             "type": "footing", "centre": [1.07] * dim, "normal": [0.3, 0.5, 1.0][-dim:],
-            "width": 1.1 if dim == 2 else [1.1, 0.9],
+            **edges,
         },
         "round": {
-            "type": "sphere" if dim == 3 else "circle", "centre": middle, "radius": 0.61,
+            "type": "sphere" if dim == 3 else "circle", "centre": [1.07] * dim, "radius": 0.61,
             "soil": "outside",
         },
     }  # fmt: skip
@@ -116,9 +122,7 @@ def parts(
     return penalty, dense(part.coupling(), active.nodes) - penalty
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("shape", ["flat", "round"])
-@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize(("kind", "shape", "condition"), CASES)
 def test_band_tends_to_the_surface_at_first_order(kind: str, shape: str, condition: str) -> None:
     geometry = geometries(kind)[shape]
     errors = []
@@ -133,15 +137,48 @@ def test_band_tends_to_the_surface_at_first_order(kind: str, shape: str, conditi
     np.testing.assert_allclose(fine / coarse, 0.1, rtol=0.3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("shape", ["flat", "round"])
-@pytest.mark.parametrize("condition", CONDITIONS)
+@pytest.mark.parametrize(("kind", "shape", "condition"), CASES)
 def test_surface_form_is_the_first_limit(kind: str, shape: str, condition: str) -> None:
     geometry = geometries(kind)[shape]
     exact, _ = limits(kind, geometry, condition, 1e-3)
     found, rest = parts(kind, geometry, condition, "surface", 1e-3)
     assert not rest.any()
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_wide_band_has_the_energy_of_the_product_of_functions(condition: str) -> None:
+    """u K u = energy of D u in the band less that of D grad u, which is K1's part.
+
+    Along a grid line's direction all is polynomial and integrated exactly.
+    """
+    delta, random = 0.3, np.random.default_rng(5)
+    geometry = {"type": "footing", "centre": [0.5, 1.2], "normal": [0.0, 1.0], "width": 0.7}
+    simulation = block("plane_strain", geometry, condition, "band", delta)
+    active, contacts = locate_contacts(simulation)
+    (part,) = contacts.parts
+    matrix = dense(part.coupling(), active.nodes)
+    held = part.pose.projector[0]
+    u = random.uniform(-1, 1, active.position.shape)
+
+    def field(place: Floats) -> Floats:
+        hat, _ = shape_functions(active, place)
+        share = (place[1] - 1.2) / delta
+        return np.asarray((np.eye(2) - (1.0 - share) ** 2 * held) @ (hat @ u))
+
+    energy, step = 0.0, 1e-5
+    for s, across in zip(*np.polynomial.legendre.leggauss(6), strict=True):
+        for t, along in zip(*np.polynomial.legendre.leggauss(6), strict=True):
+            place = np.array([0.5 + 0.35 * t, 1.2 + 0.5 * delta * (1.0 + s)])
+            _, slope = shape_functions(active, place)
+            share = (place[1] - 1.2) / delta
+            rates = np.zeros((2, 3, 3))
+            for k, unit in enumerate(step * np.eye(2)):
+                rates[0, :2, k] = (field(place + unit) - field(place - unit)) / (2.0 * step)
+            rates[1, :2, :2] = (np.eye(2) - (1.0 - share) ** 2 * held) @ (u.T @ slope)
+            squares = np.einsum("rij,ijkl,rkl->r", rates, elasticity(), rates)
+            energy += across * along * 0.35 * 0.5 * delta * (squares[0] - squares[1])
+    assert u.ravel() @ matrix @ u.ravel() == pytest.approx(energy, rel=1e-7)
 
 
 @pytest.mark.parametrize(("poisson_ratio", "capped"), [(0.35, False), (0.45, True)])

@@ -12,8 +12,8 @@ from small_problems import Floats, block_entries, dimension
 
 from tilth import BadInput, Model
 from tilth.boundaries import Implicit
-from tilth.boundaries.implicit import Pose
 from tilth.boundaries.contact import turned
+from tilth.boundaries.implicit import Pose
 from tilth.boundaries.motion import cofactor, make_motion, rotation_matrix, rotation_part
 
 LINE = {"type": "plane", "point": [0.2, 0.1], "normal": [0.0, 1.0]}
@@ -66,13 +66,15 @@ def nothing(x, factor):
 """
 
 
-def boundary(geometry: dict[str, Any], kind: str | None = None, **more: Any) -> Implicit:
+def boundary(
+    geometry: dict[str, Any], kind: str | None = None, cell: float = 0.3, **more: Any
+) -> Implicit:
     """An implicit boundary on its own."""
     dim = len(geometry.get("point", geometry.get("centre", geometry.get("lower", [0, 0]))))
     kind = kind or ("3d" if dim == 3 else "plane_strain")
     declared = {"type": "implicit", "name": "wall", "condition": "roller", "geometry": geometry}
     entries = block_entries(kind, "gimp", boundaries=[declared | more])
-    entries["grid"]["cell_size"] = 0.3
+    entries["grid"]["cell_size"] = cell
     model = Model.from_dict(entries)
     made = Implicit(model.boundaries[0], model)
     made.cover(np.full(dimension(kind), -1.0), np.full(dimension(kind), 2.0))
@@ -218,7 +220,9 @@ def test_a_sphere_grows_in_axisymmetry() -> None:
     made = boundary(ball, "axisymmetric", radius_change=0.5, displacement={"y": 0.7})
     for factor in (0.0, 1.0):
         area = 4.0 * np.pi * (1.5 + 0.5 * factor) ** 2
-        assert pose_of(made, factor, factor).weight.sum() == pytest.approx(area, rel=1e-6)
+        pose = pose_of(made, factor, factor)
+        beside = pose.place[:, 0] > 0.0  # the other half touches no soil
+        assert pose.weight[beside].sum() == pytest.approx(area, rel=1e-6)
 
 
 @pytest.mark.parametrize("geometry", [BOX, CUBE])
@@ -283,7 +287,7 @@ def test_held_direction_turns_with_the_boundary() -> None:
 @pytest.mark.parametrize("form", ["surface", "band"])
 def test_carried_tractions_turn(form: str) -> None:
     rotation = {"angle": 60.0, "centre": [1.0, 0.0, 0.0], "axis": "y"}
-    made = boundary(PLANE, rotation=rotation, displacement={"x": 0.5}, form=form)
+    made = boundary(PLANE, rotation=rotation, displacement={"x": 0.5}, form=form, cell=1.0)
     pose = pose_of(made, 0.0, 0.5)
     random = np.random.default_rng(9)
     carried = random.uniform(-1, 1, made.carried.shape)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which places of a boundary touch the soil: those inside the ellipsoid around a material point's
-// box that goes through the box's corners. Boxes that tile a body reach exactly to its faces,
-// however the body is turned.
+// box that goes through the box's corners, and those whose foot along the boundary's normal is in
+// the box or no more than half the box's width away from it. Boxes that tile a body reach exactly
+// to its faces, however the body is turned; points that stand for the cut parts of a body may lie
+// almost a whole spacing from its face.
 #pragma once
 
 #include <algorithm>
@@ -45,19 +47,34 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
   return result;
 }
 
+/// Whether the box at `offset` from a place is beside it: within its sides along the boundary, and
+/// at most twice its half width away from the boundary.
+template <int Dim>
+bool beside(const double* offset, const double* half, const double* normal) {
+  double height = 0.0, width = 0.0;
+  for (int k = 0; k < Dim; ++k) {
+    height += offset[k] * normal[k];
+    width += half[k] * std::fabs(normal[k]);
+  }
+  if (std::fabs(height) > 2.0 * width * (1.0 + 1e-9)) return false;
+  for (int k = 0; k < Dim; ++k)
+    if (std::fabs(offset[k] - height * normal[k]) > half[k] * (1.0 + 1e-9)) return false;
+  return true;
+}
+
 /// Number of the point nearest to each place, in units of its box, among those that it touches; -1
 /// where it touches none. Looks one cell around the place.
 template <int Dim>
-void touching_points(std::int64_t places, const double* place, std::int64_t points,
-                     const double* position, const double* half_length, const double* origin,
-                     const double* cell_size, std::int64_t* nearest) {
+void touching_points(std::int64_t places, const double* place, const double* normal,
+                     std::int64_t points, const double* position, const double* half_length,
+                     const double* origin, const double* cell_size, std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
-  constexpr double reach = Dim * (1.0 + 1e-9);
+  constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
 #pragma omp parallel for schedule(static) if (8 * places >= parallel_from)
   for (std::int64_t q = 0; q < places; ++q) {
     const double* x = place + Dim * q;
     const Lattice own = unpack(cell_of<Dim>(x, origin, cell_size));
-    double least = reach;
+    double least = far;
     nearest[q] = -1;
     for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
       for (int j = -1; j <= 1; ++j) {
@@ -68,12 +85,14 @@ void touching_points(std::int64_t places, const double* place, std::int64_t poin
         for (auto i = begin - sorted.key.begin();
              i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
           const std::int64_t p = sorted.order[i];
-          double measure = 0.0;
+          const double* half = half_length + Dim * p;
+          double measure = 0.0, offset[Dim];
           for (int axis = 0; axis < Dim; ++axis) {
-            const double ratio = (x[axis] - position[Dim * p + axis]) / half_length[Dim * p + axis];
-            measure += ratio * ratio;
+            offset[axis] = x[axis] - position[Dim * p + axis];
+            measure += offset[axis] * offset[axis] / (half[axis] * half[axis]);
           }
-          if (measure <= least && (measure < least || nearest[q] < 0)) {
+          if (measure >= least) continue;
+          if (measure <= reach || beside<Dim>(offset, half, normal + Dim * q)) {
             least = measure;
             nearest[q] = p;
           }

@@ -31,9 +31,9 @@ Integers = npt.NDArray[np.int64]
 class Place:
     """Where n quadrature points act on the active grid: each on the corners of one cell.
 
-    The cell is the one a point lies in, or, where no soil reaches that cell, the cell of the
-    nearest material point; its shape functions are then extrapolated, so that they still sum
-    to one and are exact for linear fields.
+    The cell is the one a point lies in, or, where no soil reaches that cell, the nearest one with
+    soil; its shape functions are then extrapolated, so that they still sum to one and are exact
+    for linear fields.
 
     Attributes:
         start: first point of each cell, shape (cells + 1,).
@@ -67,27 +67,26 @@ class Place:
         return np.stack(columns, axis=1)
 
 
-def locate_places(active: ActiveGrid, place: Floats, fallback: Floats) -> tuple[Integers, Place]:
+def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
     """Finds the cells that places act on; returns the order by cell, and what it orders.
 
-    place, fallback: the places, and the material point nearest to each [length], (n, dim).
+    place: [length], shape (n, dim); none is more than a cell away from a material point.
     """
     grid, dim = active.grid, active.grid.dim
     corner = _corners(dim)
-    own = np.floor((place - grid.origin) / grid.cell_size).astype(np.int64)
-    wanted = lattice_keys(own)
-    number = np.searchsorted(active.cell_keys, wanted).clip(max=len(active.cell_keys) - 1)
-    known = active.cell_keys[number] == wanted
-    near = np.floor((fallback - grid.origin) / grid.cell_size).astype(np.int64)
-    lattice = np.where(known[:, None], own, near)
+    scaled = (place - grid.origin) / grid.cell_size
+    lattice = np.floor(scaled).astype(np.int64)
+    empty = np.flatnonzero(~_has_soil(active, lattice))
+    if len(empty):
+        lattice[empty] = _nearest_cell_with_soil(active, scaled[empty])
     key = lattice_keys(lattice)
     order = np.argsort(key, kind="stable")
     lattice, key = lattice[order], key[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     cells = np.pad(lattice[first], ((0, 0), (0, 3 - dim)))
     node = active.find((cells[:, None] + corner).reshape(-1, 3)).reshape(len(first), -1)
-    assert (node >= 0).all(), "the cell of a material point is active"
-    xi = (place[order] - grid.origin) / grid.cell_size - lattice
+    assert (node >= 0).all(), "cells with soil have active corners"
+    xi = scaled[order] - lattice
     value, gradient = np.ones((len(xi), len(corner))), []
     hats = np.stack([1.0 - xi, xi], axis=2)  # (n, dim, 2)
     slopes = np.array([-1.0, 1.0]) / grid.cell_size[:, None]  # (dim, 2)
@@ -100,6 +99,30 @@ def locate_places(active: ActiveGrid, place: Floats, fallback: Floats) -> tuple[
         gradient.append(part)
     start = np.append(first, len(key))
     return order, Place(start, node.astype(np.int32), value, np.stack(gradient, axis=2))
+
+
+def _has_soil(active: ActiveGrid, lattice: Integers) -> npt.NDArray[np.bool_]:
+    wanted = lattice_keys(lattice)
+    number = np.searchsorted(active.cell_keys, wanted).clip(max=len(active.cell_keys) - 1)
+    return np.asarray(active.cell_keys[number] == wanted)
+
+
+def _nearest_cell_with_soil(active: ActiveGrid, scaled: Floats) -> Integers:
+    """Returns the cell, one of those around each place, that is nearest; places in cells.
+
+    Of cells that are as near, such as two that share the face a place lies on, the one whose
+    centre is nearer.
+    """
+    own = np.floor(scaled).astype(np.int64)
+    best, least = own.copy(), np.full(len(own), np.inf)
+    for step in np.ndindex(*(3,) * own.shape[1]):
+        cell = own + np.array(step) - 1
+        off = np.abs(scaled - (cell + 0.5))
+        distance = np.linalg.norm(np.maximum(off - 0.5, 0.0), axis=1)
+        distance = distance + 1e-6 * np.linalg.norm(off, axis=1)
+        nearer = _has_soil(active, cell) & (distance < least)
+        best[nearer], least[nearer] = cell[nearer], distance[nearer]
+    return best
 
 
 def _corners(dim: int) -> Integers:

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
@@ -15,7 +13,6 @@ from tilth.boundaries.contact import Contact, Integers, lattice_keys, locate_pla
 from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
-from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
 from tilth.points import MaterialPoints
 
@@ -54,11 +51,14 @@ class Contacts:
         """Finds out where the boundaries touch soil in the step from time `before` to `after`."""
         if not boundaries:
             return cls(active, [], [])
-        surfaces, box = [], _box(points)
+        surfaces, normals, box = [], [], _box(points)
         for boundary in boundaries:
             _cover(boundary, box, before)
-            surfaces.append(boundary.surface_places(before))
-        nearest = _touching(points, active, np.concatenate(surfaces), box)
+            places, normal = boundary.surface_places(before)
+            surfaces.append(places)
+            normals.append(normal)
+        places, normal = np.concatenate(surfaces), np.concatenate(normals)
+        nearest = _touching(points, active, places, normal, box)
         moduli = np.array(
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
@@ -73,7 +73,7 @@ class Contacts:
                 untouched.append(boundary.name)
                 continue
             place = boundary.places(before, chosen)
-            order, at = locate_places(active, place, points.position[point[chosen]])
+            order, at = locate_places(active, place)
             chosen = chosen[order]
             body = np.searchsorted(stops, point[chosen], side="right")
             make = Contact if boundary.declared.form == "surface" else BandContact
@@ -171,73 +171,16 @@ def _cover(boundary: Implicit, box: Floats, time: float) -> None:
     boundary.cover(at_rest.min(axis=0), at_rest.max(axis=0))
 
 
-def _touching(points: MaterialPoints, active: ActiveGrid, places: Floats, box: Floats) -> Integers:
+def _touching(
+    points: MaterialPoints, active: ActiveGrid, places: Floats, normal: Floats, box: Floats
+) -> Integers:
     """Returns the number of the nearest point that each place touches, -1 if none, shape (n,)."""
     near = np.ones(len(places), dtype=bool)
     for x, low, high, size in zip(places.T, *box, active.grid.cell_size, strict=True):
         near &= (x >= low - size) & (x <= high + size)
     nearest = np.full(len(places), -1)
     nearest[near] = _core.touching_points(
-        places[near], points.position, points.half_length,
+        places[near], normal[near], points.position, points.half_length,
         active.grid.origin, active.grid.cell_size,
     )  # fmt: skip
     return nearest
-
-
-def require_agreement(
-    boundaries: list[Implicit], contacts: Contacts, times: Sequence[float]
-) -> None:
-    """Checks that boundaries that coincide do not prescribe contradictory displacements.
-
-    Raises:
-        BadInput: names two boundaries and the place.
-    """
-    for one, two in combinations(contacts.parts, 2):
-        for part, other in ((one, two), (two, one)):
-            terms = part.boundary.terms
-            assert terms is not None
-            places = terms.reference[part.chosen]
-            close = np.abs(other.boundary.distance(places, 0.0)) <= max(
-                part.boundary.delta, other.boundary.delta
-            )
-            _require_same(part, other, np.flatnonzero(close), times, boundaries)
-
-
-def _require_same(
-    part: Contact,
-    other: Contact,
-    chosen: Integers,
-    times: Sequence[float],
-    boundaries: list[Implicit],
-) -> None:
-    if len(chosen) == 0:
-        return
-    terms = part.boundary.terms
-    assert terms is not None
-    place = terms.reference[part.chosen][chosen]
-    projector = part.pose.projector[chosen]
-    foreign = other.boundary.projector_at(place)
-    for time in times:
-        own = part.boundary.motion.place(place, part.boundary.factor(time)) - place
-        theirs = other.boundary.motion.place(place, other.boundary.factor(time)) - place
-        both = np.concatenate([projector, foreign], axis=1)
-        wanted = np.concatenate(
-            [
-                np.einsum("nij,nj->ni", projector, own),
-                np.einsum("nij,nj->ni", foreign, theirs),
-            ],
-            axis=1,
-        )
-        best = np.einsum("nij,nj->ni", np.linalg.pinv(both), wanted)
-        rest = np.abs(np.einsum("nij,nj->ni", both, best) - wanted).max(axis=1)
-        size = max(float(np.abs(wanted).max()), 1e-300)
-        if rest.max() > 1e-6 * size:
-            worst = int(rest.argmax())
-            at = ", ".join(f"{x:g}" for x in place[worst])
-            number = [b.name for b in boundaries].index(part.boundary.name)
-            raise BadInput(
-                f"boundaries {part.boundary.name!r} and {other.boundary.name!r} prescribe "
-                f"contradictory displacements at the place ({at})",
-                "move one of them, or give both the same motion",
-                key=f"boundaries[{number}]",
-            )

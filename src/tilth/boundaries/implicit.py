@@ -45,7 +45,7 @@ class Terms:
         reference: places at rest [length], shape (n, dim).
         normal: at rest, unit, into the soil, shape (n, dim).
         weight: area, or volume of the band, at rest [length^(dim - 1)], [length^dim], shape (n,).
-        surface: places of the surface's own quadrature points [length].
+        surface, surface_normal: the surface's own quadrature points [length], and normals.
         on_surface: the surface point that each belongs to, shape (n,).
         d: Dirichlet function [-], shape (n,).
         d_prime: its derivative [1/length], shape (n,); 0 leaves K2 out.
@@ -57,6 +57,7 @@ class Terms:
     normal: Floats
     weight: Floats
     surface: Floats
+    surface_normal: Floats
     on_surface: Integers
     d: Floats
     d_prime: Floats
@@ -72,6 +73,7 @@ def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
         normal=points.normal,
         weight=points.weight,
         surface=points.position,
+        surface_normal=points.normal,
         on_surface=np.arange(n),
         d=np.zeros(n),
         d_prime=np.zeros(n),
@@ -93,6 +95,7 @@ def band_terms(points: QuadraturePoints, delta: float) -> Terms:
         normal=normal,
         weight=points.weight[surface] * delta * np.tile(weight, n),
         surface=points.position,
+        surface_normal=points.normal,
         on_surface=surface,
         d=1.0 - (1.0 - s) ** 2,
         d_prime=d_prime,
@@ -196,6 +199,8 @@ class Implicit:
             piece,
             facet,
         )
+        if self._model.analysis.kind == "axisymmetric":  # a circle around the axis is there twice
+            points = points.of(points.position[:, 0] > 0.0)
         make = surface_terms if self.declared.form == "surface" else band_terms
         self.terms = make(points, self.delta)
         self.carried = np.zeros((len(self.terms.weight), self._columns))
@@ -205,11 +210,16 @@ class Implicit:
             assert len(from_old) == len(old), "a larger region lost a part of the boundary"
             self.carried[to_new] = carried[from_old]
 
-    def surface_places(self, time: float) -> Floats:
-        """Returns where the points of the surface are at `time` [length], shape (n, dim)."""
+    def surface_places(self, time: float) -> tuple[Floats, Floats]:
+        """Returns where the surface's points are at `time` [length], and normals, (n, dim) each."""
         terms = self.terms
         assert terms is not None
-        return self._places(terms.surface, self.factor(time))
+        factor = self.factor(time)
+        normal = terms.surface_normal
+        if self.declared.is_moving:
+            normal = _transformed(cofactor(self.motion.gradient(terms.surface, factor)), normal)
+            normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+        return self._places(terms.surface, factor), normal
 
     def _places(self, reference: Floats, factor: float) -> Floats:
         return self.motion.place(reference, factor) if self.declared.is_moving else reference
@@ -286,10 +296,12 @@ class Implicit:
             BadInput: all are behind the boundary.
         """
         if (self.geometry.distance(position) < 0.0).all():
+            number = [boundary.name for boundary in self._model.boundaries].index(self.name)
             raise BadInput(
-                "all material is behind the boundary: its signed distance is negative everywhere",
+                f"all material is behind the boundary {self.name!r}: its signed distance is "
+                "negative everywhere",
                 "turn the normal, exchange the sides (soil), or change the function's sign",
-                key=f"boundaries.{self.name}.geometry",
+                key=f"boundaries[{number}].geometry",
             )
 
     def distance(self, place: Floats, time: float) -> Floats:

@@ -142,12 +142,20 @@ def rotation_matrix(degrees: float, axis: str | None, dim: int) -> Floats:
 
 def cofactor(gradient: Floats) -> Floats:
     """Returns the cofactor matrices J F^-T that map area vectors, shape (n, dim, dim)."""
-    inverse = np.linalg.inv(gradient)
-    determinant = np.linalg.det(gradient)
-    return np.asarray(determinant[:, None, None] * np.swapaxes(inverse, 1, 2))
+    few, count = _different(gradient)
+    inverse, determinant = np.linalg.inv(few), np.linalg.det(few)
+    found = determinant[:, None, None] * np.swapaxes(inverse, 1, 2)
+    return np.broadcast_to(found, (count, *found.shape[1:]))
 
 
 def rotation_part(gradient: Floats) -> Floats:
     """Returns the rotations of the polar decompositions, shape (n, dim, dim)."""
-    left, _, right = np.linalg.svd(gradient)
-    return np.asarray(left @ right)
+    few, count = _different(gradient)
+    left, _, right = np.linalg.svd(few)
+    return np.broadcast_to(left @ right, (count, *few.shape[1:]))
+
+
+def _different(gradient: Floats) -> tuple[Floats, int]:
+    """Returns the one matrix that stands for all where they are the same, and their number."""
+    same = gradient.strides[0] == 0 and len(gradient) > 0
+    return (gradient[:1] if same else gradient), len(gradient)

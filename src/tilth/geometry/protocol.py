@@ -45,6 +45,12 @@ class QuadraturePoints:
     normal: Floats
     patch: Integers
 
+    def of(self, chosen: npt.NDArray[np.bool_]) -> QuadraturePoints:
+        """Returns some of the points."""
+        return QuadraturePoints(
+            self.position[chosen], self.weight[chosen], self.normal[chosen], self.patch[chosen]
+        )
+
 
 class Geometry(Protocol):
     """A boundary at rest, described by its signed distance and by facets; n places.

@@ -42,8 +42,8 @@ def _lines_that_move(model: Model) -> Iterator[Problem]:
             lost = isinstance(boundary, NodeBoundary)
         if lost:
             what = (
-                f"the grid follows {follow.boundary!r} along {', '.join(follow.axes)}, so its lines "
-                "move away from this condition"
+                f"the grid follows {follow.boundary!r} along {', '.join(follow.axes)}, so its "
+                "lines move away from this condition"
             )
             yield Problem(f"boundaries[{i}]", what, 'make it one of type = "implicit"')
 

@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterator
 
 from tilth.verification import (
     collapse,
+    cube_on_inclined_plane,
     end_loaded_cantilever,
+    inclined_column,
     oedometer,
     plane_strain_block,
     rigid_footing_elastic,
     self_weight_column,
+    slope,
     thick_cylinder,
 )
 from tilth.verification.comparison import Comparison
@@ -23,6 +26,9 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "plane_strain_block": plane_strain_block.comparisons,
     "oedometer": oedometer.comparisons,
     "thick_cylinder": thick_cylinder.comparisons,
+    "cube_on_inclined_plane": cube_on_inclined_plane.comparisons,
     "rigid_footing_elastic": rigid_footing_elastic.comparisons,
+    "inclined_column": inclined_column.comparisons,
+    "slope": slope.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

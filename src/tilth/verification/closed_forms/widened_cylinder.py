@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -60,8 +61,9 @@ class WidenedCylinder:
         a, b = self.inner_radius, self.outer_radius
         at = np.linspace(a, b, 50)
         state = np.stack([at, np.zeros_like(at)])
-        for part in np.linspace(0.0, 1.0, 9)[1:]:
-            inner = a + part * self.displacement
+        parts = math.ceil(8.0 * abs(self.displacement) / a)
+        for part in range(parts):
+            inner = a + (part + 1) / parts * self.displacement
 
             def ends(left: FloatArray, right: FloatArray, inner: float = inner) -> FloatArray:
                 return np.array([left[0] - inner, right[1]])
@@ -80,7 +82,10 @@ class WidenedCylinder:
         for _ in range(50):
             tau = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * radial
             slope = moduli.lame + 2.0 * moduli.shear - nominal * np.exp(radial)
-            radial = radial - (tau - nominal * np.exp(radial)) / slope
+            change = (nominal * np.exp(radial) - tau) / slope
+            radial = radial + change
+            if np.abs(change).max() < 1e-14:
+                break
         tau_hoop = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * hoop
-        change = -(nominal - tau_hoop * at / state[0]) / at
-        return np.stack([np.exp(radial), change / unit])
+        nominal_slope = -(nominal - tau_hoop * at / state[0]) / at
+        return np.stack([np.exp(radial), nominal_slope / unit])

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether boundaries that coincide prescribe displacements that one field can meet."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+
+from tilth.boundaries.contact import Contact
+from tilth.boundaries.contacts import Contacts
+from tilth.boundaries.protocol import Boundary, Floats
+from tilth.boundaries.together import NOBODY, Conditions
+from tilth.errors import BadInput
+from tilth.model import Model
+
+TOLERANCE = 1e-6
+"""Difference of displacements, relative to the larger one, that counts as a contradiction."""
+
+NEGLIGIBLE = 1e-9
+"""Value of a shape function below which a node has no part in what happens at a place."""
+
+
+def require_agreement(model: Model, boundaries: list[Boundary], contacts: Contacts) -> None:
+    """Checks the boundaries at rest, at all times at which a table of factors turns.
+
+    boundaries: those that act by elimination.
+
+    Raises:
+        BadInput: names two boundaries and the place.
+    """
+    times = {model.schedule.end, model.schedule.regular_time(1)}
+    for declared in model.boundaries:
+        times |= {time for time, _ in model.factor_table(declared)}
+    for time in sorted(times - {0.0}):
+        conditions = Conditions.gather(boundaries, contacts.active, 0.0, time)
+        for part in contacts.parts:
+            _compare_with_nodes(model, part, conditions, time)
+        for part, other in permutations(contacts.parts, 2):
+            _compare(model, part, other, time)
+
+
+def _compare(model: Model, part: Contact, other: Contact, time: float) -> None:
+    """Compares where the quadrature points of one boundary lie on the other."""
+    places = _at_rest(part)
+    delta = max(part.boundary.delta, other.boundary.delta)
+    chosen = np.flatnonzero(np.abs(other.boundary.distance(places, 0.0)) <= delta)
+    if len(chosen) == 0:
+        return
+    place = places[chosen]
+    theirs = other.boundary.motion.place(place, other.boundary.factor(time)) - place
+    _refuse_contradiction(
+        model,
+        (part.boundary.name, other.boundary.name),
+        place,
+        (part.pose.projector[chosen], _prescribed(part, place, time)),
+        (other.boundary.projector_at(place), theirs),
+    )
+
+
+def _compare_with_nodes(model: Model, part: Contact, conditions: Conditions, time: float) -> None:
+    """Compares where all nodes that a quadrature point acts on are held."""
+    node = part.at.node[part.at.cell]
+    idle = np.abs(part.at.value) < NEGLIGIBLE
+    held = np.asarray((conditions.held[node] | idle[..., None]).all(axis=1))
+    chosen = np.flatnonzero(held.any(axis=1))
+    if len(chosen) == 0:
+        return
+    place = _at_rest(part)[chosen]
+    by_nodes = part.at.interpolate(conditions.increment)[chosen]
+    heaviest = node[chosen, part.at.value[chosen].argmax(axis=1)]
+    holder = np.asarray(conditions.holder[heaviest].max(axis=1))
+    for number in np.unique(holder[holder != NOBODY]):
+        those = holder == number
+        _refuse_contradiction(
+            model,
+            (conditions.names[number], part.boundary.name),
+            place[those],
+            (part.pose.projector[chosen][those], _prescribed(part, place, time)[those]),
+            (held[chosen][those, :, None] * np.eye(place.shape[1]), by_nodes[those]),
+        )
+
+
+def _at_rest(part: Contact) -> Floats:
+    assert part.boundary.terms is not None
+    return part.boundary.terms.reference[part.chosen]
+
+
+def _prescribed(part: Contact, place: Floats, time: float) -> Floats:
+    return part.boundary.motion.place(place, part.boundary.factor(time)) - place
+
+
+def _refuse_contradiction(
+    model: Model,
+    names: tuple[str, str],
+    place: Floats,
+    one: tuple[Floats, Floats],
+    other: tuple[Floats, Floats],
+) -> None:
+    """Looks for a displacement that meets both (projectors, displacements) at each place."""
+    both = np.concatenate([one[0], other[0]], axis=1)
+    wanted = np.concatenate(
+        [np.einsum("nij,nj->ni", projector, value) for projector, value in (one, other)], axis=1
+    )
+    best = np.einsum("nij,nj->ni", np.linalg.pinv(both), wanted)
+    rest = np.abs(np.einsum("nij,nj->ni", both, best) - wanted).max(axis=1)
+    worst = int(rest.argmax())
+    if rest[worst] <= TOLERANCE * float(np.abs(wanted).max()):
+        return
+    at = ", ".join(f"{x:g}" for x in place[worst])
+    number = [boundary.name for boundary in model.boundaries].index(names[1])
+    raise BadInput(
+        f"boundaries {names[0]!r} and {names[1]!r} prescribe contradictory displacements at the "
+        f"place ({at})",
+        "move one of them, or give both the same motion",
+        key=f"boundaries[{number}]",
+    )

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A resumed run with implicit boundaries that move and grow ends in the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from implicit_blocks import flat, gravity, implicit, model_of
+from small_problems import material_entries
+
+from tilth import Model, _core, resume, run
+from tilth.output import read_checkpoint
+from tilth.output.folder import CHECKPOINT
+from tilth.record import Recorder
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.march import march
+
+STEPS = 8
+FORMS = ("surface", "band")
+
+
+@pytest.fixture(autouse=True)
+def _every_loop_in_parallel() -> Iterator[None]:
+    threads, points = _core.threads(), _core.parallel_from()
+    _core.set_parallel_from(0)
+    yield
+    _core.set_threads(threads)
+    _core.set_parallel_from(points)
+
+
+def spreading(form: str) -> Model:
+    """A soft block between a base without end and a platen that turns and squeezes it.
+
+    It spreads far beyond the part of the base that was needed at first. A circle far away touches
+    no soil until the block reaches it.
+    """
+    block = {"type": "box", "lower": [0.1, 0.13], "upper": [1.1, 1.13]}
+    pillar = {"type": "circle", "centre": [2.1, 0.4], "radius": 0.4, "soil": "outside"}
+    press = {"rotation": {"angle": 2.0, "centre": [0.6, 1.13]}, "displacement": {"y": -0.65}}
+    walls = [
+        implicit("base", flat([0.0, 0.13], [0.0, 1.0]), form=form),
+        implicit("platen", flat([0.6, 1.13], [0.0, -1.0]), form=form, **press),
+        implicit("pillar", pillar, form=form, displacement={"x": -0.1}),
+        implicit("guide", flat([0.1, 0.0], [1.0, 0.0]), form=form),
+    ]
+    entries = model_of("plane_strain", "gimp", block, walls, STEPS, loads=[gravity(2)]).to_dict()
+    entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
+    entries["analysis"]["tolerance"] = 1e-9
+    entries["output"] = {"report": False}
+    entries["track"] = [
+        {"name": name, "quantity": "reaction", "boundary": name, "component": "y"}
+        for name in ("base", "platen", "pillar")
+    ]
+    return Model.from_dict(entries)
+
+
+def run_until(model: Model, folder: Path, step: int, threads: int) -> None:
+    """Runs and stops right after `step` is recorded."""
+    record = Recorder.step
+
+    class Stopped(Exception):
+        """Stands for whatever ends a run from outside."""
+
+    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
+        record(self, clock, size, result)
+        if clock.step == step:
+            raise Stopped
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Recorder, "step", stop)
+        with pytest.raises(Stopped):
+            run(model, folder, threads=threads, quiet=True)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All results: history, every data set of the results, every array of the checkpoint."""
+    found = {"history": (folder / "history.csv").read_bytes()}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset):
+            found[name] = np.asarray(item[()]).tobytes()
+
+    with h5py.File(folder / "results.vtkhdf") as results:
+        results.visititems(take)
+    arrays, _ = read_checkpoint(folder / CHECKPOINT)
+    return found | {f"checkpoint {name}": array.tobytes() for name, array in arrays.items()}
+
+
+def assert_same(one: dict[str, bytes], other: dict[str, bytes]) -> None:
+    assert one.keys() == other.keys()
+    assert [name for name in one if one[name] != other[name]] == []
+
+
+@pytest.fixture(scope="module", params=FORMS)
+def model(request: pytest.FixtureRequest) -> Model:
+    return spreading(request.param)
+
+
+@pytest.fixture(scope="module")
+def whole(model: Model, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    folder = tmp_path_factory.mktemp("whole") / "out"
+    run(model, folder, threads=1, quiet=True)
+    return contents(folder)
+
+
+def test_the_case_is_worth_resuming(model: Model) -> None:
+    """The base grows on the way, the pillar is touched late, and tractions turn."""
+    sizes: dict[str, list[int]] = {name: [] for name in ("base", "platen", "pillar")}
+    touched: list[bool] = []
+
+    def look(simulation: Simulation, result: StepResult, time: float) -> None:
+        for boundary in simulation.implicit:
+            if boundary.name in sizes:
+                sizes[boundary.name].append(len(boundary.carried))
+            if boundary.name == "pillar":
+                touched.append(bool(boundary.carried.any()))
+
+    simulation = march(model, look)
+    assert simulation.points.plastic[:, 0].max() > 0.1
+    base = sizes["base"]
+    assert base[0] < base[-1]
+    assert base[STEPS // 2 - 1] < base[-1], "grows after the runs below are stopped"
+    assert len(set(sizes["pillar"])) == 1
+    assert touched[-1]
+    assert not touched[0]
+
+
+def test_checkpoint_holds_the_tractions(model: Model, tmp_path: Path) -> None:
+    run_until(model, tmp_path / "out", 3, 1)
+    arrays, _ = read_checkpoint(tmp_path / "out" / CHECKPOINT)
+    for number, wall in enumerate(model.boundaries):
+        carried = arrays[f"boundary_{number}_carried"]
+        assert carried.shape[1] == (2 if wall.form == "surface" else 11)
+        assert carried[:, :2].any() == (wall.name != "pillar")
+    simulation = Simulation.restored(model, arrays)
+    for number, boundary in enumerate(simulation.implicit):
+        assert boundary.carried.tobytes() == arrays[f"boundary_{number}_carried"].tobytes()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("step", [1, 4, 7])
+def test_resumed_after_a_step(
+    step: int, threads: int, model: Model, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    """With either number of threads before, with the other one after."""
+    run_until(model, tmp_path / "out", step, threads)
+    resume(tmp_path / "out", threads=3 - threads, quiet=True)
+    assert_same(whole, contents(tmp_path / "out"))
+
+
+def test_without_the_tractions_it_would_not_be_the_same(
+    model: Model, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    """So the comparison sees them."""
+    run_until(model, tmp_path / "out", 4, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tilth.boundaries.Implicit.restore", lambda self, state: None)
+        resume(tmp_path / "out", threads=1, quiet=True)
+    assert contents(tmp_path / "out")["history"] != whole["history"]
