@@ -362,11 +362,11 @@ HILL = '{ type = "function", function = "functions.py:NAME" }'
 WRONG_FROM_THE_START = {
     "all soil behind a plane": (
         implicit('condition = "fixed"', '{ type = "plane", point = [0, 0.1], normal = [0, -1] }'),
-        ["boundaries.wall.geometry", "all material is behind the boundary", "turn the normal"],
+        ["boundaries[0].geometry", "all material is behind", "'wall'", "turn the normal"],
     ),
     "a distance of the wrong sign": (
         implicit('condition = "fixed"', HILL.replace("NAME", "upside_down")),
-        ["boundaries.wall.geometry", "negative everywhere", "change the function's sign"],
+        ["boundaries[0].geometry", "negative everywhere", "change the function's sign"],
     ),
     "a distance that is no number": (
         implicit('condition = "fixed"', HILL.replace("NAME", "nan")),
@@ -378,7 +378,7 @@ WRONG_FROM_THE_START = {
     ),
     "two motions of one place": (
         implicit(SECOND),
-        ["boundaries[0]", "'wall' and 'slab' prescribe contradictory displacements", "same motion"],
+        ["boundaries[1]", "'wall' and 'slab' prescribe contradictory displacements", "same motion"],
     ),
     "one smooth wall": (
         implicit('condition = "roller"'),

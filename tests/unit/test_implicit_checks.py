@@ -90,7 +90,7 @@ def test_a_boundary_that_touches_is_not_named() -> None:
     ],
 )
 def test_all_soil_behind_a_boundary(geometry: dict[str, Any]) -> None:
-    with pytest.raises(BadInput, match="behind the boundary") as error:
+    with pytest.raises(BadInput, match="all material is behind") as error:
         checked(BLOCK, BASE, implicit("upside down", geometry))
     assert "upside down" in str(error.value)
     assert "turn the normal" in str(error.value)
@@ -99,7 +99,7 @@ def test_all_soil_behind_a_boundary(geometry: dict[str, Any]) -> None:
 @pytest.mark.parametrize("name", ["upside_down", "nowhere"])
 def test_a_function_with_the_wrong_sign(functions: str, name: str) -> None:
     geometry = {"type": "function", "function": f"{functions}:{name}"}
-    with pytest.raises(BadInput, match="behind the boundary") as error:
+    with pytest.raises(BadInput, match="all material is behind") as error:
         checked(BLOCK, implicit("hill", geometry, "fixed"))
     assert "hill" in str(error.value)
 
