@@ -128,6 +128,68 @@ def ghost_stabilisation(
     return couplings
 
 
+FADE = 0.1
+"""Motion, in cells, over which a face forgets by a factor e what its nodes did before."""
+
+
+class Ghost:
+    """Ghost stabilisation that remembers, so that a body at rest does not creep on it.
+
+    The penalty on one step's displacement is a dashpot: what a stabilised node carries it would
+    have to be given anew in each step. So each face keeps the displacement of its nodes (relative
+    to one of them) as long as the soil does not move on:
+    moved <- (moved + u) exp(-max |u| / h).
+
+    Attributes:
+        gamma: the dimensionless factor, see `ghost_stabilisation`.
+        face: sorted names of the faces: key of the lower cell and axis, shape (faces,).
+        moved: what their nodes have moved [length], shape (faces, nodes of a face, dim).
+    """
+
+    def __init__(self, gamma: float, dim: int) -> None:
+        self.gamma = gamma
+        self.face: Integers = np.zeros(0, dtype=np.int64)
+        self.moved: Floats = np.zeros((0, 3 * 2 ** (dim - 1), dim))
+        self._current: list[tuple[Integers, npt.NDArray[np.int32], Floats]] = []
+
+    def couplings(
+        self,
+        soil: Soil,
+        active: ActiveGrid,
+        held: npt.NDArray[np.bool_],
+        behind: tuple[Integers, Floats] | None = None,
+    ) -> list[Coupling]:
+        """Returns the penalty of `ghost_stabilisation` on what the faces remember and the step."""
+        found = []
+        self._current = []
+        for coupling in ghost_stabilisation(soil, active, held, self.gamma, behind):
+            place = active.lattice[coupling.node]
+            axis = int((place[0].max(axis=0) - place[0].min(axis=0)).argmax())
+            face = 4 * np.asarray(_core.node_keys(np.ascontiguousarray(place[:, 0]))) + axis
+            moved = np.zeros((*coupling.node.shape, active.grid.dim))
+            if len(self.face):
+                number = np.searchsorted(self.face, face).clip(max=len(self.face) - 1)
+                known = self.face[number] == face
+                moved[known] = self.moved[number[known]]
+            self._current.append((face, coupling.node, moved))
+            force = np.einsum("eabij,ebj->eai", coupling.matrix, moved)
+            found.append(Coupling(coupling.node, coupling.matrix, force))
+        return found
+
+    def commit(self, active: ActiveGrid, displacement: Floats) -> None:
+        """Remembers a converged step's nodal displacement, shape (nodes, dim)."""
+        faces, moves = [self.face[:0]], [self.moved[:0]]
+        for face, node, moved in self._current:
+            step = displacement[node]
+            size = np.abs(step / active.grid.cell_size).max(axis=(1, 2))
+            total = np.exp(-size / FADE)[:, None, None] * (moved + step)
+            faces.append(face)
+            moves.append(total - total[:, :1])  # a common motion has no force
+        face, total = np.concatenate(faces), np.concatenate(moves)
+        order = np.argsort(face)
+        self.face, self.moved = face[order], total[order]
+
+
 def _find(keys: Integers, lattice: Integers) -> Integers:
     """Numbers of the cells at lattice places, -1 where none is populated."""
     wanted = np.asarray(_core.node_keys(np.ascontiguousarray(lattice)))

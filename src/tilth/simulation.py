@@ -18,7 +18,7 @@ from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
-from tilth.ghost import ghost_stabilisation
+from tilth.ghost import Ghost
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model, PlaneBoundary
@@ -108,6 +108,7 @@ class Simulation:
         self.loads = Loads(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
+        self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._said: set[str] = set()
         self._buffers = Buffers()
         plain = Newton(
@@ -129,6 +130,10 @@ class Simulation:
         names = MaterialPoints.array_names()
         state = {name: arrays[name] for name in names}
         simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
+        simulation._ghost.face, simulation._ghost.moved = (
+            arrays["ghost_face"],
+            arrays["ghost_moved"],
+        )
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
             boundary.restore(
@@ -139,6 +144,7 @@ class Simulation:
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
+        arrays["ghost_face"], arrays["ghost_moved"] = self._ghost.face, self._ghost.moved
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
@@ -192,12 +198,11 @@ class Simulation:
         self.soil.begin_step()
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
-        gamma = self.model.analysis.ghost_stabilisation
         with self.timers.measure("boundaries"):
             couplings = contacts.couplings()
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            couplings += ghost_stabilisation(
-                self.soil, active, conditions.held, gamma, contacts.behind()
+            couplings += self._ghost.couplings(
+                self.soil, active, conditions.held, contacts.behind()
             )
             linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
@@ -217,6 +222,7 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
+        self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
         self._note_bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):

@@ -75,7 +75,7 @@ def test_boxes_up_to_half_a_width_away_along_the_normal_are_touched(dim):
     offset = place[:, None] - position
     height = np.einsum("qpi,qi->qp", offset, normal)
     along = offset - height[..., None] * normal[:, None]
-    beside = (np.abs(along) <= half_length).all(axis=2)
+    beside = (np.abs(along) <= 0.5 * half_length).all(axis=2)
     beside &= np.abs(height) <= 2.0 * np.abs(normal) @ half_length.T
     squares = measure(place, position, half_length)
     touched = beside | (squares <= dim)

@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from small_problems import Floats, block_entries, dimension
 
 from tilth import BadInput, Model
-from tilth.boundaries import Implicit
+from tilth.boundaries import Contacts, Implicit
 from tilth.boundaries.contact import turned
 from tilth.boundaries.implicit import Pose
 from tilth.boundaries.motion import cofactor, make_motion, rotation_matrix, rotation_part
+from tilth.grid import Buffers, locate
+from tilth.simulation import Simulation
 
 LINE = {"type": "plane", "point": [0.2, 0.1], "normal": [0.0, 1.0]}
 PLANE = {"type": "plane", "point": [0.2, 0.1, 0.0], "normal": [0.0, 0.0, 1.0]}
@@ -300,6 +303,52 @@ def test_carried_tractions_turn(form: str) -> None:
             assert now[:, 3:].reshape(-1, 3, 3) == pytest.approx(
                 turn @ tensor @ turn.T, abs=1e-14
             )  # fmt: skip
+
+
+@pytest.mark.parametrize("form", ["surface", "band"])
+def test_a_step_turns_what_is_carried(form: str) -> None:
+    """Before a step into its middle, after it on to its end; what touches no soil carries nothing.
+
+    The reaction would come right without: the slip makes up for it, once more in every step.
+    """
+    wall = {
+        "type": "implicit", "name": "wall", "condition": "fixed", "geometry": {**BOX, "angle": 0.0},
+        "rotation": {"angle": 60.0, "centre": [0.0, 0.5]}, "form": form,
+    }  # fmt: skip
+    entries = block_entries("plane_strain", "gimp", boundaries=[wall])
+    entries["bodies"][0]["shape"] = {"type": "box", "lower": [-0.5, 0.2], "upper": [0.5, 1.3]}
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    (made,) = simulation.implicit
+    made.carried = np.random.default_rng(9).uniform(-1, 1, made.carried.shape)
+    start = made.carried.copy()
+    active = locate(simulation.points, simulation.grid, Buffers())
+    contacts = Contacts.gather([made], simulation.points, active, "plane_strain", 0.0, 0.5)
+    (part,) = contacts.parts
+    half, whole = rotation_matrix(15.0, None, 2), rotation_matrix(30.0, None, 2)
+    assert part.before[:, :2] == pytest.approx(start[part.chosen, :2] @ half.T, abs=1e-14)
+    part.commit(part.before)
+    assert made.carried[part.chosen, :2] == pytest.approx(
+        start[part.chosen, :2] @ whole.T, abs=1e-14
+    )  # fmt: skip
+    others = np.delete(made.carried, part.chosen, axis=0)
+    assert len(others) > 0
+    assert not others.any()
+
+
+def test_a_larger_region_keeps_what_is_carried() -> None:
+    for geometry in (LINE, PLANE, CYLINDER):
+        made = boundary(geometry, cell=1.0)
+        assert made.terms is not None
+        start = made.terms.reference
+        made.carried = np.sin(3.0 * start)
+        dim = start.shape[1]
+        made.cover(np.full(dim, -9.0), np.full(dim, 9.0))
+        assert len(made.carried) > 1.2 * len(start)
+        distance, number = cKDTree(made.terms.reference).query(start)
+        assert distance.max() < 1e-12
+        assert made.carried[number] == pytest.approx(np.sin(3.0 * start), abs=1e-12)
+        assert not np.delete(made.carried, number, axis=0).any()
 
 
 def test_a_growing_circle_does_not_turn_its_tractions() -> None:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which places of a boundary touch the soil: those inside the ellipsoid around a material point's
-// box that goes through the box's corners, and those whose foot along the boundary's normal is in
-// the box or no more than half the box's width away from it. Boxes that tile a body reach exactly
+// box that goes through the box's corners, and those that see the middle of the box along the
+// boundary's normal no more than half the box's width away. Boxes that tile a body reach exactly
 // to its faces, however the body is turned; points that stand for the cut parts of a body may lie
 // almost a whole spacing from its face.
 #pragma once
@@ -47,8 +47,8 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
   return result;
 }
 
-/// Whether the box at `offset` from a place is beside it: within its sides along the boundary, and
-/// at most twice its half width away from the boundary.
+/// Whether the box at `offset` from a place is beside it: within the middle half of its sides along
+/// the boundary, and at most twice its half width away from the boundary.
 template <int Dim>
 bool beside(const double* offset, const double* half, const double* normal) {
   double height = 0.0, width = 0.0;
@@ -58,7 +58,7 @@ bool beside(const double* offset, const double* half, const double* normal) {
   }
   if (std::fabs(height) > 2.0 * width * (1.0 + 1e-9)) return false;
   for (int k = 0; k < Dim; ++k)
-    if (std::fabs(offset[k] - height * normal[k]) > half[k] * (1.0 + 1e-9)) return false;
+    if (std::fabs(offset[k] - height * normal[k]) > 0.5 * half[k]) return false;
   return true;
 }
 

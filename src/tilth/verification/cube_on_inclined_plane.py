@@ -34,7 +34,8 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         quantity = f"reaction against the weight, relative, {basis}"
         yield vanishing(quantity, force, 1e-6, BALANCE)
         quantity = f"its moment against the weight's, relative, {basis}"
-        yield vanishing(quantity, moment, 1e-6, BALANCE)
+        # what ghost stabilisation remembers has a moment of second order (decision 8)
+        yield vanishing(quantity, moment, 1e-5, BALANCE)
     ball = example("cube_on_inclined_plane", "ball_in_sphere.toml")
     sizes = (0.25, 0.125, 0.1) if long else (0.25, 0.125)
     errors = [sag_error(varied(ball, {"grid.cell_size": size})) for size in sizes]
