@@ -71,9 +71,8 @@ if __name__ == "__main__":
     print(f"{iterations} Newton iterations; seconds: ", end="")
     print(", ".join(f"{name} {seconds:.3f}" for name, seconds in wall.items()))
     share = wall["boundaries"] / iterations
-    print(
-        f"boundary terms: {1e3 * wall['boundaries']:.1f} ms a step, {1e3 * share:.1f} ms an iteration"
-    )
+    print(f"boundary terms: {1e3 * wall['boundaries']:.1f} ms a step, ", end="")
+    print(f"{1e3 * share:.1f} ms an iteration")
     print(f"share of an iteration with the solve ({iteration + solve:.2f} s): ", end="")
     print(f"{100 * share / (share + iteration + solve):.1f} %")
     print(f"share without it ({iteration:.2f} s): {100 * share / (share + iteration):.1f} %")

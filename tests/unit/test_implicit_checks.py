@@ -142,7 +142,9 @@ CONTRADICTIONS: dict[str, list[Any]] = {
     ],
     "in the middle of the schedule": [
         BASE,
-        implicit("other", BASE["geometry"], factor=[[0, 0], [0.3, 1], [0.6, 0], [1, 0]], **UP),
+        implicit(
+            "other", BASE["geometry"], factor=[[0, 0], [0.5, 0], [0.6, 1], [0.7, 0], [1, 0]], **UP
+        ),
     ],
 }
 
