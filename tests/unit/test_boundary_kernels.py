@@ -26,7 +26,11 @@ def touching(place, position, half_length, normal=None):
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
     grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
-    return np.asarray(_core.touching_points(place, normal, position, half_length, *grid))
+    return np.asarray(
+        _core.touching_points(
+            np.array([0, len(place)]), place, normal, position, half_length, *grid
+        )
+    )
 
 
 def measure(place, position, half_length):
@@ -68,17 +72,20 @@ def test_the_nearest_point_that_is_touched_is_found(dim, seed):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_boxes_up_to_half_a_width_away_along_the_normal_are_touched(dim):
-    place, position, half_length = cloud(dim, 7)
+    place, position, half_length = cloud(dim, 7, places=3000)
     half_length = np.minimum(half_length, 0.3 * CELL[:dim])  # one cell around is searched
     normal = np.random.default_rng(8).normal(size=place.shape)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     offset = place[:, None] - position
     height = np.einsum("qpi,qi->qp", offset, normal)
     along = offset - height[..., None] * normal[:, None]
-    beside = (np.abs(along) <= 0.5 * half_length).all(axis=2)
+    beside = (np.abs(along) <= half_length).all(axis=2)
     beside &= np.abs(height) <= 2.0 * np.abs(normal) @ half_length.T
     squares = measure(place, position, half_length)
-    touched = beside | (squares <= dim)
+    by_ellipsoid = (squares <= dim).any(axis=1)
+    cell = np.floor((place - ORIGIN[:dim]) / CELL[:dim])
+    reached = (cell[:, None] == cell[by_ellipsoid]).all(axis=2).any(axis=1)  # in such cells no more
+    touched = np.where(reached[:, None], squares <= dim, beside)
     expected = np.where(touched.any(axis=1), np.where(touched, squares, np.inf).argmin(axis=1), -1)
     assert (expected != nearest_touched(place, position, half_length)).sum() > 10
     found = touching(place, position, half_length, normal)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which places of a boundary touch the soil: those inside the ellipsoid around a material point's
-// box that goes through the box's corners, and those that see the middle of the box along the
-// boundary's normal no more than half the box's width away. Boxes that tile a body reach exactly
-// to its faces, however the body is turned; points that stand for the cut parts of a body may lie
-// almost a whole spacing from its face.
+// box that goes through the box's corners; and, for points that no place of the boundary reaches
+// so, those whose foot along the normal is in the box or no more than half the box's width away
+// from it. Boxes that tile a body reach exactly to its faces, however the body is turned; points
+// that stand for the cut parts of a body may lie almost a whole spacing from its face.
 #pragma once
 
 #include <algorithm>
@@ -47,8 +47,8 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
   return result;
 }
 
-/// Whether the box at `offset` from a place is beside it: within the middle half of its sides along
-/// the boundary, and at most twice its half width away from the boundary.
+/// Whether the box at `offset` from a place is beside it: within its sides along the boundary, and
+/// at most twice its half width away from the boundary.
 template <int Dim>
 bool beside(const double* offset, const double* half, const double* normal) {
   double height = 0.0, width = 0.0;
@@ -58,46 +58,81 @@ bool beside(const double* offset, const double* half, const double* normal) {
   }
   if (std::fabs(height) > 2.0 * width * (1.0 + 1e-9)) return false;
   for (int k = 0; k < Dim; ++k)
-    if (std::fabs(offset[k] - height * normal[k]) > 0.5 * half[k]) return false;
+    if (std::fabs(offset[k] - height * normal[k]) > half[k] * (1.0 + 1e-9)) return false;
   return true;
 }
 
+/// Calls `visit(p, offset, measure)` for all points one cell around a place: `measure` is the
+/// square of the distance in units of the point's box.
+template <int Dim, class Visit>
+void for_points_around(const PointsByCell& sorted, const double* place, const double* position,
+                       const double* half_length, const double* origin, const double* cell_size,
+                       Visit&& visit) {
+  const Lattice own = unpack(cell_of<Dim>(place, origin, cell_size));
+  for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
+    for (int j = -1; j <= 1; ++j) {
+      // the three cells of a row along x have consecutive keys
+      const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
+                                          pack({own[0] - 1, own[1] + j, own[2] + k}));
+      const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
+      for (auto i = begin - sorted.key.begin();
+           i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
+        const std::int64_t p = sorted.order[i];
+        double measure = 0.0, offset[Dim];
+        for (int axis = 0; axis < Dim; ++axis) {
+          const double half = half_length[Dim * p + axis];
+          offset[axis] = place[axis] - position[Dim * p + axis];
+          measure += offset[axis] * offset[axis] / (half * half);
+        }
+        visit(p, offset, measure);
+      }
+    }
+}
+
 /// Number of the point nearest to each place, in units of its box, among those that it touches; -1
-/// where it touches none. Looks one cell around the place.
+/// where it touches none. Looks one cell around the place. Boundary b has the places from
+/// `start[b]` to `start[b + 1]`; only in cells in which the ellipsoids reach none of its places
+/// does it touch the points that it stands beside.
 template <int Dim>
-void touching_points(std::int64_t places, const double* place, const double* normal,
-                     std::int64_t points, const double* position, const double* half_length,
-                     const double* origin, const double* cell_size, std::int64_t* nearest) {
+void touching_points(std::int64_t boundaries, const std::int64_t* start, const double* place,
+                     const double* normal, std::int64_t points, const double* position,
+                     const double* half_length, const double* origin, const double* cell_size,
+                     std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
-#pragma omp parallel for schedule(static) if (8 * places >= parallel_from)
-  for (std::int64_t q = 0; q < places; ++q) {
-    const double* x = place + Dim * q;
-    const Lattice own = unpack(cell_of<Dim>(x, origin, cell_size));
-    double least = far;
-    nearest[q] = -1;
-    for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
-      for (int j = -1; j <= 1; ++j) {
-        // the three cells of a row along x have consecutive keys
-        const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                            pack({own[0] - 1, own[1] + j, own[2] + k}));
-        const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
-        for (auto i = begin - sorted.key.begin();
-             i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
-          const std::int64_t p = sorted.order[i];
-          const double* half = half_length + Dim * p;
-          double measure = 0.0, offset[Dim];
-          for (int axis = 0; axis < Dim; ++axis) {
-            offset[axis] = x[axis] - position[Dim * p + axis];
-            measure += offset[axis] * offset[axis] / (half[axis] * half[axis]);
-          }
-          if (measure >= least) continue;
-          if (measure <= reach || beside<Dim>(offset, half, normal + Dim * q)) {
-            least = measure;
-            nearest[q] = p;
-          }
-        }
-      }
+  std::vector<std::int64_t> reached;  // keys of the cells
+  for (std::int64_t b = 0; b < boundaries; ++b) {
+    const std::int64_t begin = start[b], end = start[b + 1];
+#pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
+    for (std::int64_t q = begin; q < end; ++q) {
+      double least = far;
+      nearest[q] = -1;
+      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
+                             [&](std::int64_t p, const double*, double measure) {
+                               if (measure > reach || measure >= least) return;
+                               least = measure;
+                               nearest[q] = p;
+                             });
+    }
+    reached.clear();
+    for (std::int64_t q = begin; q < end; ++q)
+      if (nearest[q] >= 0) reached.push_back(cell_of<Dim>(place + Dim * q, origin, cell_size));
+    std::sort(reached.begin(), reached.end());
+#pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
+    for (std::int64_t q = begin; q < end; ++q) {
+      if (nearest[q] >= 0) continue;
+      const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
+      if (std::binary_search(reached.begin(), reached.end(), key)) continue;
+      double least = far;
+      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
+                             [&](std::int64_t p, const double* offset, double measure) {
+                               if (measure >= least) return;
+                               if (!beside<Dim>(offset, half_length + Dim * p, normal + Dim * q))
+                                 return;
+                               least = measure;
+                               nearest[q] = p;
+                             });
+    }
   }
 }
 

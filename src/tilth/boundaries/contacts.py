@@ -58,12 +58,12 @@ class Contacts:
             surfaces.append(places)
             normals.append(normal)
         places, normal = np.concatenate(surfaces), np.concatenate(normals)
-        nearest = _touching(points, active, places, normal, box)
+        ends = np.cumsum([len(of_one) for of_one in surfaces])
+        nearest = _touching(points, active, ends, places, normal, box)
         moduli = np.array(
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
         stops = np.array([body.stop for body in points.bodies])
-        ends = np.cumsum([len(places) for places in surfaces])
         parts, untouched = [], []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.terms is not None
@@ -172,15 +172,23 @@ def _cover(boundary: Implicit, box: Floats, time: float) -> None:
 
 
 def _touching(
-    points: MaterialPoints, active: ActiveGrid, places: Floats, normal: Floats, box: Floats
+    points: MaterialPoints,
+    active: ActiveGrid,
+    ends: Integers,
+    places: Floats,
+    normal: Floats,
+    box: Floats,
 ) -> Integers:
-    """Returns the number of the nearest point that each place touches, -1 if none, shape (n,)."""
+    """Returns the number of the nearest point that each place touches, -1 if none, shape (n,).
+
+    ends: where the places of each boundary end.
+    """
     near = np.ones(len(places), dtype=bool)
     for x, low, high, size in zip(places.T, *box, active.grid.cell_size, strict=True):
         near &= (x >= low - size) & (x <= high + size)
-    nearest = np.full(len(places), -1)
+    nearest, start = np.full(len(places), -1), np.append(0, np.cumsum(near)[ends - 1])
     nearest[near] = _core.touching_points(
-        places[near], normal[near], points.position, points.half_length,
+        start, places[near], normal[near], points.position, points.half_length,
         active.grid.origin, active.grid.cell_size,
     )  # fmt: skip
     return nearest
