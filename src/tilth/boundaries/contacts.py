@@ -186,7 +186,8 @@ def _touching(
     near = np.ones(len(places), dtype=bool)
     for x, low, high, size in zip(places.T, *box, active.grid.cell_size, strict=True):
         near &= (x >= low - size) & (x <= high + size)
-    nearest, start = np.full(len(places), -1), np.append(0, np.cumsum(near)[ends - 1])
+    nearest = np.full(len(places), -1)
+    start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
     nearest[near] = _core.touching_points(
         start, places[near], normal[near], points.position, points.half_length,
         active.grid.origin, active.grid.cell_size,
