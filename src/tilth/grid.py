@@ -189,13 +189,45 @@ class ActiveGrid:
 
         Node order is VTK's of a quadrilateral or hexahedron.
         """
-        dim = self.grid.dim
-        corner = np.asarray(_core.lattice(self.cell_keys))
-        square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
-        above = square + np.array([0, 0, 1])
-        corners = square if dim == 2 else np.concatenate([square, above])
-        keys = [_core.node_keys(np.ascontiguousarray(corner + place)) for place in corners]
-        return np.searchsorted(self.key, np.stack(keys, axis=1))
+        vtk = [0, 1, 3, 2] if self.grid.dim == 2 else [0, 1, 3, 2, 4, 5, 7, 6]
+        return self.corners(np.asarray(_core.lattice(self.cell_keys)))[:, vtk].astype(np.int64)
+
+    def corners(self, lattice: Integers) -> npt.NDArray[np.int32]:
+        """Returns the nodes of cells at lattice places (n, 3), x fastest, shape (n, 2^dim).
+
+        Raises AssertionError if a cell has a node that is not active.
+        """
+        corner = cell_corners(self.grid.dim)
+        node = self.find((lattice[:, None] + corner).reshape(-1, 3)).reshape(len(lattice), -1)
+        assert (node >= 0).all(), "a cell that is asked for is not active"
+        return node.astype(np.int32)
+
+
+def cell_corners(dim: int) -> Integers:
+    """Returns the corners of a cell from its lowest one, x fastest, shape (2^dim, 3)."""
+    return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
+
+
+def shape_functions(place: Floats, cell_size: Floats) -> tuple[Floats, Floats]:
+    """Returns a cell's shape functions at places in it, and beyond.
+
+    place: from the lowest corner, in cells, shape (n, dim).
+
+    Returns values [-], shape (n, 2^dim), and gradients [1/length], shape (n, 2^dim, dim).
+    """
+    dim = place.shape[1]
+    corner = cell_corners(dim)
+    value, gradient = np.ones((len(place), len(corner))), []
+    hats = np.stack([1.0 - place, place], axis=2)  # (n, dim, 2)
+    slopes = np.array([-1.0, 1.0]) / cell_size[:, None]  # (dim, 2)
+    for k in range(dim):
+        value = value * hats[:, k, corner[:, k]]
+        part = np.tile(slopes[k, corner[:, k]], (len(place), 1))
+        for j in range(dim):
+            if j != k:
+                part = part * hats[:, j, corner[:, j]]
+        gradient.append(part)
+    return value, np.stack(gradient, axis=2)
 
 
 class Buffers:

@@ -20,6 +20,7 @@ class PointRange:
         name: the body's name.
         start, stop: range of the points.
         basis: name of the basis.
+        anti_locking: "none" or "f_bar".
         domain_update: rule by which domains follow the deformation; None without domains.
         material: name of the constitutive model.
         parameters: its parameters in the order of the core's list, shape (count,).
@@ -34,6 +35,7 @@ class PointRange:
     material: str
     parameters: Floats
     density: float
+    anti_locking: str = "none"
 
     @property
     def young_modulus(self) -> float:
@@ -59,12 +61,15 @@ class MaterialPoints:
         point_id: permanent number, shape (n,).
         position: [length], shape (n, dim).
         displacement: from the initial position [length], shape (n, dim).
+        last_displacement: in the last load step [length], shape (n, dim).
         initial_volume: [length^dim; length^3 per full circle in axisymmetry], shape (n,).
         deformation_gradient: true F [-], shape (n, 3, 3).
         elastic_strain: elastic logarithmic strain [-], shape (n, 6).
         stress: Cauchy stress [stress], shape (n, 6).
         plastic: equivalent plastic strain [-] and dissipated energy per initial volume
             [stress], shape (n, 2).
+        assumed_jacobian: determinant of the assumed deformation gradient of F-bar [-], shape
+            (n,); 1 without.
         state: further internal variables of the materials, shape (n, columns).
         initial_half_length, half_length: half the side lengths of the points' domains along
             the grid's axes [length], shape (n, dim); with the linear basis, which does not use
@@ -75,11 +80,13 @@ class MaterialPoints:
     point_id: Integers
     position: Floats
     displacement: Floats
+    last_displacement: Floats
     initial_volume: Floats
     deformation_gradient: Floats
     elastic_strain: Floats
     stress: Floats
     plastic: Floats
+    assumed_jacobian: Floats
     state: Floats
     initial_half_length: Floats
     half_length: Floats
@@ -100,11 +107,13 @@ class MaterialPoints:
             point_id=np.arange(n),
             position=np.array(position, dtype=np.float64, order="C"),
             displacement=np.zeros_like(position),
+            last_displacement=np.zeros_like(position),
             initial_volume=np.array(initial_volume, dtype=np.float64, order="C"),
             deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
             elastic_strain=np.zeros((n, 6)),
             stress=np.zeros((n, 6)),
             plastic=np.zeros((n, 2)),
+            assumed_jacobian=np.ones(n),
             state=np.zeros((n, state_columns)),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),

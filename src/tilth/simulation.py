@@ -110,6 +110,7 @@ class Simulation:
         self.soil = Soil(self.points, self.kind, self.timers)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._said: set[str] = set()
+        self._last_size = 0.0
         self._buffers = Buffers()
         plain = Newton(
             tolerance=model.analysis.tolerance,
@@ -134,6 +135,7 @@ class Simulation:
             arrays["ghost_face"],
             arrays["ghost_moved"],
         )
+        simulation._last_size = float(arrays["last_size"])
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
             boundary.restore(
@@ -145,6 +147,7 @@ class Simulation:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
         arrays["ghost_face"], arrays["ghost_moved"] = self._ghost.face, self._ghost.moved
+        arrays["last_size"] = np.array(self._last_size)
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
@@ -206,16 +209,18 @@ class Simulation:
             )
             linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
+        guess = self._guess(active, after - before)
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
                     self.soil, active, conditions, force_before, force, springs, linear,
-                    self._solver, newton, self.timers, on_iteration,
+                    self._solver, newton, self.timers, guess, on_iteration,
                 )  # fmt: skip
                 break
             except StepFailed as failure:
                 if newton is self._attempts[-1]:
                     raise
+                guess = None
                 self._note(
                     "line search",
                     f"the step to time {after:.6g}, and perhaps later ones, is repeated with a "
@@ -224,6 +229,7 @@ class Simulation:
         self._require_inside(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
+        self._last_size = after - before
         self._note_bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
             carried = contacts.after(equilibrium.displacement)
@@ -235,6 +241,19 @@ class Simulation:
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
+
+    def _guess(self, active: ActiveGrid, size: float) -> Floats | None:
+        """Returns the nodal displacement if the points moved on as in the last step.
+
+        None before the first step, and where analysis.predictor is false.
+        """
+        if self._last_size == 0.0 or not self.model.analysis.predictor:
+            return None
+        volume = self.points.volume[:, None]
+        moved = np.hstack([volume, volume * self.points.last_displacement])
+        nodal = self.soil.scatter(active, moved)
+        least = 1e-300  # nodes that a domain only just touches
+        return np.asarray(size / self._last_size * nodal[:, 1:] / np.maximum(nodal[:, :1], least))
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""
@@ -324,6 +343,7 @@ def initial_points(model: Model) -> MaterialPoints:
                 material=material.model,
                 parameters=np.array([material.parameter(name) for name in names]),
                 density=material.density or 0.0,
+                anti_locking=body.anti_locking,
             )
         )
         parts.append(part)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.errors import StepFailed
+from tilth.f_bar import Centres
 from tilth.grid import ActiveGrid
 from tilth.points import MaterialPoints
 from tilth.timers import Timers
@@ -44,6 +45,8 @@ class Soil:
         self._plastic = np.empty((n, 2))
         self._state = np.zeros_like(points.state)  # not every material writes all columns
         self._response = np.empty((n, _core.response_size(kind)))
+        self._active: ActiveGrid | None = None
+        self._centres: list[Centres | None] = []
 
     def begin_step(self) -> None:
         """Prepares what depends on the state at the start of the step; points must be sorted."""
@@ -57,27 +60,55 @@ class Soil:
             StepFailed: if a point inverts or its return mapping fails.
         """
         points = self.points
+        self._find_centres(active)
         with self._timers.measure("stress"):
-            for body, stencil in zip(points.bodies, active.stencils, strict=True):
+            for body, stencil, centres in zip(
+                points.bodies, active.stencils, self._centres, strict=True
+            ):
                 s = slice(body.start, body.stop)
+                if centres is not None:
+                    centres.update(displacement)
                 point, status = _core.stress_update(
                     self.kind, body.material, body.parameters, stencil, displacement,
                     points.position[s], self._deformation[s], points.plastic[s], points.state[s],
                     self._increment[s], self._strain[s], self._plastic[s], self._state[s],
-                    self._response[s],
+                    self._response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
                     raise StepFailed(_FAILURES[status], point=number)
 
+    def _find_centres(self, active: ActiveGrid) -> None:
+        """Finds the centres of F-bar, once on each grid."""
+        if self._active is active:
+            return
+        self._active = active
+        with self._timers.measure("basis"):
+            self._centres = [
+                Centres.of(self.points.part(body), stencil, active, self.kind)
+                if body.anti_locking == "f_bar"
+                else None
+                for body, stencil in zip(self.points.bodies, active.stencils, strict=True)
+            ]
+
+    def _volumes(self) -> list[Floats]:
+        """Returns what the Kirchhoff stress of each body's points acts on: V0 J / J_bar."""
+        return [
+            self.points.initial_volume[body.start : body.stop]
+            * (1.0 if centres is None else centres.after)
+            for body, centres in zip(self.points.bodies, self._centres, strict=True)
+        ]
+
     def internal_force(self, active: ActiveGrid) -> Floats:
         """Returns the internal force of the trial state [force], shape (nodes, dim)."""
         force = np.zeros((active.nodes, active.grid.dim))
         with self._timers.measure("assembly"):
-            for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+            for body, stencil, volume in zip(
+                self.points.bodies, active.stencils, self._volumes(), strict=True
+            ):
                 s = slice(body.start, body.stop)
                 _core.internal_force(
-                    self.kind, stencil, self.points.initial_volume[s], self.points.position[s],
+                    self.kind, stencil, volume, self.points.position[s],
                     self._response[s], force,
                 )  # fmt: skip
         return force
@@ -86,14 +117,15 @@ class Soil:
         """Fills `matrix` (blocks, dim, dim) with the derivative of the force [force/length]."""
         with self._timers.measure("assembly"):
             matrix.fill(0.0)
-            for body, stencil, (start, position) in zip(
-                self.points.bodies, active.stencils, active.block_positions, strict=True
-            ):
+            for body, stencil, (start, position), volume, centres in zip(
+                self.points.bodies, active.stencils, active.block_positions, self._volumes(),
+                self._centres, strict=True,
+            ):  # fmt: skip
                 s = slice(body.start, body.stop)
                 _core.stiffness(
                     self.kind, stencil, start, position,
-                    self.points.initial_volume[s], self.points.position[s], self._response[s],
-                    matrix,
+                    volume, self.points.position[s], self._response[s],
+                    matrix, centres,
                 )  # fmt: skip
 
     def scatter(self, active: ActiveGrid, vector: Floats) -> Floats:
@@ -126,10 +158,16 @@ class Soil:
             moved = self.interpolate(active, displacement)
             points.position += moved
             points.displacement += moved
+            points.last_displacement[:] = moved
             _core.advance(
                 self.kind, self._increment, self._response, points.deformation_gradient,
                 points.stress,
             )  # fmt: skip
+            for body, centres in zip(points.bodies, self._centres, strict=True):
+                if centres is not None:
+                    points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
+                    points.stress[body.start : body.stop] *= centres.after[:, None]
+            self._active = None  # the points have moved
             points.elastic_strain, self._strain = self._strain, points.elastic_strain
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state

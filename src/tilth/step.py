@@ -77,6 +77,7 @@ def solve_step(
     solver: Solver,
     newton: Newton,
     timers: Timers,
+    guess: Floats | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
     comm: Communicator = SERIAL,
 ) -> Equilibrium:
@@ -85,6 +86,7 @@ def solve_step(
     Args:
         force_before, force: external force at the start and the end of the step, (nodes, dim).
         springs, linear: what supports badly supported nodes, and couplings of few nodes.
+        guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is told the iteration and its relative residual.
 
     Raises:
@@ -108,9 +110,18 @@ def solve_step(
         # at rest, an implicit boundary that begins to move is the only force
         return internal, free, free / size if size > 0.0 else float(free > 0.0)
 
-    internal, size, relative = evaluate(displacement)
-    initial_reaction = np.where(held, internal - force_before, 0.0)
     moving = bool(conditions.increment.any())
+    initial_reaction = np.zeros_like(force)
+    if moving or guess is None:  # what does not move does no work: its first reaction is not needed
+        internal, size, relative = evaluate(displacement)
+        initial_reaction = np.where(held, internal - force_before, 0.0)
+    if guess is not None:
+        trial = np.where(held, conditions.increment, guess)
+        try:
+            internal, size, relative = evaluate(trial)
+            displacement, moving = trial, False
+        except StepFailed:
+            internal, size, relative = evaluate(displacement)
     system: LinearSystem | None = None
     while True:
         residuals.append(relative)

@@ -11,6 +11,39 @@ namespace tilth::bind {
 
 namespace {
 
+/// Reads tilth.f_bar.Centres; without one (None) there is no F-bar.
+struct CentresView : kernel::Centres {
+  ConstIntegers arrays64[2];
+  ConstShorts arrays32[2];
+  ConstDoubles read[4];
+  Doubles written[2];
+  bool given;
+
+  explicit CentresView(nb::handle centres) : kernel::Centres{}, given(!centres.is_none()) {
+    if (!given) return;
+    arrays32[0] = nb::cast<ConstShorts>(centres.attr("count"));
+    arrays32[1] = nb::cast<ConstShorts>(centres.attr("cell"));
+    arrays64[0] = nb::cast<ConstIntegers>(centres.attr("cell_start"));
+    arrays64[1] = nb::cast<ConstIntegers>(centres.attr("share_start"));
+    const char* names[4] = {"share", "ratio", "trace", "before"};
+    for (int i = 0; i < 4; ++i) read[i] = nb::cast<ConstDoubles>(centres.attr(names[i]));
+    written[0] = nb::cast<Doubles>(centres.attr("after"));
+    written[1] = nb::cast<Doubles>(centres.attr("jacobian"));
+    count = arrays32[0].data();
+    cell = arrays32[1].data();
+    cell_start = arrays64[0].data();
+    share_start = arrays64[1].data();
+    share = read[0].data();
+    ratio = read[1].data();
+    trace = read[2].data();
+    before = read[3].data();
+    after = written[0].data();
+    jacobian = written[1].data();
+  }
+
+  const kernel::Centres* get() const { return given ? this : nullptr; }
+};
+
 int response_size(const std::string& kind_name) {
   int size = 0;
   with_kind(kind_name, [&](auto kind) { size = kernel::response_size<decltype(kind)>; });
@@ -30,8 +63,10 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
     const std::string& kind_name, const std::string& material_name, ConstDoubles parameters,
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
     ConstDoubles elastic_deformation, ConstDoubles plastic_before, ConstDoubles state_before,
-    Doubles increment, Doubles strain, Doubles plastic, Doubles state, Doubles response) {
+    Doubles increment, Doubles strain, Doubles plastic, Doubles state, Doubles response,
+    nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
+  const CentresView centres(centres_handle);
   const std::int64_t n = stencil.points();
   require_size(elastic_deformation, 6 * n, "elastic_deformation");
   require_size(plastic_before, 2 * n, "plastic_before");
@@ -49,8 +84,8 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     material::with_material(material_name, parameters.data(), [&](auto material) {
-      failure =
-          kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(), arrays);
+      failure = kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(),
+                                                      arrays, centres.get());
     });
   });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
@@ -70,15 +105,16 @@ void internal_force(const std::string& kind_name, nb::handle stencil_handle,
 
 void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstIntegers block_start,
                ConstShorts block_position, ConstDoubles initial_volume, ConstDoubles position,
-               ConstDoubles response, Doubles matrix) {
+               ConstDoubles response, Doubles matrix, nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
+  const CentresView centres(centres_handle);
   require_size(initial_volume, stencil.points(), "initial_volume");
   require_size(block_start, stencil.groups, "block_start");
   const kernel::BlockPositions blocks{block_start.data(), block_position.data()};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
-                                      response.data(), matrix.data());
+                                      response.data(), centres.get(), matrix.data());
   });
 }
 
@@ -110,6 +146,36 @@ void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles h
   fill(stencil, first.data(), count.data(), position.data(), half_length.data(), volume.data(),
        modulus, origin.data(), cell_size.data(), static_cast<std::int64_t>(cell_keys.size()),
        cell_keys.data(), filled.data());
+}
+
+/// Cells and shares of F-bar (tilth.f_bar.Centres), and the moments of the material in the cells.
+auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
+                       ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
+                       ConstIntegers cell_keys) {
+  const StencilView stencil(stencil_handle);
+  const auto first = nb::cast<ConstIntegers>(stencil_handle.attr("first"));
+  const auto count = nb::cast<ConstShorts>(stencil_handle.attr("count"));
+  require_size(weight, stencil.points(), "weight");
+  const auto dim = static_cast<int>(position.shape(1));
+  std::vector<std::int64_t> cell_start(stencil.groups + 1, 0), share_start(stencil.groups + 1, 0);
+  for (std::int64_t g = 0; g < stencil.groups; ++g) {
+    const std::int32_t* nodes = count.data() + 3 * g;
+    const std::int64_t of_group =
+        std::int64_t{nodes[0] - 1} * (nodes[1] - 1) * std::max(nodes[2] - 1, 1);
+    cell_start[g + 1] = cell_start[g] + of_group;
+    share_start[g + 1] = share_start[g] + of_group * (stencil.start[g + 1] - stencil.start[g]);
+  }
+  const auto cells = static_cast<std::int64_t>(cell_keys.size());
+  std::vector<std::int32_t> cell(cell_start.back());
+  std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
+  const auto fill = dim == 2 ? &kernel::share_among_cells<2> : &kernel::share_among_cells<3>;
+  fill(stencil, first.data(), count.data(), position.data(), half_length.data(), weight.data(),
+       origin.data(), cell_size.data(), cells, cell_keys.data(), cell_start.data(), cell.data(),
+       share_start.data(), share.data(), moment.data());
+  return std::make_tuple(give(std::move(cell_start)), give(std::move(cell)),
+                         give(std::move(share_start)), give(std::move(share)),
+                         give(std::move(moment), {static_cast<std::size_t>(cells),
+                                                  static_cast<std::size_t>(1 + dim)}));
 }
 
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
@@ -222,13 +288,14 @@ void bind_points(nb::module_& module) {
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
              "displacement"_a, "position"_a, "elastic_deformation"_a, "plastic_before"_a,
              "state_before"_a, "increment"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a,
+             nb::arg("centres").none(),
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping).");
   module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a,
              "position"_a, "response"_a, "force"_a,
              "Adds the internal force to force (nodes, dim).");
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
-             "initial_volume"_a, "position"_a, "response"_a, "matrix"_a,
+             "initial_volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
   module.def("add_blocks", &add_blocks, "dim"_a, "node_start"_a, "node"_a, "block_start"_a,
              "block_position"_a, "blocks"_a, "matrix"_a,
@@ -236,6 +303,9 @@ void bind_points(nb::module_& module) {
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
              "modulus"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times modulus of the points to filled (cells, 2).");
+  module.def("share_among_cells", &share_among_cells, "stencil"_a, "position"_a, "half_length"_a,
+             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
+             "Cells of each group, shares of each point, moments of the cells (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,

@@ -8,6 +8,7 @@
 // with s_pq = (tau_p - tau_q) / (beta_p - beta_q). (docs/theory/mechanics.md, "Tangent")
 #pragma once
 
+#include "f_bar.hpp"
 #include "response.hpp"
 #include "view.hpp"
 
@@ -63,9 +64,45 @@ void scatter_blocks(int n, const std::int32_t* node, const std::int32_t* positio
   }
 }
 
+/// Part of F-bar's tangent that is not a point's own: V q (x) (d ln J0 - d ln J), added to
+/// column[q][i][k][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
+///   q_p = sum_r D_pr / n - tau_p  (de Souza Neto et al. 1996, in principal axes).
+template <class K, int Capacity>
+void add_f_bar(const Response<K>& s, double volume, int n, const double current[K::dim][Capacity],
+               const double* value, double hoop_per_value, double difference[K::dim][Capacity],
+               double column[K::dim][K::dim][K::dim][Capacity], double* local) {
+  constexpr int dim = K::dim;
+  double by_volume[3];
+  for (int p = 0; p < 3; ++p) {
+    double sum = 0.0;
+    for (int r = 0; r < f_bar_directions<K>; ++r) sum += s.tangent[p][r];
+    by_volume[p] = volume * (sum / f_bar_directions<K> - s.kirchhoff[p]);
+  }
+  for (int k = 0; k < dim; ++k)
+    for (int q = 0; q < dim; ++q)
+      for (int b = 0; b < n; ++b) difference[k][b] -= s.axis[k][q] * current[q][b];
+  if constexpr (K::hoop)
+    for (int b = 0; b < n; ++b) difference[0][b] -= hoop_per_value * value[b];
+  for (int q = 0; q < dim; ++q)
+    for (int i = 0; i < dim; ++i)
+      for (int k = 0; k < dim; ++k) {
+        const double factor = s.axis[i][q] * by_volume[q];
+#pragma omp simd
+        for (int b = 0; b < n; ++b) column[q][i][k][b] += factor * difference[k][b];
+      }
+  if constexpr (K::hoop)
+    for (int a = 0; a < n; ++a)
+      for (int k = 0; k < dim; ++k) {
+        double* row = local + (a * dim * dim + k) * n;
+        const double factor = hoop_per_value * value[a] * by_volume[2];
+        for (int b = 0; b < n; ++b) row[b] += factor * difference[k][b];
+      }
+}
+
 template <class K>
 void stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* initial_volume,
-               const double* position, const double* response_array, double* matrix) {
+               const double* position, const double* response_array, const Centres* centres,
+               double* matrix) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
   for_groups_by_colour(stencil, [&](std::int64_t g) {
@@ -100,6 +137,15 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
                 column[q][i][k][b] = sum;
               }
             }
+        if (centres != nullptr) {
+          const double* shares = centres->share + centres->share_start[g] +
+                                 (p - stencil.start[g]) * centres->cells_of(g);
+          double difference[dim][capacity] = {};
+          add_centre_trace<dim, capacity>(*centres, g, shares, p, difference);
+          const double per_value = K::hoop ? s.hoop_inverse / position[dim * p] : 0.0;
+          add_f_bar<K, capacity>(s, initial_volume[p], n, current, stencil.value + offset,
+                                 per_value, difference, column, local);
+        }
         for (int a = 0; a < n; ++a)
           for (int i = 0; i < dim; ++i)
             for (int k = 0; k < dim; ++k) {

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "../tensor.hpp"
+#include "f_bar.hpp"
 #include "response.hpp"
 #include "view.hpp"
 
@@ -88,16 +89,18 @@ TILTH_FUNCTION double shear_stiffness(const double tau[3], const double tangent[
          logarithm_divided_difference(strain[a], strain[b], beta_minus_one[a], beta_minus_one[b]);
 }
 
-/// Updates one point; `h` is the displacement gradient of the step (hoop part at [2][2]).
+/// Updates one point; `h` is the displacement gradient of the step (hoop part at [2][2]), of which
+/// the strain takes the one stretched by 1 + `stretch_minus_one` (F-bar; 0 without).
 template <class K, class Material>
-PointStatus update_point(const Material& material, const double h[3][3], std::int64_t p,
-                         const StressArrays& arrays) {
+PointStatus update_point(const Material& material, double h[3][3], double stretch_minus_one,
+                         std::int64_t p, const StressArrays& arrays) {
   double f[3][3], inverse[3][3];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) f[i][j] = h[i][j] + (i == j ? 1.0 : 0.0);
   const double determinant = invert(f, inverse);
   if (!(determinant > 0.0) || !(f[2][2] > 0.0 || K::dim == 3)) return PointStatus::inverted;
 
+  if (stretch_minus_one != 0.0) stretch_gradient<K>(stretch_minus_one, h);
   double trial_b[6];
   trial_deformation(h, arrays.elastic_deformation + 6 * p, trial_b);
   const Spectrum s = spectrum<K::in_plane>(trial_b);
@@ -153,7 +156,7 @@ struct Failure {
 
 template <class K, class Material>
 Failure stress_update(const Stencil& stencil, const Material& material, const double* displacement,
-                      const StressArrays& arrays) {
+                      const StressArrays& arrays, const Centres* centres) {
   constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
   constexpr int dim = K::dim;
   std::int64_t worst = none;  // point * 4 + status
@@ -183,7 +186,14 @@ Failure stress_update(const Stencil& stencil, const Material& material, const do
           for (int a = 0; a < n; ++a) radial += u[0][a] * value[a];
           h[2][2] = radial / arrays.position[dim * p];
         }
-        const PointStatus status = update_point<K>(material, h, p, arrays);
+        double stretch = 0.0;
+        PointStatus status = PointStatus::inverted;
+        if (centres != nullptr) {
+          const double* shares = centres->share + centres->share_start[g] +
+                                 (p - stencil.start[g]) * centres->cells_of(g);
+          stretch = volumetric_stretch<K>(*centres, g, shares, h, p);
+        }
+        if (stretch > -1.0) status = update_point<K>(material, h, stretch, p, arrays);
         if (status != PointStatus::good) {
           const std::int64_t code = 4 * p + static_cast<std::int64_t>(status);
           worst = code < worst ? code : worst;

@@ -22,7 +22,7 @@ from tilth import _core
 from tilth.boundaries.implicit import Implicit, Pose
 from tilth.boundaries.protocol import Floats
 from tilth.coupling import Coupling
-from tilth.grid import ActiveGrid
+from tilth.grid import ActiveGrid, shape_functions
 
 Integers = npt.NDArray[np.int64]
 
@@ -73,7 +73,6 @@ def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
     place: [length], shape (n, dim); none is more than a cell away from a material point.
     """
     grid, dim = active.grid, active.grid.dim
-    corner = _corners(dim)
     scaled = (place - grid.origin) / grid.cell_size
     lattice = np.floor(scaled).astype(np.int64)
     empty = np.flatnonzero(~_has_soil(active, lattice))
@@ -84,21 +83,9 @@ def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
     lattice, key = lattice[order], key[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     cells = np.pad(lattice[first], ((0, 0), (0, 3 - dim)))
-    node = active.find((cells[:, None] + corner).reshape(-1, 3)).reshape(len(first), -1)
-    assert (node >= 0).all(), "cells with soil have active corners"
-    xi = scaled[order] - lattice
-    value, gradient = np.ones((len(xi), len(corner))), []
-    hats = np.stack([1.0 - xi, xi], axis=2)  # (n, dim, 2)
-    slopes = np.array([-1.0, 1.0]) / grid.cell_size[:, None]  # (dim, 2)
-    for k in range(dim):
-        value = value * hats[:, k, corner[:, k]]
-        part = np.tile(slopes[k, corner[:, k]], (len(xi), 1))
-        for j in range(dim):
-            if j != k:
-                part = part * hats[:, j, corner[:, j]]
-        gradient.append(part)
-    start = np.append(first, len(key))
-    return order, Place(start, node.astype(np.int32), value, np.stack(gradient, axis=2))
+    node = active.corners(cells)
+    value, gradient = shape_functions(scaled[order] - lattice, grid.cell_size)
+    return order, Place(np.append(first, len(key)), node, value, gradient)
 
 
 def _has_soil(active: ActiveGrid, lattice: Integers) -> npt.NDArray[np.bool_]:
@@ -123,11 +110,6 @@ def _nearest_cell_with_soil(active: ActiveGrid, scaled: Floats) -> Integers:
         nearer = _has_soil(active, cell) & (distance < least)
         best[nearer], least[nearer] = cell[nearer], distance[nearer]
     return best
-
-
-def _corners(dim: int) -> Integers:
-    """Corners of a cell from its lowest one, x fastest, shape (2^dim, 3)."""
-    return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
 
 
 def lattice_keys(lattice: Integers) -> Integers:

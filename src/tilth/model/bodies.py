@@ -34,6 +34,10 @@ class Body(Declared):
 
     None with the linear basis, whose points have no domain.
     """
+    anti_locking: Literal["none", "f_bar"] = "none"
+    """Remedy against volumetric locking: "none", or "f_bar" (the volumetric part of the
+    deformation is that at the centre of the material in a cell).
+    """
     points_per_cell: CountPerDirection | None = None
     """Material points per cell of the grid and direction: one number, or one per direction."""
     points: CountVector | None = None

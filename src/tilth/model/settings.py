@@ -56,6 +56,8 @@ class Analysis(Declared):
     If not given, a load step that fails without is repeated with it, and with twice the
     iterations, before it is halved.
     """
+    predictor: Flag = True
+    """Whether a load step begins with the displacement of the last one, scaled by its size."""
     ghost_stabilisation: NotNegative = 0.005
     """Dimensionless stiffness that ties hardly filled cells to the material beside them [-]; 0
     leaves their nodes on weak springs.
