@@ -76,7 +76,7 @@ class Centres:
         value, gradient = shape_functions(centre - lattice[:, : grid.dim], grid.cell_size)
         radius = None
         if kind == "axisymmetric":
-            radius = np.abs(grid.origin[0] + centre[:, 0] * grid.cell_size[0])
+            radius = grid.origin[0] + centre[:, 0] * grid.cell_size[0]  # domains may pass the axis
         return cls(
             count=stencil.count,
             cell_start=np.asarray(cell_start),

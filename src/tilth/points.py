@@ -62,6 +62,7 @@ class MaterialPoints:
         position: [length], shape (n, dim).
         displacement: from the initial position [length], shape (n, dim).
         last_displacement: in the last load step [length], shape (n, dim).
+        last_gradient: of that displacement [-], shape (n, dim, dim).
         initial_volume: [length^dim; length^3 per full circle in axisymmetry], shape (n,).
         deformation_gradient: true F [-], shape (n, 3, 3).
         elastic_strain: elastic logarithmic strain [-], shape (n, 6).
@@ -81,6 +82,7 @@ class MaterialPoints:
     position: Floats
     displacement: Floats
     last_displacement: Floats
+    last_gradient: Floats
     initial_volume: Floats
     deformation_gradient: Floats
     elastic_strain: Floats
@@ -108,6 +110,7 @@ class MaterialPoints:
             position=np.array(position, dtype=np.float64, order="C"),
             displacement=np.zeros_like(position),
             last_displacement=np.zeros_like(position),
+            last_gradient=np.zeros((n, position.shape[1], position.shape[1])),
             initial_volume=np.array(initial_volume, dtype=np.float64, order="C"),
             deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
             elastic_strain=np.zeros((n, 6)),

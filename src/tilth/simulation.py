@@ -249,11 +249,17 @@ class Simulation:
         """
         if self._last_size == 0.0 or not self.model.analysis.predictor:
             return None
-        volume = self.points.volume[:, None]
-        moved = np.hstack([volume, volume * self.points.last_displacement])
-        nodal = self.soil.scatter(active, moved)
-        least = 1e-300  # nodes that a domain only just touches
-        return np.asarray(size / self._last_size * nodal[:, 1:] / np.maximum(nodal[:, :1], least))
+        points, dim = self.points, self.grid.dim
+        volume = points.volume[:, None]
+        # each point's displacement field, constant and linear part: u = c + G x
+        gradient = points.last_gradient
+        constant = points.last_displacement - np.einsum("nij,nj->ni", gradient, points.position)
+        field = np.hstack([constant, gradient.reshape(-1, dim * dim)])
+        nodal = self.soil.scatter(active, np.hstack([volume, volume * field]))
+        nodal = nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300)  # domains may only just touch
+        linear = nodal[:, dim:].reshape(-1, dim, dim)
+        guess = nodal[:, :dim] + np.einsum("nij,nj->ni", linear, active.position)
+        return np.asarray(size / self._last_size * guess)
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""

@@ -159,6 +159,9 @@ class Soil:
             points.position += moved
             points.displacement += moved
             points.last_displacement[:] = moved
+            dim = active.grid.dim
+            step = self._increment.reshape(-1, 3, 3)[:, :dim, :dim]
+            points.last_gradient[:] = step - np.eye(dim)
             _core.advance(
                 self.kind, self._increment, self._response, points.deformation_gradient,
                 points.stress,

@@ -15,6 +15,7 @@ from tilth.verification import (
     rigid_footing_elastic,
     self_weight_column,
     slope,
+    strip_footing,
     thick_cylinder,
 )
 from tilth.verification.comparison import Comparison
@@ -30,5 +31,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "rigid_footing_elastic": rigid_footing_elastic.comparisons,
     "inclined_column": inclined_column.comparisons,
     "slope": slope.comparisons,
+    "strip_footing": strip_footing.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

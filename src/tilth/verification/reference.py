@@ -69,6 +69,26 @@ def rigid_footing_elastic() -> FootingCurve:
     return FootingCurve(table[:, 0], 0.996 * table[:, 1])
 
 
+@dataclass(frozen=True)
+class PressureCurve:
+    """settlement [m], shape (n,); pressure: over the shear strength [-], shape (n,)."""
+
+    settlement: FloatArray
+    pressure: FloatArray
+
+
+def strip_footing(cell_size: float) -> PressureCurve:
+    """Smooth strip footing, half-width 0.5 m, on 5 m of clay: elements of 0.1, 0.05 or 0.025 m.
+
+    Small strains, bilinear elements, B-bar. The head of the file says more.
+    """
+    head = ("strip", 0.5, cell_size, "b_bar")
+    rows = [line.split(",") for line in _lines("strip_footing_fe.csv")]
+    numbers = [row[4:] for row in rows if (row[0], float(row[1]), float(row[2]), row[3]) == head]
+    table = np.array(numbers, dtype=np.float64)
+    return PressureCurve(table[:, 0], table[:, 1])
+
+
 def collapse_by_ample() -> CollapsePoints:
     """Final positions in AMPLE 1.1's own von Mises collapse problem, cells of 1 m.
 
@@ -83,7 +103,11 @@ def collapse_by_ample() -> CollapsePoints:
 
 def _table(name: str) -> FloatArray:
     """The numbers of a data file, below its comments and the line of column names."""
+    return np.loadtxt(_lines(name), delimiter=",", ndmin=2)
+
+
+def _lines(name: str) -> list[str]:
+    """The rows of a data file, below its comments and the line of column names."""
     folder = resources.files("tilth.verification").joinpath("data")
     text = folder.joinpath(name).read_text(encoding="utf-8")
-    lines = [line for line in text.splitlines() if not line.startswith("#")]
-    return np.loadtxt(lines[1:], delimiter=",", ndmin=2)
+    return [line for line in text.splitlines() if not line.startswith("#")][1:]

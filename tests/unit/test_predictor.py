@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The predictor: a load step begins with the displacement of the last one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from small_problems import (
+    BASES,
+    KINDS,
+    MATERIALS,
+    Floats,
+    assert_same_bits,
+    block_entries,
+    by_number,
+    dimension,
+    plane,
+    rollers,
+    weight,
+)
+from test_resume import assert_same_results, entries_of, run_until
+from test_step_newton import leaning_block
+
+from tilth import Model, resume, run
+from tilth.simulation import Simulation
+from tilth.verification.march import march
+
+every_kind = pytest.mark.parametrize("kind", KINDS)
+every_basis = pytest.mark.parametrize("basis", BASES)
+STEPS = 20
+
+
+def squeezed(
+    kind: str, basis: str, predictor: bool, material: str = "hencky_elastic", **analysis: Any
+) -> Model:
+    """A block under its weight whose top is pushed down by a tenth, smoothly."""
+    up = "xyz"[dimension(kind) - 1]
+    entries = block_entries(
+        kind, basis, material, loads=[weight(kind, 2.0)],
+        boundaries=[*rollers(kind, sides=False), plane(
+            "top", up, 2.0, condition="prescribed", displacement={up: -0.2},
+        )],
+        schedule={"steps": STEPS},
+    )  # fmt: skip
+    entries["analysis"] |= {"tolerance": 1e-6, "predictor": predictor, **analysis}
+    return Model.from_dict(entries)
+
+
+def marched(model: Model) -> tuple[Simulation, int]:
+    """The final state, and the Newton iterations of all steps."""
+    counts: list[int] = []
+    simulation = march(model, lambda _, result, __: counts.append(result.equilibrium.iterations))
+    assert len(counts) == STEPS
+    return simulation, sum(counts)
+
+
+@every_kind
+@every_basis
+@pytest.mark.parametrize("material", MATERIALS)
+def test_the_result_is_the_same(kind: str, basis: str, material: str) -> None:
+    states = []
+    for predictor in (True, False):
+        model = squeezed(kind, basis, predictor, material, tolerance=1e-10)
+        states.append(by_number(marched(model)[0].points))
+    # nodes that domains hardly reach may move by far more than the tolerance
+    near = 1e-6 if basis == "gimp" else 1e-8
+    for name in ("position", "elastic_strain"):
+        np.testing.assert_allclose(states[0][name], states[1][name], rtol=0, atol=near)
+
+
+@every_kind
+def test_a_smooth_path_takes_fewer_iterations(kind: str) -> None:
+    with_predictor = marched(squeezed(kind, "linear", True))[1]
+    without = marched(squeezed(kind, "linear", False))[1]
+    assert with_predictor <= 0.7 * without
+
+
+def pulled(**analysis: Any) -> Simulation:
+    simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0, **analysis)
+    simulation.advance(0.0, 0.1)
+    return simulation
+
+
+def test_the_guess_is_the_last_displacement_scaled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rigid motion of the points is the same motion of all nodes."""
+    simulation = pulled()
+    seen: list[Floats | None] = []
+    guess = Simulation._guess
+
+    def record(self: Simulation, *arguments: Any) -> Floats | None:
+        seen.append(guess(self, *arguments))
+        return seen[-1]
+
+    monkeypatch.setattr(Simulation, "_guess", record)
+    simulation.points.last_displacement[:] = [0.004, -0.002]
+    simulation.advance(0.1, 0.15)
+    assert seen[0] is not None
+    np.testing.assert_allclose(seen[0], np.tile([0.002, -0.001], (len(seen[0]), 1)), rtol=1e-12)
+    moved = simulation.points.last_displacement
+    assert np.abs(moved).max() > 1e-4
+    assert pulled(predictor=False)._guess(simulation.soil._active, 0.1) is None  # type: ignore[arg-type]
+
+
+def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The step then is that without a predictor, to the bit."""
+    plain, misled = pulled(predictor=False), pulled()
+    asked = 0
+
+    def huge(self: Simulation, active: Any, size: float) -> Floats:
+        nonlocal asked
+        asked += 1
+        return np.asarray(-3.0 * active.position)
+
+    expected = plain.advance(0.1, 0.2)
+    with monkeypatch.context() as patch:
+        patch.setattr(Simulation, "_guess", huge)
+        result = misled.advance(0.1, 0.2)
+    assert asked == 1
+    assert result.equilibrium.residuals == expected.equilibrium.residuals
+    assert_same_bits(misled.points, plain.points)
+    assert not misled.warnings  # no second attempt was needed
+
+
+# --- together with F-bar ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("step", [1, 4])
+def test_resumed_with_f_bar(
+    kind: str, step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = entries_of(kind)
+    entries["bodies"][0]["anti_locking"] = "f_bar"
+    entries["analysis"] |= {"predictor": True}
+    if kind == "3d":  # nodes that domains hardly reach keep the residual above 1e-9 with F-bar
+        entries["bodies"][0]["basis"] = "linear"
+        entries["bodies"][0].pop("domain_update", None)
+    model = Model.from_dict(entries)
+    result = run(model, tmp_path / "whole", quiet=True)
+    assert np.ptp(result.points.assumed_jacobian) > 1e-6
+    run_until(model, tmp_path / "out", step, monkeypatch)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "out")
+
+
+@every_kind
+@every_basis
+@pytest.mark.parametrize("material", MATERIALS)
+def test_newton_converges_quadratically_with_f_bar(kind: str, basis: str, material: str) -> None:
+    elastic = material == "hencky_elastic"
+    # a soil that does not lock moves farther: elsewhere than in the stiff full disc, the loads of
+    # the standard method are more than one step of plain Newton can take
+    acceleration = (60.0 if elastic else 14.0) * (1.0 if kind == "axisymmetric" else 0.6)
+    entries = leaning_block(kind, basis, material, acceleration).model.to_dict()
+    entries["bodies"][0]["anti_locking"] = "f_bar"
+    simulation = Simulation(Model.from_dict(entries))
+    residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
+    assert np.ptp(simulation.points.assumed_jacobian) > 1e-4
+    if not elastic:
+        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.4
+    tail = residuals[residuals < 0.05]
+    clean = tail[tail > 1e-12]  # below that stands round-off
+    assert len(clean) >= 2
+    assert clean[0] / tail[-1] > 1e6
+    constant = tail[1 : len(clean) + 1] / clean[: len(tail) - 1] ** 2
+    assert constant[tail[1 : len(clean) + 1] > 1e-12].max() < 30.0
