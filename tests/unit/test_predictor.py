@@ -85,7 +85,7 @@ def pulled(**analysis: Any) -> Simulation:
 
 
 def test_the_guess_is_the_last_displacement_scaled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rigid motion of the points is the same motion of all nodes."""
+    """An affine motion of the points is the same motion of all nodes."""
     simulation = pulled()
     seen: list[Floats | None] = []
     guess = Simulation._guess
@@ -95,10 +95,16 @@ def test_the_guess_is_the_last_displacement_scaled(monkeypatch: pytest.MonkeyPat
         return seen[-1]
 
     monkeypatch.setattr(Simulation, "_guess", record)
-    simulation.points.last_displacement[:] = [0.004, -0.002]
-    simulation.advance(0.1, 0.15)
+    gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
+    points = simulation.points
+    points.last_gradient[:] = gradient
+    points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
+    located = simulation.advance(0.1, 0.15).active
     assert seen[0] is not None
-    np.testing.assert_allclose(seen[0], np.tile([0.002, -0.001], (len(seen[0]), 1)), rtol=1e-12)
+    nodes = located.position
+    np.testing.assert_allclose(
+        seen[0], [0.002, -0.001] + 0.5 * nodes @ gradient.T, rtol=0, atol=1e-15
+    )
     moved = simulation.points.last_displacement
     assert np.abs(moved).max() > 1e-4
     assert pulled(predictor=False)._guess(simulation.soil._active, 0.1) is None  # type: ignore[arg-type]

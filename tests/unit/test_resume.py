@@ -40,7 +40,7 @@ def entries_of(kind: str = "plane_strain") -> dict[str, Any]:
     )  # fmt: skip
     entries["grid"]["cell_size"] = 0.25 if kind != "3d" else 0.5
     entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
-    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": 4}
+    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": 3}
     entries["output"] = {"report": False, "deformation_gradient": True}
     entries["track"] = [
         {"name": "top", "quantity": "reaction", "boundary": "top", "component": "y"},
