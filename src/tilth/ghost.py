@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.coupling import Coupling
-from tilth.grid import ActiveGrid
+from tilth.grid import ActiveGrid, find_keys, lattice_keys
 from tilth.soil import Soil
 
 Floats = npt.NDArray[np.float64]
@@ -85,7 +85,7 @@ def ghost_stabilisation(
     key, fill, modulus = filled_cells(soil, active)
     place = np.asarray(_core.lattice(key))
     neighbour = {
-        (axis, side): _find(key, place + side * np.eye(3, dtype=np.int64)[axis])
+        (axis, side): find_keys(key, lattice_keys(place + side * np.eye(3, dtype=np.int64)[axis]))
         for axis in range(dim)
         for side in (-1, 1)
     }
@@ -93,8 +93,8 @@ def ghost_stabilisation(
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
     weights = np.tile(emptiness[:, None], dim)
     if behind is not None:
-        number = np.searchsorted(key, behind[0]).clip(max=len(key) - 1)
-        known = key[number] == behind[0]
+        number = find_keys(key, behind[0])
+        known = number >= 0
         hidden = np.zeros_like(weights)
         np.maximum.at(hidden, number[known], behind[1][known])
         # there the boundary's own penalty takes over: across it, not between equal slivers
@@ -165,12 +165,10 @@ class Ghost:
         for coupling in ghost_stabilisation(soil, active, held, self.gamma, behind):
             place = active.lattice[coupling.node]
             axis = int((place[0].max(axis=0) - place[0].min(axis=0)).argmax())
-            face = 4 * np.asarray(_core.node_keys(np.ascontiguousarray(place[:, 0]))) + axis
+            face = 4 * lattice_keys(place[:, 0]) + axis
             moved = np.zeros((*coupling.node.shape, active.grid.dim))
-            if len(self.face):
-                number = np.searchsorted(self.face, face).clip(max=len(self.face) - 1)
-                known = self.face[number] == face
-                moved[known] = self.moved[number[known]]
+            number = find_keys(self.face, face)
+            moved[number >= 0] = self.moved[number[number >= 0]]
             self._current.append((face, coupling.node, moved))
             force = np.einsum("eabij,ebj->eai", coupling.matrix, moved)
             found.append(Coupling(coupling.node, coupling.matrix, force))
@@ -188,13 +186,6 @@ class Ghost:
         face, total = np.concatenate(faces), np.concatenate(moves)
         order = np.argsort(face)
         self.face, self.moved = face[order], total[order]
-
-
-def _find(keys: Integers, lattice: Integers) -> Integers:
-    """Numbers of the cells at lattice places, -1 where none is populated."""
-    wanted = np.asarray(_core.node_keys(np.ascontiguousarray(lattice)))
-    number = np.searchsorted(keys, wanted).clip(max=len(keys) - 1)
-    return np.where(keys[number] == wanted, number, -1)
 
 
 @cache

@@ -115,7 +115,7 @@ class ActiveGrid:
         To be asked for before the points move.
         """
         place = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
-        return np.unique(_core.node_keys(_in_space(place.astype(np.int64))))
+        return np.unique(lattice_keys(place.astype(np.int64)))
 
     @cached_property
     def cell_keys(self) -> Integers:
@@ -126,9 +126,7 @@ class ActiveGrid:
 
     def find(self, lattice: Integers) -> Integers:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
-        keys = _core.node_keys(lattice)
-        number = np.searchsorted(self.key, keys).clip(max=self.nodes - 1)
-        return np.where(self.key[number] == keys, number, -1)
+        return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
 
     def couple(self, node: npt.NDArray[np.int32]) -> None:
         """Makes room in the matrix for blocks among the nodes of each row of `node`, (e, n).
@@ -292,9 +290,18 @@ def _row_starts(node: npt.NDArray[np.int32]) -> Integers:
     return np.arange(len(node) + 1, dtype=np.int64) * int(node.shape[1])
 
 
-def _in_space(lattice: Integers) -> Integers:
-    """Lattice places with a third component, 0 in 2D, shape (n, 3)."""
-    return np.ascontiguousarray(np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1]))))
+def lattice_keys(lattice: Integers) -> Integers:
+    """Returns the keys of lattice places (n, dim), of cells those of their lowest nodes."""
+    in_space = np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1])))
+    return np.asarray(_core.node_keys(np.ascontiguousarray(in_space)))
+
+
+def find_keys(known: Integers, wanted: Integers) -> Integers:
+    """Returns where the keys `wanted` stand among the sorted keys `known`; -1 where they do not."""
+    if len(known) == 0:
+        return np.full(len(wanted), -1)
+    number = np.searchsorted(known, wanted).clip(max=len(known) - 1)
+    return np.where(known[number] == wanted, number, -1)
 
 
 def _stencil(

@@ -93,11 +93,11 @@ class Soil:
 
     def _volumes(self) -> list[Floats]:
         """Returns what the Kirchhoff stress of each body's points acts on: V0 J / J_bar."""
-        return [
-            self.points.initial_volume[body.start : body.stop]
-            * (1.0 if centres is None else centres.after)
-            for body, centres in zip(self.points.bodies, self._centres, strict=True)
-        ]
+        volumes = []
+        for body, centres in zip(self.points.bodies, self._centres, strict=True):
+            volume = self.points.initial_volume[body.start : body.stop]
+            volumes.append(volume if centres is None else volume * centres.after)
+        return volumes
 
     def internal_force(self, active: ActiveGrid) -> Floats:
         """Returns the internal force of the trial state [force], shape (nodes, dim)."""

@@ -22,7 +22,7 @@ from tilth import _core
 from tilth.boundaries.implicit import Implicit, Pose
 from tilth.boundaries.protocol import Floats
 from tilth.coupling import Coupling
-from tilth.grid import ActiveGrid, shape_functions
+from tilth.grid import ActiveGrid, find_keys, lattice_keys, shape_functions
 
 Integers = npt.NDArray[np.int64]
 
@@ -89,9 +89,7 @@ def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
 
 
 def _has_soil(active: ActiveGrid, lattice: Integers) -> npt.NDArray[np.bool_]:
-    wanted = lattice_keys(lattice)
-    number = np.searchsorted(active.cell_keys, wanted).clip(max=len(active.cell_keys) - 1)
-    return np.asarray(active.cell_keys[number] == wanted)
+    return np.asarray(find_keys(active.cell_keys, lattice_keys(lattice)) >= 0)
 
 
 def _nearest_cell_with_soil(active: ActiveGrid, scaled: Floats) -> Integers:
@@ -110,13 +108,6 @@ def _nearest_cell_with_soil(active: ActiveGrid, scaled: Floats) -> Integers:
         nearer = _has_soil(active, cell) & (distance < least)
         best[nearer], least[nearer] = cell[nearer], distance[nearer]
     return best
-
-
-def lattice_keys(lattice: Integers) -> Integers:
-    """Returns the keys of lattice places (n, dim), of cells those of their lowest nodes."""
-    return np.asarray(
-        _core.node_keys(np.ascontiguousarray(np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1])))))
-    )
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ import numpy as np
 
 from tilth import _core
 from tilth.boundaries.band import BandContact
-from tilth.boundaries.contact import Contact, Integers, lattice_keys, locate_places
+from tilth.boundaries.contact import Contact, Integers, locate_places
 from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
-from tilth.grid import ActiveGrid
+from tilth.geometry.flat import box_corners
+from tilth.grid import ActiveGrid, lattice_keys
 from tilth.points import MaterialPoints
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
@@ -165,9 +166,7 @@ def _box(points: MaterialPoints) -> Floats:
 
 def _cover(boundary: Implicit, box: Floats, time: float) -> None:
     """Makes sure that a boundary has quadrature points wherever the soil is at `time`."""
-    dim = box.shape[1]
-    corners = np.array([[box[i, k] for k, i in enumerate(c)] for c in np.ndindex(*(2,) * dim)])
-    at_rest = boundary.motion.reference(corners, boundary.factor(time))
+    at_rest = boundary.motion.reference(box_corners(*box), boundary.factor(time))
     boundary.cover(at_rest.min(axis=0), at_rest.max(axis=0))
 
 

@@ -21,13 +21,10 @@ from tilth.boundaries.protocol import Floats
 from tilth.errors import BadInput
 from tilth.geometry import make_geometry
 from tilth.geometry.protocol import QuadraturePoints
-from tilth.geometry.quadrature import make_quadrature
+from tilth.geometry.quadrature import SEGMENT, make_quadrature
 from tilth.model import ImplicitBoundary, Model
 
 Integers = npt.NDArray[np.int64]
-
-GAUSS = (0.5 * (1.0 + np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])), np.array([5.0, 8.0, 5.0]) / 18)
-"""Places and weights of Gauss's three points on [0, 1]."""
 
 
 LONG_FACETS = 4.0
@@ -85,7 +82,7 @@ def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
 def band_terms(points: QuadraturePoints, delta: float) -> Terms:
     """Returns all three parts of the stiffness, by Gauss's three points across the band."""
     n = len(points.weight)
-    share, weight = GAUSS
+    share, weight = SEGMENT
     surface = np.repeat(np.arange(n), len(share))
     s = np.tile(share, n)
     d_prime = 2.0 * (1.0 - s) / delta

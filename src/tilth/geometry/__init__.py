@@ -14,7 +14,7 @@ from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle, Cylinder, Sphere
 from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model import ImplicitBoundary, Model
-from tilth.model.fields import AXES, per_direction
+from tilth.model.fields import per_direction
 from tilth.model.geometry import (
     BoxGeometry,
     CircleGeometry,
@@ -45,9 +45,8 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
     if isinstance(declared, CircleGeometry):
         return Circle(np.array(declared.centre), declared.radius, inside)
     if isinstance(declared, CylinderGeometry):
-        axis = declared.axis
-        vector = np.eye(3)[AXES.index(axis)] if axis in AXES else np.array(axis)
-        return Cylinder(np.array(declared.centre), vector, declared.radius, inside)
+        axis = np.array(declared.direction)
+        return Cylinder(np.array(declared.centre), axis, declared.radius, inside)
     if isinstance(declared, SphereGeometry):
         return Sphere(np.array(declared.centre), declared.radius, inside)
     if isinstance(declared, PolylineGeometry):

@@ -61,6 +61,13 @@ def split_rectangle(corner: Floats, first: Floats, second: Floats, size: float) 
     )
 
 
+def box_corners(lower: Floats, upper: Floats) -> Floats:
+    """Returns the corners of a box, shape (2^dim, dim)."""
+    box = np.stack([lower, upper])
+    choices = np.array(list(np.ndindex(*(2,) * len(lower))))
+    return np.asarray(box[choices, np.arange(len(lower))])
+
+
 def join(parts: list[Facets]) -> Facets:
     """Returns all facets of several lists, patches numbered anew through them."""
     return Facets(

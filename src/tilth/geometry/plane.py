@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilth.geometry.flat import Flat, pack, perpendicular, unit
+from tilth.geometry.flat import Flat, box_corners, pack, perpendicular, unit
 from tilth.geometry.protocol import Facets, Floats
 
 
@@ -34,11 +34,7 @@ class Plane(Flat):
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`, on a lattice of patches in the plane's own axes."""
-        box = np.stack([lower, upper])
-        corners = np.array(
-            [[box[i, k] for k, i in enumerate(c)] for c in np.ndindex(*(2,) * self.dim)]
-        )
-        coordinate = (corners - self.point) @ self._along.T / size
+        coordinate = (box_corners(lower, upper) - self.point) @ self._along.T / size
         low = np.floor(coordinate.min(axis=0)).astype(np.int64) - 1
         high = np.ceil(coordinate.max(axis=0)).astype(np.int64) + 1
         index = np.meshgrid(*map(np.arange, low, high), indexing="ij")

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from tilth.geometry.flat import pack, perpendicular, unit
+from tilth.geometry.flat import box_corners, pack, perpendicular, unit
 from tilth.geometry.protocol import Facets, Floats, Integers
 
 
@@ -112,9 +112,7 @@ class Cylinder(_Round):
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`: patches by sector and along the axis."""
         n = _sectors(self.radius, size)
-        box = np.stack([lower, upper])
-        corners = np.array([[box[i, k] for k, i in enumerate(c)] for c in np.ndindex(2, 2, 2)])
-        along = (corners - self.centre) @ self.axis / size
+        along = (box_corners(lower, upper) - self.centre) @ self.axis / size
         levels = np.arange(math.floor(along.min()) - 1, math.ceil(along.max()) + 1)
         level, sector = (i.ravel() for i in np.meshgrid(levels, np.arange(n), indexing="ij"))
 
