@@ -74,14 +74,19 @@ def add_blocks(dim: int, node_start: Annotated[NDArray[numpy.int64], dict(order=
     Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.
     """
 
-def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], modulus: float, origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    Adds volume and volume times modulus of the points to filled (cells, 2).
+    Adds volume and volume times weight of the points to filled (cells, 2).
     """
 
 def share_among_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64]]:
     """
     Cells of each group, shares of each point, moments of the cells (see f_bar.py).
+    """
+
+def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], radius: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], ratio: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], trace: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).
     """
 
 def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:

@@ -8,7 +8,7 @@ docs/theory/f_bar.md). What the points make of it is in `cpp/tilth/kernel/f_bar.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -26,12 +26,13 @@ class Centres:
     """The cells of one body's points in one step, and their stretch in the current iteration.
 
     Attributes:
+        kind: "plane_strain", "axisymmetric" or "3d".
         count, cell_start, cell, share_start, share: which cells each group covers, and each
             point's shares of them (kernel/f_bar.hpp).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
         value: shape functions at the centres [-], shape (cells, 2^dim).
         gradient: [1/length], shape (cells, 2^dim, dim).
-        radius: of the centres [length], in axisymmetry; None otherwise.
+        radius: of the centres [length], shape (cells,); used in axisymmetry.
         before, after: det F / det F_bar of the points, at the start of the step and for the trial
             displacement, shape (n,).
         jacobian: J0 of the points in the step, shape (n,).
@@ -39,6 +40,7 @@ class Centres:
         trace: derivative of ln J0 by the corners' displacement [1/length], (cells, 2^dim, dim).
     """
 
+    kind: str
     count: npt.NDArray[np.int32]
     cell_start: Integers
     cell: npt.NDArray[np.int32]
@@ -47,12 +49,12 @@ class Centres:
     node: npt.NDArray[np.int32]
     value: Floats
     gradient: Floats
-    radius: Floats | None
+    radius: Floats
     before: Floats
     after: Floats
     jacobian: Floats
-    ratio: Floats = field(init=False)
-    trace: Floats = field(init=False)
+    ratio: Floats
+    trace: Floats
 
     @classmethod
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:
@@ -74,10 +76,8 @@ class Centres:
             own[:, None], moment[:, 1:] / np.where(own, moment[:, 0], 1.0)[:, None], middle
         )
         value, gradient = shape_functions(centre - lattice[:, : grid.dim], grid.cell_size)
-        radius = None
-        if kind == "axisymmetric":
-            radius = grid.origin[0] + centre[:, 0] * grid.cell_size[0]  # domains may pass the axis
         return cls(
+            kind=kind,
             count=stencil.count,
             cell_start=np.asarray(cell_start),
             cell=np.asarray(cell),
@@ -86,29 +86,17 @@ class Centres:
             node=active.corners(lattice),
             value=value,
             gradient=gradient,
-            radius=radius,
+            radius=grid.origin[0] + centre[:, 0] * grid.cell_size[0],
             before=points.volume / (points.initial_volume * points.assumed_jacobian),
             after=np.ones(n),
             jacobian=np.ones(n),
+            ratio=np.zeros(len(value)),
+            trace=np.zeros_like(gradient),
         )
 
     def update(self, displacement: Floats) -> None:
         """Fills `ratio` and `trace` for the nodal displacement of the step, (nodes, dim)."""
-        nodal = displacement[self.node]
-        h = np.einsum("cai,caj->cij", nodal, self.gradient)
-        dim = h.shape[1]
-        trace_of = np.trace(h, axis1=1, axis2=2)
-        determinant = np.linalg.det(h)
-        if dim == 2:
-            in_plane = trace_of + determinant
-        else:
-            squares = np.einsum("cij,cji->c", h, h)
-            in_plane = trace_of + 0.5 * (trace_of**2 - squares) + determinant
-        inverse = np.linalg.inv(h + np.eye(dim))
-        self.trace = np.ascontiguousarray(np.einsum("caj,cjk->cak", self.gradient, inverse))
-        if self.radius is None:
-            self.ratio = in_plane
-            return
-        hoop = np.einsum("ca,ca->c", nodal[:, :, 0], self.value) / self.radius
-        self.ratio = in_plane + hoop + in_plane * hoop
-        self.trace[:, :, 0] += self.value / (self.radius * (1.0 + hoop))[:, None]
+        _core.update_centres(
+            self.kind, self.node, self.value, self.gradient, self.radius, displacement,
+            self.ratio, self.trace,
+        )  # fmt: skip

@@ -8,15 +8,21 @@ method Coombs 2022) gives them stiffness instead:
 
     f = gamma E h integral over the face of [d u / d n] [d v / d n],
 
-with E the volume-weighted Young's modulus of the two cells and h the cell's size along the
-face's normal. In units of force: E h (1/length)^2 length^(dim-1) length = E length^(dim-1). It
-vanishes for every displacement that is linear across the two cells, so that it has no net force,
-resists no rigid motion, and leaves a homogeneous strain alone. It is weighted by how empty the
-cell is and vanishes from half a cell on.
+with E the modulus of the two cells and h the cell's size along the face's normal. In units of
+force: E h (1/length)^2 length^(dim-1) length = E length^(dim-1). It vanishes for every
+displacement that is linear across the two cells, so that it has no net force, resists no rigid
+motion, and leaves a homogeneous strain alone. It is weighted by how empty the cell is and vanishes
+from half a cell on.
+
+E is Young's modulus times the elastic share of the points' last strain increment: where soil
+flows plastically its own stiffness is gone, and a penalty that kept it would bear load in its
+place. Of the points in the two cells the soft ones count (volume-weighted harmonic mean), since
+one yielding cell is enough to let the other one move.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -32,13 +38,15 @@ Integers = npt.NDArray[np.int64]
 
 FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
+LEAST_SHARE = 1e-2
+"""Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
 
 
 def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floats]:
-    """Returns the populated cells: keys, filled share [-], mean Young's modulus [stress].
+    """Returns the populated cells: keys, filled share [-], harmonic mean of modulus [stress].
 
     The key is that of the cell's lowest node; the share is that of the cell's volume, in
-    axisymmetry of the ring it sweeps.
+    axisymmetry of the ring it sweeps. The modulus is Young's where nothing yields.
     """
     grid = active.grid
     key = active.cell_keys
@@ -46,14 +54,16 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     volume = soil.points.volume
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
+        share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
         _core.fill_cells(
             stencil, soil.points.position[s], soil.points.half_length[s], volume[s],
-            body.young_modulus, grid.origin, grid.cell_size, key, filled,
+            1.0 / (body.young_modulus * share), grid.origin, grid.cell_size, key, filled,
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":
         size *= 2.0 * np.pi * _centre_radius(active, key)
-    return key, filled[:, 0] / size, filled[:, 1] / np.maximum(filled[:, 0], 1e-300)
+    modulus = np.maximum(filled[:, 0], 1e-300) / np.maximum(filled[:, 1], 1e-300)
+    return key, filled[:, 0] / size, modulus
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
@@ -66,16 +76,44 @@ FIRM = 3.0
 """Dimensionless stiffness in cells behind an implicit boundary."""
 
 
-def ghost_stabilisation(
+@dataclass(frozen=True)
+class Faces:
+    """Faces between cells, each with the penalty on the jump across it.
+
+    Attributes:
+        node: of the two cells, from the lower one on, shape (faces, nodes of a face).
+        matrix: stiffness for a modulus of 1 [force/length/stress], shape (faces, n, n, dim, dim).
+        modulus: of the soil in the two cells [stress], shape (faces,).
+    """
+
+    node: npt.NDArray[np.int32]
+    matrix: Floats
+    modulus: Floats
+
+    def coupling(self, moved: Floats | None = None) -> Coupling:
+        """Returns the penalty on the step's displacement and on `moved`, of modulus times length.
+
+        moved: shape (faces, n, dim); nothing if not given.
+        """
+        if moved is None:
+            moved = np.zeros((*self.node.shape, self.matrix.shape[-1]))
+        return Coupling(
+            node=self.node,
+            matrix=self.modulus[:, None, None, None, None] * self.matrix,
+            force=np.einsum("eabij,ebj->eai", self.matrix, moved),
+        )
+
+
+def ghost_faces(
     soil: Soil,
     active: ActiveGrid,
     held: npt.NDArray[np.bool_],
     gamma: float,
     behind: tuple[Integers, Floats] | None = None,
-) -> list[Coupling]:
-    """Returns the penalty on all faces of hardly filled cells at the edges of bodies.
+) -> list[Faces]:
+    """Returns all faces of hardly filled cells at the edges of bodies, by the axis of the normal.
 
-    `gamma` is its dimensionless factor; 0 gives no penalty.
+    `gamma` is the penalty's dimensionless factor; 0 gives none.
     Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
     they need no support, and would tie the soil to the boundary.
     """
@@ -100,7 +138,7 @@ def ghost_stabilisation(
         # there the boundary's own penalty takes over: across it, not between equal slivers
         weights *= 1.0 - np.minimum(hidden.sum(axis=1), 1.0)[:, None]
         weights += FIRM * hidden
-    couplings = []
+    faces = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[axis, 1] >= 0)
         other = neighbour[axis, 1][cell]
@@ -108,8 +146,8 @@ def ghost_stabilisation(
         cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
         if len(cell) == 0:
             continue
-        volume = np.maximum(fill[cell] + fill[other], 1e-300)
-        weight = weight * (fill[cell] * modulus[cell] + fill[other] * modulus[other]) / volume
+        softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
+        stiff = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             weight = weight * 2.0 * np.pi * radius
@@ -118,14 +156,14 @@ def ghost_stabilisation(
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         free = ~(held[node] & far[..., None]).any(axis=1)
         scalar = weight[:, None, None] * matrix
-        couplings.append(
-            Coupling(
+        faces.append(
+            Faces(
                 node=node.astype(np.int32),
                 matrix=scalar[..., None, None] * (free[:, None] * np.eye(dim))[:, None, None],
-                force=np.zeros((*node.shape, dim)),
+                modulus=stiff,
             )
         )
-    return couplings
+    return faces
 
 
 FADE = 0.1
@@ -137,20 +175,21 @@ class Ghost:
 
     The penalty on one step's displacement is a dashpot: what a stabilised node carries it would
     have to be given anew in each step. So each face keeps the displacement of its nodes (relative
-    to one of them) as long as the soil does not move on:
-    moved <- (moved + u) exp(-max |u| / h).
+    to one of them), times the modulus of the step, as long as the soil does not move on:
+    moved <- (moved + E u) exp(-max |u| / h).
 
     Attributes:
         gamma: the dimensionless factor, see `ghost_stabilisation`.
         face: sorted names of the faces: key of the lower cell and axis, shape (faces,).
-        moved: what their nodes have moved [length], shape (faces, nodes of a face, dim).
+        moved: modulus times motion of their nodes [stress length], shape (faces, nodes of a
+            face, dim).
     """
 
     def __init__(self, gamma: float, dim: int) -> None:
         self.gamma = gamma
         self.face: Integers = np.zeros(0, dtype=np.int64)
         self.moved: Floats = np.zeros((0, 3 * 2 ** (dim - 1), dim))
-        self._current: list[tuple[Integers, npt.NDArray[np.int32], Floats]] = []
+        self._current: list[tuple[Integers, Faces, Floats]] = []
 
     def couplings(
         self,
@@ -159,31 +198,31 @@ class Ghost:
         held: npt.NDArray[np.bool_],
         behind: tuple[Integers, Floats] | None = None,
     ) -> list[Coupling]:
-        """Returns the penalty of `ghost_stabilisation` on what the faces remember and the step."""
+        """Returns the penalty of `ghost_faces` on what the faces remember and on the step."""
         found = []
         self._current = []
-        for coupling in ghost_stabilisation(soil, active, held, self.gamma, behind):
-            place = active.lattice[coupling.node]
+        for faces in ghost_faces(soil, active, held, self.gamma, behind):
+            place = active.lattice[faces.node]
             axis = int((place[0].max(axis=0) - place[0].min(axis=0)).argmax())
             face = 4 * lattice_keys(place[:, 0]) + axis
-            moved = np.zeros((*coupling.node.shape, active.grid.dim))
+            moved = np.zeros((*faces.node.shape, active.grid.dim))
             number = find_keys(self.face, face)
             moved[number >= 0] = self.moved[number[number >= 0]]
-            self._current.append((face, coupling.node, moved))
-            force = np.einsum("eabij,ebj->eai", coupling.matrix, moved)
-            found.append(Coupling(coupling.node, coupling.matrix, force))
+            self._current.append((face, faces, moved))
+            found.append(faces.coupling(moved))
         return found
 
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Remembers a converged step's nodal displacement, shape (nodes, dim)."""
-        faces, moves = [self.face[:0]], [self.moved[:0]]
-        for face, node, moved in self._current:
-            step = displacement[node]
+        names, moves = [self.face[:0]], [self.moved[:0]]
+        for face, faces, moved in self._current:
+            step = displacement[faces.node]
             size = np.abs(step / active.grid.cell_size).max(axis=(1, 2))
-            total = np.exp(-size / FADE)[:, None, None] * (moved + step)
-            faces.append(face)
+            total = np.exp(-size / FADE)[:, None, None]
+            total = total * (moved + faces.modulus[:, None, None] * step)
+            names.append(face)
             moves.append(total - total[:, :1])  # a common motion has no force
-        face, total = np.concatenate(faces), np.concatenate(moves)
+        face, total = np.concatenate(names), np.concatenate(moves)
         order = np.argsort(face)
         self.face, self.moved = face[order], total[order]
 

@@ -69,6 +69,8 @@ class MaterialPoints:
         stress: Cauchy stress [stress], shape (n, 6).
         plastic: equivalent plastic strain [-] and dissipated energy per initial volume
             [stress], shape (n, 2).
+        elastic_share: share of the last load step's deviatoric strain that was elastic [-],
+            shape (n,): 1 where nothing yields, 0 in steady plastic flow.
         assumed_jacobian: determinant of the assumed deformation gradient of F-bar [-], shape
             (n,); 1 without.
         state: further internal variables of the materials, shape (n, columns).
@@ -88,6 +90,7 @@ class MaterialPoints:
     elastic_strain: Floats
     stress: Floats
     plastic: Floats
+    elastic_share: Floats
     assumed_jacobian: Floats
     state: Floats
     initial_half_length: Floats
@@ -116,6 +119,7 @@ class MaterialPoints:
             elastic_strain=np.zeros((n, 6)),
             stress=np.zeros((n, 6)),
             plastic=np.zeros((n, 2)),
+            elastic_share=np.ones(n),
             assumed_jacobian=np.ones(n),
             state=np.zeros((n, state_columns)),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),

@@ -171,6 +171,7 @@ class Soil:
                     points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
                     points.stress[body.start : body.stop] *= centres.after[:, None]
             self._active = None  # the points have moved
+            points.elastic_share = self._elastic_share()
             points.elastic_strain, self._strain = self._strain, points.elastic_strain
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
@@ -183,6 +184,18 @@ class Soil:
                         self.kind, rule, part.deformation_gradient,
                         part.initial_half_length, part.half_length,
                     )  # fmt: skip
+
+    def _elastic_share(self) -> Floats:
+        """Returns what share of the points' deviatoric strain increment is elastic [-], (n,)."""
+        plastic = self._plastic[:, 0] - self.points.plastic[:, 0]  # sqrt(2/3) of the tensor's norm
+        share = np.ones(len(plastic))
+        yielding = np.flatnonzero(plastic > 0.0)
+        strain = self._increment.reshape(-1, 3, 3)[yielding] - np.eye(3)
+        strain = 0.5 * (strain + strain.transpose(0, 2, 1))
+        strain -= np.trace(strain, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
+        size = np.linalg.norm(strain, axis=(1, 2))
+        share[yielding] = np.clip(1.0 - np.sqrt(1.5) * plastic[yielding] / size, 0.0, 1.0)
+        return share
 
     def elastic_energy(self) -> float:
         """Returns the elastic strain energy of all points [force length]."""

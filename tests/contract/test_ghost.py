@@ -8,13 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from small_problems import AXES, KINDS, block_entries, dimension, plane
+from small_problems import (
+    AXES,
+    KINDS,
+    affine,
+    block_entries,
+    dimension,
+    material_entries,
+    plane,
+)
 
 from tilth import Model
 from tilth.coupling import LinearForces
-from tilth.ghost import filled_cells, ghost_stabilisation
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.simulation import Simulation
+from tilth.ghost import LEAST_SHARE, filled_cells, ghost_faces
+from tilth.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 GAMMA = 0.005
@@ -41,7 +50,8 @@ def block(
 
 def ghost(simulation: Simulation, active: ActiveGrid, gamma: float = GAMMA) -> LinearForces:
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    return LinearForces(active, ghost_stabilisation(simulation.soil, active, held, gamma))
+    faces = ghost_faces(simulation.soil, active, held, gamma)
+    return LinearForces(active, [of_axis.coupling() for of_axis in faces])
 
 
 def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.ndarray:
@@ -127,3 +137,57 @@ def test_rotated_blocks_with_lone_points_are_regular() -> None:
             found.append(np.linalg.eigvalsh(stiffness(simulation, active, gamma))[3])
     assert (np.array(least[0.0]) < 1e-10).sum() > 10
     assert min(least[GAMMA]) > 1e-4
+
+
+@every_kind
+def test_yielding_soil_is_tied_less(kind: str) -> None:
+    """The penalty follows the elastic share of the last strain, down to a least one."""
+
+    def penalty(share: float) -> np.ndarray:
+        simulation, active = block(kind, "gimp", 0.3)
+        simulation.points.elastic_share[:] = share
+        return ghost(simulation, active).blocks
+
+    elastic = penalty(1.0)
+    np.testing.assert_allclose(penalty(0.25), 0.25 * elastic, rtol=1e-12)
+    np.testing.assert_allclose(penalty(0.0), LEAST_SHARE * elastic, rtol=1e-12)
+
+
+@every_kind
+def test_softest_points_of_a_cell_count(kind: str) -> None:
+    """Each cell has the volume-weighted harmonic mean of its points' moduli."""
+    simulation, active = block(kind, "linear", 0.3)
+    points = simulation.points
+    points.elastic_share[:] = np.random.default_rng(5).uniform(0.0, 1.0, len(points))
+    key, _, modulus = filled_cells(simulation.soil, active)
+    cell = np.floor(points.position).astype(np.int64)
+    of_cell = find_keys(key, lattice_keys(np.pad(cell, ((0, 0), (0, 3 - cell.shape[1])))))
+    softness = 1.0 / (
+        points.bodies[0].young_modulus * np.maximum(points.elastic_share, LEAST_SHARE)
+    )
+    volume = np.bincount(of_cell, points.volume, len(key))
+    expected = volume / np.bincount(of_cell, points.volume * softness, len(key))
+    np.testing.assert_allclose(modulus, expected, rtol=1e-12)
+
+
+def test_elastic_share_of_a_strain() -> None:
+    """Simple shear: all of it before yield, none in steady flow, the right share between."""
+    material = material_entries("von_mises", yield_stress=0.06, hardening_modulus=0.0)
+    modulus, ratio = material["young_modulus"], material["poisson_ratio"]
+    at_yield = material["yield_stress"] / np.sqrt(3.0) * 2.0 * (1.0 + ratio) / modulus
+    steps = 8
+    entries = block_entries("plane_strain", "linear")
+    entries["materials"]["soil"] = material
+    # half of the fourth step is elastic
+    shear = steps * at_yield / 3.5
+    entries["boundaries"] = [affine(np.array([[1.0, shear], [0.0, 1.0]]))]
+    entries["schedule"] = {"steps": steps}
+    shares = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        shares.append(simulation.points.elastic_share.copy())
+
+    march(Model.from_dict(entries), after_step)
+    assert (np.array(shares[:3]) == 1.0).all()
+    np.testing.assert_allclose(shares[3], 0.5, atol=1e-3)
+    np.testing.assert_allclose(shares[4:], 0.0, atol=1e-3)

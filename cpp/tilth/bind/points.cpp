@@ -132,19 +132,20 @@ void add_blocks(int dim, ConstIntegers node_start, ConstShorts node, ConstIntege
   }
 }
 
-/// Adds each point's volume and its volume times `modulus` to the cells that its domain fills.
+/// Adds each point's volume and its volume times `weight` to the cells that its domain fills.
 void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
-                ConstDoubles volume, double modulus, ConstDoubles origin, ConstDoubles cell_size,
-                ConstIntegers cell_keys, Doubles filled) {
+                ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
+                ConstDoubles cell_size, ConstIntegers cell_keys, Doubles filled) {
   const StencilView stencil(stencil_handle);
   const auto first = nb::cast<ConstIntegers>(stencil_handle.attr("first"));
   const auto count = nb::cast<ConstShorts>(stencil_handle.attr("count"));
   require_size(volume, stencil.points(), "volume");
+  require_size(weight, stencil.points(), "weight");
   require_size(filled, 2 * static_cast<std::int64_t>(cell_keys.size()), "filled");
   const auto dim = static_cast<int>(position.shape(1));
   const auto fill = dim == 2 ? &kernel::fill_cells<2> : &kernel::fill_cells<3>;
   fill(stencil, first.data(), count.data(), position.data(), half_length.data(), volume.data(),
-       modulus, origin.data(), cell_size.data(), static_cast<std::int64_t>(cell_keys.size()),
+       weight.data(), origin.data(), cell_size.data(), static_cast<std::int64_t>(cell_keys.size()),
        cell_keys.data(), filled.data());
 }
 
@@ -176,6 +177,24 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
                          give(std::move(share_start)), give(std::move(share)),
                          give(std::move(moment), {static_cast<std::size_t>(cells),
                                                   static_cast<std::size_t>(1 + dim)}));
+}
+
+void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles value,
+                    ConstDoubles gradient, ConstDoubles radius, ConstDoubles displacement,
+                    Doubles ratio, Doubles trace) {
+  const auto cells = static_cast<std::int64_t>(node.shape(0));
+  require_size(value, static_cast<std::int64_t>(node.size()), "value");
+  require_size(gradient, static_cast<std::int64_t>(node.size() * displacement.shape(1)),
+               "gradient");
+  require_size(radius, cells, "radius");
+  require_size(ratio, cells, "ratio");
+  require_size(trace, static_cast<std::int64_t>(gradient.size()), "trace");
+  const kernel::CentreArrays arrays{node.data(),   value.data(), gradient.data(),
+                                    radius.data(), ratio.data(), trace.data()};
+  nb::gil_scoped_release release;
+  with_kind(kind_name, [&](auto kind) {
+    kernel::update_centres<decltype(kind)>(cells, arrays, displacement.data());
+  });
 }
 
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
@@ -301,11 +320,14 @@ void bind_points(nb::module_& module) {
              "block_position"_a, "blocks"_a, "matrix"_a,
              "Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
-             "modulus"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
-             "Adds volume and volume times modulus of the points to filled (cells, 2).");
+             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
+             "Adds volume and volume times weight of the points to filled (cells, 2).");
   module.def("share_among_cells", &share_among_cells, "stencil"_a, "position"_a, "half_length"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
              "Cells of each group, shares of each point, moments of the cells (see f_bar.py).");
+  module.def("update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a,
+             "radius"_a, "displacement"_a, "ratio"_a, "trace"_a,
+             "Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,

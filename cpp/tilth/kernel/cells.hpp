@@ -11,13 +11,13 @@
 
 namespace tilth::kernel {
 
-/// Adds volume and volume times `modulus` to `filled` (cells, 2); `cell_keys` are the sorted keys
+/// Adds volume, and volume times the points' `weight`, to `filled` (cells, 2); `cell_keys` are the sorted keys
 /// of the cells' lowest nodes and hold every cell that a group's support covers.
 template <int Dim>
 void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                 const double* position, const double* half_length, const double* volume,
-                double modulus, const double* origin, const double* cell_size, std::int64_t cells,
-                const std::int64_t* cell_keys, double* filled) {
+                const double* weight, const double* origin, const double* cell_size,
+                std::int64_t cells, const std::int64_t* cell_keys, double* filled) {
   for_groups_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
     const int across[3] = {count[3 * g] - 1, count[3 * g + 1] - 1,
@@ -28,7 +28,7 @@ void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
           const int shift[3] = {i, j, k};
           const auto key = pack({f[0] + i, f[1] + j, f[2] + k});
           const auto cell = std::lower_bound(cell_keys, cell_keys + cells, key) - cell_keys;
-          double sum = 0.0;
+          double sum = 0.0, weighted = 0.0;
           for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
             double share = volume[p];
             for (int axis = 0; axis < Dim; ++axis) {
@@ -40,9 +40,10 @@ void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
               share *= std::max(0.0, overlap) / (2.0 * l);
             }
             sum += share;
+            weighted += share * weight[p];
           }
           filled[2 * cell] += sum;
-          filled[2 * cell + 1] += sum * modulus;
+          filled[2 * cell + 1] += weighted;
         }
   });
 }

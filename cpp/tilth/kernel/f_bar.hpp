@@ -12,6 +12,7 @@
 
 #include "../annotation.hpp"
 #include "../grid.hpp"
+#include "../parallel.hpp"
 #include "view.hpp"
 
 namespace tilth::kernel {
@@ -48,6 +49,57 @@ TILTH_FUNCTION double jacobian_minus_one(const double h[3][3]) {
   return h[0][0] + h[1][1] + h[2][2] + minors + determinant;
 }
 
+/// Arrays of the cells: what fixes their centres, and what a trial displacement makes of them.
+struct CentreArrays {
+  const std::int32_t* node;  // (cells, 2^dim)
+  const double* value;       // (cells, 2^dim) shape functions
+  const double* gradient;    // (cells, 2^dim, dim)
+  const double* radius;      // (cells), in axisymmetry
+  double* ratio;             // see Centres
+  double* trace;
+};
+
+/// Fills `ratio` and `trace` for a nodal displacement (nodes, dim).
+template <class K>
+void update_centres(std::int64_t cells, const CentreArrays& arrays, const double* displacement) {
+  constexpr int dim = K::dim, corners = 1 << dim;
+#pragma omp parallel for schedule(static) if (8 * cells >= parallel_from)
+  for (std::int64_t cell = 0; cell < cells; ++cell) {
+    const std::int32_t* node = arrays.node + corners * cell;
+    const double* gradient = arrays.gradient + std::int64_t{corners} * dim * cell;
+    double h[3][3] = {};
+    for (int a = 0; a < corners; ++a)
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j)
+          h[i][j] += displacement[std::int64_t{node[a]} * dim + i] * gradient[a * dim + j];
+    const double in_plane = jacobian_minus_one(h);
+    double inverse[3][3];  // of 1 + h; infinite where it is singular, which `ratio` tells
+    for (int i = 0; i < 3; ++i) h[i][i] += 1.0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const int a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+        inverse[i][j] = (h[a][c] * h[b][d] - h[a][d] * h[b][c]) / (1.0 + in_plane);
+      }
+    double* trace = arrays.trace + std::int64_t{corners} * dim * cell;
+    for (int a = 0; a < corners; ++a)
+      for (int k = 0; k < dim; ++k) {
+        double sum = 0.0;
+        for (int j = 0; j < dim; ++j) sum += gradient[a * dim + j] * inverse[j][k];
+        trace[a * dim + k] = sum;
+      }
+    arrays.ratio[cell] = in_plane;
+    if constexpr (K::hoop) {
+      const double* value = arrays.value + corners * cell;
+      double hoop = 0.0;
+      for (int a = 0; a < corners; ++a)
+        hoop += displacement[std::int64_t{node[a]} * dim] * value[a] / arrays.radius[cell];
+      arrays.ratio[cell] += hoop + in_plane * hoop;
+      for (int a = 0; a < corners; ++a)
+        trace[a * dim] += value[a] / (arrays.radius[cell] * (1.0 + hoop));
+    }
+  }
+}
+
 /// Stretch of point p beside that of its own gradient, less 1; `shares` are the point's own.
 /// Fills `after` and `jacobian`; returns -1 where a Jacobian is not positive.
 template <class K>
@@ -60,7 +112,10 @@ double volumetric_stretch(const Centres& centres, std::int64_t group, const doub
   if (!(at_centre > -1.0) || !(at_point > -1.0)) return -1.0;
   centres.after[p] = centres.before[p] * (1.0 + at_point) / (1.0 + at_centre);
   centres.jacobian[p] = 1.0 + at_centre;
-  return std::expm1((std::log1p(at_centre) - std::log1p(at_point)) / f_bar_directions<K>);
+  const double excess = (at_centre - at_point) / (1.0 + at_point);  // J0 / J - 1
+  if constexpr (f_bar_directions<K> == 2) return excess / (1.0 + std::sqrt(1.0 + excess));
+  const double root = std::cbrt(1.0 + excess);
+  return excess / (1.0 + root + root * root);
 }
 
 /// Replaces the displacement gradient by that of dF_bar.
