@@ -24,6 +24,7 @@ from tilth.loads import Loads
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.points import MaterialPoints, PointRange
+from tilth.predictor import Predictor
 from tilth.soil import Soil
 from tilth.solvers import choose_solver
 from tilth.step import Equilibrium, Newton, solve_step
@@ -110,7 +111,7 @@ class Simulation:
         self.soil = Soil(self.points, self.kind, self.timers)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._said: set[str] = set()
-        self._last_size = 0.0
+        self._predictor = Predictor(model.dimension)
         self._buffers = Buffers()
         plain = Newton(
             tolerance=model.analysis.tolerance,
@@ -135,7 +136,7 @@ class Simulation:
             arrays["ghost_face"],
             arrays["ghost_moved"],
         )
-        simulation._last_size = float(arrays["last_size"])
+        simulation._predictor.restore(arrays)
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
             boundary.restore(
@@ -147,7 +148,7 @@ class Simulation:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
         arrays["ghost_face"], arrays["ghost_moved"] = self._ghost.face, self._ghost.moved
-        arrays["last_size"] = np.array(self._last_size)
+        arrays |= self._predictor.arrays()
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
@@ -209,7 +210,9 @@ class Simulation:
             )
             linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
-        guess = self._guess(active, after - before)
+        guess = None
+        if self.model.analysis.predictor:
+            guess = self._predictor.guess(self.soil, active, after - before)
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
@@ -229,7 +232,7 @@ class Simulation:
         self._require_inside(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
-        self._last_size = after - before
+        self._predictor.commit(active, equilibrium.displacement, after - before)
         self._note_bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
             carried = contacts.after(equilibrium.displacement)
@@ -241,25 +244,6 @@ class Simulation:
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
-
-    def _guess(self, active: ActiveGrid, size: float) -> Floats | None:
-        """Returns the nodal displacement if the points moved on as in the last step.
-
-        None before the first step, and where analysis.predictor is false.
-        """
-        if self._last_size == 0.0 or not self.model.analysis.predictor:
-            return None
-        points, dim = self.points, self.grid.dim
-        volume = points.volume[:, None]
-        # each point's displacement field, constant and linear part: u = c + G x
-        gradient = points.last_gradient
-        constant = points.last_displacement - np.einsum("nij,nj->ni", gradient, points.position)
-        field = np.hstack([constant, gradient.reshape(-1, dim * dim)])
-        nodal = self.soil.scatter(active, np.hstack([volume, volume * field]))
-        nodal = nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300)  # domains may only just touch
-        linear = nodal[:, dim:].reshape(-1, dim, dim)
-        guess = nodal[:, :dim] + np.einsum("nij,nj->ni", linear, active.position)
-        return np.asarray(size / self._last_size * guess)
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""

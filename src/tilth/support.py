@@ -37,6 +37,20 @@ RELATIVE_SHIFT = 1e-11
 """The same measure of the stiffness added to all nodes in the matrix only."""
 
 
+def well_supported(soil: Soil, active: ActiveGrid) -> npt.NDArray[np.bool_]:
+    """Returns which nodes have at least `LEAST_SUPPORT`, shape (nodes,)."""
+    full = 0.5**active.grid.dim * np.prod(active.grid.cell_size) * _circumference(soil, active)
+    return np.asarray(soil.scatter(active, soil.points.volume) >= LEAST_SUPPORT * full)
+
+
+def _circumference(soil: Soil, active: ActiveGrid) -> Floats:
+    """What a cell's area is multiplied by at each node: of the ring in axisymmetry, else 1."""
+    if soil.kind != "axisymmetric":
+        return np.ones(active.nodes)
+    radius = np.abs(active.position[:, 0])
+    return np.asarray(2.0 * np.pi * np.maximum(radius, 0.5 * active.grid.cell_size[0]))
+
+
 @dataclass(frozen=True)
 class Springs:
     """Weak springs on badly supported nodes.
@@ -52,16 +66,10 @@ class Springs:
     @classmethod
     def of(cls, soil: Soil, active: ActiveGrid) -> Springs:
         """Returns the springs of a step; zero at well supported and at coupled nodes."""
-        points, cell = soil.points, active.grid.cell_size
-        support = soil.scatter(active, points.volume) / np.prod(cell)
-        stiffness = np.full(active.nodes, float(np.prod(cell) / cell.max() ** 2))
-        if soil.kind == "axisymmetric":
-            circumference = 2.0 * np.pi * np.maximum(np.abs(active.position[:, 0]), 0.5 * cell[0])
-            support /= circumference
-            stiffness *= circumference
-        young_modulus = max(body.young_modulus for body in points.bodies)
-        stiffness *= young_modulus
-        badly = support < LEAST_SUPPORT * 0.5**active.grid.dim
+        cell = active.grid.cell_size
+        stiffness = _circumference(soil, active) * np.prod(cell) / cell.max() ** 2
+        stiffness *= max(body.young_modulus for body in soil.points.bodies)
+        badly = ~well_supported(soil, active)
         for node in active.couplings:
             badly[node] = False
         return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)

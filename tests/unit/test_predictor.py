@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,11 @@ from test_resume import assert_same_results, entries_of, run_until
 from test_step_newton import leaning_block
 
 from tilth import Model, resume, run
+from tilth.grid import ActiveGrid, Buffers, locate
+from tilth.predictor import Predictor
 from tilth.simulation import Simulation
+from tilth.soil import Soil
+from tilth.support import well_supported
 from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -84,30 +89,41 @@ def pulled(**analysis: Any) -> Simulation:
     return simulation
 
 
-def test_the_guess_is_the_last_displacement_scaled(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     """An affine motion of the points is the same motion of all nodes."""
     simulation = pulled()
-    seen: list[Floats | None] = []
-    guess = Simulation._guess
-
-    def record(self: Simulation, *arguments: Any) -> Floats | None:
-        seen.append(guess(self, *arguments))
-        return seen[-1]
-
-    monkeypatch.setattr(Simulation, "_guess", record)
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
     points = simulation.points
     points.last_gradient[:] = gradient
     points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
-    located = simulation.advance(0.1, 0.15).active
-    assert seen[0] is not None
-    nodes = located.position
-    np.testing.assert_allclose(
-        seen[0], [0.002, -0.001] + 0.5 * nodes @ gradient.T, rtol=0, atol=1e-15
-    )
-    moved = simulation.points.last_displacement
-    assert np.abs(moved).max() > 1e-4
-    assert pulled(predictor=False)._guess(simulation.soil._active, 0.1) is None  # type: ignore[arg-type]
+    moved = replace(simulation.grid, origin=simulation.grid.origin + 0.3)
+    active = locate(points, moved, Buffers())
+    guess = simulation._predictor.guess(simulation.soil, active, 0.05)
+    expected = [0.002, -0.001] + 0.5 * active.position @ gradient.T
+    assert guess is not None
+    np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
+
+
+def test_well_supported_nodes_keep_their_displacement() -> None:
+    simulation = pulled()
+    active = locate(simulation.points, simulation.grid, Buffers())
+    last = simulation._predictor.displacement
+    assert np.abs(last).max() > 1e-4
+    guess = simulation._predictor.guess(simulation.soil, active, 0.05)
+    assert guess is not None
+    kept = well_supported(simulation.soil, active)
+    assert 0 < kept.sum() < active.nodes
+    np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
+
+
+def test_no_guess_without_a_predictor_or_a_step() -> None:
+    simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0)
+    active = locate(simulation.points, simulation.grid, Buffers())
+    assert simulation._predictor.guess(simulation.soil, active, 0.1) is None
+    asked = pulled(predictor=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Predictor, "guess", lambda *arguments: pytest.fail("it was asked for"))
+        asked.advance(0.1, 0.2)
 
 
 def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -115,14 +131,14 @@ def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch)
     plain, misled = pulled(predictor=False), pulled()
     asked = 0
 
-    def huge(self: Simulation, active: Any, size: float) -> Floats:
+    def huge(self: Predictor, soil: Soil, active: ActiveGrid, size: float) -> Floats:
         nonlocal asked
         asked += 1
         return np.asarray(-3.0 * active.position)
 
     expected = plain.advance(0.1, 0.2)
     with monkeypatch.context() as patch:
-        patch.setattr(Simulation, "_guess", huge)
+        patch.setattr(Predictor, "guess", huge)
         result = misled.advance(0.1, 0.2)
     assert asked == 1
     assert result.equilibrium.residuals == expected.equilibrium.residuals

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The predictor: where a load step's iteration begins, if the soil moves on as it did."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.grid import ActiveGrid, find_keys
+from tilth.soil import Soil
+from tilth.support import well_supported
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class Predictor:
+    """Remembers the last load step's displacement.
+
+    The nodes of a grid that stands where it stood keep theirs. Nodes that are new, all of a grid
+    that has moved, and those at the edge of the soil take it from the material points around
+    them: hardly supported, they may move at random within Newton's tolerance, and would do so
+    more and more if each step began with what they did in the last one.
+
+    Attributes:
+        size: of the last load step [time]; 0 before the first one.
+        origin: of its grid [length], shape (dim,).
+        key: of its nodes, shape (nodes,).
+        displacement: of its nodes [length], shape (nodes, dim).
+    """
+
+    def __init__(self, dim: int) -> None:
+        self.size = 0.0
+        self.origin: Floats = np.zeros(dim)
+        self.key: Integers = np.zeros(0, dtype=np.int64)
+        self.displacement: Floats = np.zeros((0, dim))
+
+    def guess(self, soil: Soil, active: ActiveGrid, size: float) -> Floats | None:
+        """Returns the nodal displacement of a step of this size [time], shape (nodes, dim).
+
+        None before the first step.
+        """
+        if self.size == 0.0:
+            return None
+        guess = _from_points(soil, active)
+        if np.array_equal(self.origin, active.grid.origin):
+            number = find_keys(self.key, active.key)
+            kept = (number >= 0) & well_supported(soil, active)
+            guess[kept] = self.displacement[number[kept]]
+        return np.asarray(size / self.size * guess)
+
+    def commit(self, active: ActiveGrid, displacement: Floats, size: float) -> None:
+        """Remembers a converged step."""
+        self.size, self.origin = size, active.grid.origin
+        self.key, self.displacement = active.key.copy(), displacement
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns what is remembered, to be stored."""
+        return {
+            "last_size": np.array(self.size),
+            "last_origin": self.origin,
+            "last_key": self.key,
+            "last_nodal_displacement": self.displacement,
+        }
+
+    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
+        """Goes back to what `arrays` stored."""
+        self.size, self.origin = float(arrays["last_size"]), arrays["last_origin"]
+        self.key, self.displacement = arrays["last_key"], arrays["last_nodal_displacement"]
+
+
+def _from_points(soil: Soil, active: ActiveGrid) -> Floats:
+    """Each node's mean of the points' last displacement fields u = c + G x, by volume."""
+    points, dim = soil.points, active.grid.dim
+    volume = points.volume[:, None]
+    gradient = points.last_gradient
+    constant = points.last_displacement - np.einsum("nij,nj->ni", gradient, points.position)
+    field = np.hstack([constant, gradient.reshape(-1, dim * dim)])
+    nodal = soil.scatter(active, np.hstack([volume, volume * field]))
+    nodal = nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300)  # domains may only just touch
+    linear = nodal[:, dim:].reshape(-1, dim, dim)
+    return np.asarray(nodal[:, :dim] + np.einsum("nij,nj->ni", linear, active.position))
