@@ -20,12 +20,16 @@ from tilth.points import MaterialPoints
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+FLOW = 0.03
+"""Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""
+
 
 @dataclass
 class Centres:
     """The cells of one body's points in one step, and their stretch in the current iteration.
 
     Attributes:
+        group_start: first point of each group of the stencil, shape (groups + 1,).
         count, cell_start, cell, share_start, share: which cells each group covers, and each
             point's shares of them (kernel/f_bar.hpp).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
@@ -39,6 +43,7 @@ class Centres:
         trace: derivative of ln J0 by the corners' displacement [1/length], (cells, 2^dim, dim).
     """
 
+    group_start: Integers
     count: npt.NDArray[np.int32]
     cell_start: Integers
     cell: npt.NDArray[np.int32]
@@ -78,6 +83,7 @@ class Centres:
         if kind == "axisymmetric":
             radius = grid.origin[0] + centre[:, 0] * grid.cell_size[0]  # domains may pass the axis
         return cls(
+            group_start=stencil.start,
             count=stencil.count,
             cell_start=np.asarray(cell_start),
             cell=np.asarray(cell),
@@ -112,3 +118,30 @@ class Centres:
         hoop = np.einsum("ca,ca->c", nodal[:, :, 0], self.value) / self.radius
         self.ratio = in_plane + hoop + in_plane * hoop
         self.trace[:, :, 0] += self.value / (self.radius * (1.0 + hoop))[:, None]
+
+    def level(self, strain: Floats, volume: Floats, flow: Floats) -> Floats:
+        """Returns by how much the flow of a step lets the points' volumetric strain change, (n,).
+
+        A cell's motion tells its points' volumes apart, F-bar strains them alike: differences of
+        their elastic volumetric strain meet no resistance, and none of them would ever leave.
+        Points that flow go towards their cells' mean, by 1 - exp(-flow / FLOW) of the way; the
+        sum of strain times volume stays in each cell. Without plastic flow nothing changes.
+
+        Args:
+            strain: elastic volumetric strain [-], shape (n,).
+            volume: current volume, shape (n,).
+            flow: plastic strain in the step [-], >= 0, shape (n,).
+        """
+        cells = np.diff(self.cell_start)
+        group = np.repeat(np.arange(len(cells)), np.diff(self.group_start))
+        point = np.repeat(np.arange(len(group)), cells[group])
+        first = np.cumsum(cells[group]) - cells[group]
+        place = np.arange(len(point)) - first[point]
+        cell = self.cell[self.cell_start[group][point] + place]
+        forget = -np.expm1(-flow / FLOW)
+        weight = self.share * (volume * forget)[point]
+        size = len(self.node)
+        total = np.bincount(cell, weight, size)
+        mean = np.bincount(cell, weight * strain[point], size) / np.where(total > 0.0, total, 1.0)
+        target = np.bincount(point, self.share * mean[cell], len(strain))
+        return np.asarray(np.where(forget > 0.0, forget * (target - strain), 0.0))
