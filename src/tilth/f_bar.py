@@ -20,6 +20,9 @@ from tilth.points import MaterialPoints
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+FLOW = 0.03
+"""Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""
+
 
 @dataclass
 class Centres:
@@ -27,6 +30,7 @@ class Centres:
 
     Attributes:
         kind: "plane_strain", "axisymmetric" or "3d".
+        group_start: first point of each group of the stencil, shape (groups + 1,).
         count, cell_start, cell, share_start, share: which cells each group covers, and each
             point's shares of them (kernel/f_bar.hpp).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
@@ -41,6 +45,7 @@ class Centres:
     """
 
     kind: str
+    group_start: Integers
     count: npt.NDArray[np.int32]
     cell_start: Integers
     cell: npt.NDArray[np.int32]
@@ -78,6 +83,7 @@ class Centres:
         value, gradient = shape_functions(centre - lattice[:, : grid.dim], grid.cell_size)
         return cls(
             kind=kind,
+            group_start=stencil.start,
             count=stencil.count,
             cell_start=np.asarray(cell_start),
             cell=np.asarray(cell),
@@ -100,3 +106,30 @@ class Centres:
             self.kind, self.node, self.value, self.gradient, self.radius, displacement,
             self.ratio, self.trace,
         )  # fmt: skip
+
+    def level(self, strain: Floats, volume: Floats, flow: Floats) -> Floats:
+        """Returns by how much the flow of a step lets the points' volumetric strain change, (n,).
+
+        A cell's motion tells its points' volumes apart, F-bar strains them alike: differences of
+        their elastic volumetric strain meet no resistance, and none of them would ever leave.
+        Points that flow go towards their cells' mean, by 1 - exp(-flow / FLOW) of the way; the
+        sum of strain times volume stays in each cell. Without plastic flow nothing changes.
+
+        Args:
+            strain: elastic volumetric strain [-], shape (n,).
+            volume: current volume, shape (n,).
+            flow: plastic strain in the step [-], >= 0, shape (n,).
+        """
+        cells = np.diff(self.cell_start)
+        group = np.repeat(np.arange(len(cells)), np.diff(self.group_start))
+        point = np.repeat(np.arange(len(group)), cells[group])
+        first = np.cumsum(cells[group]) - cells[group]
+        place = np.arange(len(point)) - first[point]
+        cell = self.cell[self.cell_start[group][point] + place]
+        forget = -np.expm1(-flow / FLOW)
+        weight = self.share * (volume * forget)[point]
+        size = len(self.node)
+        total = np.bincount(cell, weight, size)
+        mean = np.bincount(cell, weight * strain[point], size) / np.where(total > 0.0, total, 1.0)
+        target = np.bincount(point, self.share * mean[cell], len(strain))
+        return np.asarray(np.where(forget > 0.0, forget * (target - strain), 0.0))

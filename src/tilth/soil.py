@@ -14,7 +14,7 @@ from tilth import _core
 from tilth.errors import StepFailed
 from tilth.f_bar import Centres
 from tilth.grid import ActiveGrid
-from tilth.points import MaterialPoints
+from tilth.points import MaterialPoints, PointRange
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -170,6 +170,7 @@ class Soil:
                 if centres is not None:
                     points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
                     points.stress[body.start : body.stop] *= centres.after[:, None]
+                    self._level(body, active, centres)
             self._active = None  # the points have moved
             points.elastic_share = self._elastic_share()
             points.elastic_strain, self._strain = self._strain, points.elastic_strain
@@ -194,8 +195,32 @@ class Soil:
         strain = 0.5 * (strain + strain.transpose(0, 2, 1))
         strain -= np.trace(strain, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
         size = np.linalg.norm(strain, axis=(1, 2))
-        share[yielding] = np.clip(1.0 - np.sqrt(1.5) * plastic[yielding] / size, 0.0, 1.0)
+        share[yielding] = np.clip(
+            1.0 - np.sqrt(1.5) * plastic[yielding] / np.maximum(size, 1e-300), 0.0, 1.0
+        )
         return share
+
+    def _level(self, body: PointRange, active: ActiveGrid, centres: Centres) -> None:
+        """Lets the volumetric strains of points that flow go towards those of their cells."""
+        s, points = slice(body.start, body.stop), self.points
+        strain, jacobian = self._strain[s], points.assumed_jacobian[s]
+        flow = self._plastic[s, 0] - points.plastic[s, 0]
+        if not flow.any():
+            return
+        stencil = active.stencils[self.points.bodies.index(body)]
+        volume, volumetric = points.part(body).volume, strain[:, :3].sum(axis=1)
+        nodal = np.zeros((active.nodes, 2))
+        _core.scatter(stencil, np.column_stack([volume, volume * volumetric]), nodal)
+        smooth = np.empty((len(volume), 1))
+        _core.interpolate(stencil, nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300), smooth)
+        change = centres.level(volumetric - smooth[:, 0], volume, flow)
+        bulk = body.young_modulus / (3.0 * (1.0 - 2.0 * body.poisson_ratio))
+        shrink = np.exp(-change)  # J_bar before over after; the Kirchhoff pressure is linear
+        stress = points.stress[s] * shrink[:, None]
+        stress[:, :3] += (bulk * change * shrink / jacobian)[:, None]
+        points.stress[s] = stress
+        strain[:, :3] += change[:, None] / 3.0
+        points.assumed_jacobian[s] = jacobian / shrink
 
     def elastic_energy(self) -> float:
         """Returns the elastic strain energy of all points [force length]."""

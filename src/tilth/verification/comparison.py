@@ -31,7 +31,7 @@ class Comparison:
     @property
     def passed(self) -> bool:
         """Whether the error is within its tolerance; not a number never is."""
-        return self.error <= self.tolerance
+        return bool(self.error <= self.tolerance)
 
 
 def relative(

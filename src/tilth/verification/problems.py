@@ -17,6 +17,7 @@ from tilth.verification import (
     slope,
     strip_footing,
     thick_cylinder,
+    upsetting,
 )
 from tilth.verification.comparison import Comparison
 
@@ -32,5 +33,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "inclined_column": inclined_column.comparisons,
     "slope": slope.comparisons,
     "strip_footing": strip_footing.comparisons,
+    "upsetting": upsetting.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

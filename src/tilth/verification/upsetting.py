@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A nearly incompressible block pressed to 60 % of its height: how smooth its load curve is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import ImplicitBoundary
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, at_least, relative, vanishing
+from tilth.verification.march import march
+
+FloatArray = npt.NDArray[np.float64]
+
+PROBLEM = "upsetting"
+YIELDED = 0.05
+"""Part of the way from which on the block flows: compressed by 2 %, twice the yield strain."""
+SMOOTH = 0.01
+"""Largest roughness of a smooth curve [-]."""
+TIMES = 5.0
+"""How many times rougher the curve of the standard method is at least."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is compared of a pressed block.
+
+    Attributes:
+        roughness: see `roughness` [-].
+        force: on the platen at the end [force/length].
+        balance: sum of the forces of both platens over the force of one, at the end [-].
+        compression: decrease of the volume over the volume [-].
+        elastic: mean pressure over the bulk modulus, at the end [-].
+    """
+
+    roughness: float
+    force: float
+    balance: float
+    compression: float
+    elastic: float
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Smooth with F-bar and GIMP, five times rougher without; the volume is the elastic one."""
+    smooth, standard = press("case.toml"), press("standard.toml")
+    quantity = "RMS of the second difference of the force over its mean"
+    source = "a smooth curve"
+    yield vanishing(quantity, smooth.roughness, SMOOTH, source)
+    ratio = standard.roughness / smooth.roughness
+    yield at_least(f"{quantity}, standard over F-bar", ratio, TIMES, 0.0, "it locks")
+    quantity = "force of the standard method over that with F-bar"
+    yield at_least(quantity, standard.force / smooth.force, 1.3, 0.0, "it locks")
+    quantity = "decrease of volume"
+    yield relative(quantity, smooth.compression, smooth.elastic, 0.05, "pressure / bulk modulus")
+    yield vanishing("sum of the platens' forces over one", smooth.balance, 1e-8, "equilibrium")
+    if long:
+        yield from finer(smooth)
+
+
+def finer(coarse: Outcome) -> Iterator[Comparison]:
+    """Cells half as large; twice as many steps of half the size, on the same increments."""
+    fine = press("case.toml", {"grid.cell_size": 0.05, "grid.origin": [0.0, -0.015]})
+    quantity = "RMS of the second difference of the force over its mean, h 0.05 m"
+    yield vanishing(quantity, fine.roughness, SMOOTH, "a smooth curve")
+    yield relative("force at the end, h 0.1 and 0.05 m", coarse.force, fine.force, 0.02, "h 0.05 m")
+    short = press("case.toml", {"schedule.steps": 160})
+    quantity = "force at the end, 80 and 160 steps"
+    yield relative(quantity, coarse.force, short.force, 0.01, "160 steps")
+
+
+def roughness(part: FloatArray, force: FloatArray, increments: int) -> float:
+    """Returns the RMS of the second difference of the force on equal increments over its mean.
+
+    Args:
+        part: of the way of the platen, ascending to 1, shape (n,).
+        force: shape (n,).
+        increments: of the way; from `YIELDED` on they count.
+    """
+    even = np.linspace(0.0, 1.0, increments + 1)
+    curve = np.interp(even, part, force)[even >= YIELDED - 1e-9]
+    return float(np.sqrt((np.diff(curve, 2) ** 2).mean()) / curve.mean())
+
+
+def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outcome:
+    """Presses the block of a case file with other values at dotted keys."""
+    increments = example(PROBLEM, file).schedule.steps
+    assert increments is not None
+    model = varied(example(PROBLEM, file), changes)
+    upper = next(b for b in model.boundaries if b.name == "upper platen")
+    assert isinstance(upper, ImplicitBoundary)
+    rows: list[tuple[float, float, float]] = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        above, below = (result.resultant(f"{side} platen")[1] for side in ("upper", "lower"))
+        rows.append((model.factor(upper, time), -above, above + below))
+
+    points = march(model, after_step).points
+    part, force, rest = np.array(rows).T
+    material, volume = model.materials["clay"], points.volume
+    bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
+    pressure = -points.stress[:, :3].mean(axis=1) @ volume / volume.sum()
+    return Outcome(
+        roughness=roughness(part, force, increments),
+        force=float(force[-1]),
+        balance=float(rest[-1] / force[-1]),
+        compression=float(1.0 - volume.sum() / points.initial_volume.sum()),
+        elastic=float(pressure / bulk),
+    )

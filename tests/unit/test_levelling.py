@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Volumetric strains of points that flow go towards those of their cells (F-bar)."""
+
+import numpy as np
+import pytest
+
+from tilth.f_bar import FLOW, Centres
+from tilth.verification.cases import example, varied
+from tilth.verification.march import march
+
+STRAIN = np.array([1e-3, -2e-3, 4e-3, 5e-3, -1e-3])
+VOLUME = np.array([1.0, 2.0, 0.5, 1.5, 1.0])
+
+
+def two_cells() -> Centres:
+    """Three points in one cell, two in another."""
+    empty = np.zeros((2, 4))
+    return Centres(
+        kind="plane_strain",
+        group_start=np.array([0, 3, 5]),
+        count=np.full((2, 3), 2, dtype=np.int32),
+        cell_start=np.array([0, 1, 2]),
+        cell=np.array([0, 1], dtype=np.int32),
+        share_start=np.array([0, 3]),
+        share=np.ones(5),
+        node=empty.astype(np.int32),
+        value=empty,
+        gradient=np.zeros((2, 4, 2)),
+        radius=np.ones(2),
+        before=np.ones(5),
+        after=np.ones(5),
+        jacobian=np.ones(5),
+        ratio=np.zeros(2),
+        trace=np.zeros((2, 4, 2)),
+    )
+
+
+def test_nothing_changes_without_flow():
+    assert np.array_equal(two_cells().level(STRAIN, VOLUME, np.zeros(5)), np.zeros(5))
+
+
+def test_cells_keep_their_sum_whatever_flows():
+    flow = np.array([0.0, 0.01, 0.2, 0.03, 0.001])
+    change = two_cells().level(STRAIN, VOLUME, flow)
+    assert change[0] == 0.0
+    for cell in (slice(0, 3), slice(3, 5)):
+        assert change[cell] @ VOLUME[cell] == pytest.approx(0.0, abs=1e-18)
+
+
+def test_differences_fade_with_the_flow():
+    change = two_cells().level(STRAIN, VOLUME, np.full(5, FLOW))
+    for cell in (slice(0, 3), slice(3, 5)):
+        mean = np.average(STRAIN[cell], weights=VOLUME[cell])
+        left = (STRAIN + change)[cell] - mean
+        np.testing.assert_allclose(left, (STRAIN[cell] - mean) / np.e, atol=1e-17)
+
+
+@pytest.mark.parametrize("file", ["case.toml", "von_mises.toml"])
+def test_stress_is_that_of_the_levelled_strain(file):
+    changes = {
+        "grid.cell_size": 6.25,
+        "bodies.0.shape.upper": [6.25, 50.0],
+        "boundaries.2.at": 6.25,
+        "bodies.0.anti_locking": "f_bar",
+    }
+    model = varied(example("self_weight_column", file), changes)
+    points = march(model).points
+    material = model.materials["soil"]
+    bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
+    pressure = points.stress[:, :3].mean(axis=1) * points.assumed_jacobian
+    strain = points.elastic_strain[:, :3].sum(axis=1)
+    np.testing.assert_allclose(pressure, bulk * strain, rtol=1e-9)
+    # plastic flow keeps the volume
+    np.testing.assert_allclose(np.log(points.assumed_jacobian), strain, rtol=1e-9)
