@@ -110,7 +110,7 @@ class NearestPlaces:
         bracket is replaced by its middle.
         """
         parameter = self._t[sample].copy()
-        active, segment, t = np.arange(len(sample)), self._segment[sample], parameter
+        active, segment, t = np.arange(len(sample)), self._segment[sample], parameter.copy()
         below, above = np.maximum(t - 1.0 / SAMPLES, 0.0), np.minimum(t + 1.0 / SAMPLES, 1.0)
         for _ in range(SEARCH):
             arm = self.spline.position(segment, t) - x

@@ -42,7 +42,7 @@ def outline(
 
     Args:
         body: a body in the plane.
-        kind: plane_strain or axisymmetric.
+        kind: plane_strain or axisymmetric; there is none in 3d.
         cell_size: sides of a cell [length], shape (2,).
         spacing: largest distance of the points [length]; half of a cell's smaller side if not
             given.
@@ -52,8 +52,8 @@ def outline(
         BadInput: the body has no outline in the plane, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, kind == "axisymmetric", np.zeros(2), cell)
-    if type(body.shape) not in SHAPES:
+    request = Request(body.name, kind == "axisymmetric", np.zeros_like(cell), cell)
+    if type(body.shape) not in SHAPES or len(cell) != 2:
         raise request.refused(
             f"a {body.shape.type} has no outline in the plane",
             "boundary points of this kind are for boxes, polygons, circles and meshes in 2D",
@@ -171,6 +171,7 @@ def _chain(
     flag = corner[number][edge] & (share == 0.0)
     if closed:
         return Chain(points, True, flag)
+    flag[0] = False  # an end of the chain
     return Chain(np.append(points, vertex[-1:], axis=0), False, np.append(flag, False))
 
 
