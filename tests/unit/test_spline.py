@@ -190,6 +190,19 @@ def test_the_tangent_at_a_corner_is_that_of_the_one_side():
     assert np.log2(np.array(error[:-1]) / error[1:]).min() > 3.9
 
 
+def test_a_change_of_curvature_beside_an_end_is_followed():
+    # y = e (x - 1.6)^3, so flat that its curvature is y'': linear, with its zero beyond point 1
+    e, x = 1e-4, np.arange(4.0)
+    spline = LocalCubicSpline(Chain(np.stack([x, e * (x - 1.6) ** 3], axis=1), False))
+    tangent = spline.tangent(np.array([0]), np.array([0.0]))[0]
+    chord = spline.chain.chord[0]
+    exact = 3.0 * e * 1.6**2
+    # the extrapolation is kept below 5/3 of the curvature at point 1; the line would give 2.11
+    curvature = 6.0 * e * -0.6 * 5.0 / 3.0
+    np.testing.assert_allclose(tangent[1] / tangent[0], chord[1] - 0.5 * curvature, rtol=1e-5)
+    assert abs(tangent[1] / tangent[0] - exact) < 0.25 * abs(chord[1] - exact)
+
+
 @pytest.mark.parametrize("closed", [True, False])
 def test_a_moved_point_changes_only_its_neighbour_pieces(closed):
     points = ellipse(24, 2.0, 1.0, 0.6)

@@ -168,6 +168,18 @@ def test_a_line_is_crossed_at_an_inflection_along_it():
         np.testing.assert_array_equal(pieces.cell, [[0, -1], [0, 0]])
 
 
+def test_a_line_is_crossed_once_by_a_curve_that_winds_about_it_within_round_off():
+    # y = 1e-9 (t - 0.3) (t - 0.5) (t - 0.7) turns twice, both times within 1e-11 of the line
+    x = np.arange(4.0)
+    first = -0.105 + 0.71 / 3.0
+    y = 1e-9 * np.array([-0.105, first, -first, 0.105])
+    spline = LocalCubicSpline(Chain(np.stack([x, y], axis=1)[[0, 3]], False))
+    spline.control = np.stack([x, y], axis=1)[None]
+    pieces = cut_at_grid(spline, np.array([-1.0, 0.0]), np.array([10.0, 1.0]))
+    np.testing.assert_array_equal(pieces.cell[:, 1], [-1, 0])
+    covered_once(spline, pieces)
+
+
 def test_a_curve_through_a_node_is_cut_once_there():
     chain = Chain([[0.0, 0.0], [1.0, 1.0]], False)
     pieces, _ = cut(LocalCubicSpline(chain), ([0.0, 0.0], [0.25, 0.25]))
