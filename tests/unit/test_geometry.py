@@ -10,12 +10,16 @@ from tilth.geometry.footing import Footing
 from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.round import Circle, Cylinder, Sphere
+from tilth.geometry.spline import SplineGeometry
 from tilth.model.shapes import box_axes
+from tilth.surface import Chain, LocalCubicSpline
 
 STAR = np.array([[1, 0.1], [0.35, 0.4], [0.1, 1], [-0.3, 0.2], [-1, -0.2], [0.1, -0.25]])
 TURNED_2D = np.array(box_axes(2, 30.0, None))
 TURNED_3D = np.array(box_axes(3, 40.0, "x")) @ np.array(box_axes(3, 25.0, "z"))
 AXIS = np.array([0.3, -0.5, 0.8])
+ROUND = 0.7 * np.stack([np.cos(np.arange(24) * np.pi / 12), np.sin(np.arange(24) * np.pi / 12)], 1)
+DROP = LocalCubicSpline(Chain(ROUND * [1.3, 1.0] + [0.1, -0.2], True, np.arange(24) % 8 == 0))
 
 # All within about 1.5 of the origin: the places below are too.
 GEOMETRIES = {
@@ -36,6 +40,8 @@ GEOMETRIES = {
     "block": Box([-0.5, -0.4, -0.2], [0.6, 0.3, 0.3], TURNED_3D, inside=False),
     "strip": Footing([0.1, 0.2], [0.6, -0.8], [1.1]),
     "pad": Footing([0.1, 0.2, -0.1], AXIS, [1.1, 0.6], along=[1.0, 1.0, 0.0]),
+    "spline": SplineGeometry(DROP),
+    "open spline": SplineGeometry(LocalCubicSpline(Chain(ROUND[:17:-1], False))),
 }
 FLAT = [name for name, geometry in GEOMETRIES.items() if geometry.flat]
 
@@ -106,10 +112,14 @@ def test_the_distance_is_positive_in_the_soil(name):
         "block": lambda x: ~in_box(x, [-0.5, -0.4, -0.2], [0.6, 0.3, 0.3], TURNED_3D),
         "strip": lambda x: (x - [0.1, 0.2]) @ [0.6, -0.8] > 0.0,
         "pad": lambda x: (x - [0.1, 0.2, -0.1]) @ AXIS > 0.0,
+        "spline": lambda x: in_polygon(x, DROP.polyline(40)[:-1]),
     }
     if name == "open line":  # its ends apart, the sides are those of the polygon from which it is
         near = np.array([0.3, 0.4]) + places(2, reach=0.4)
         x, expected = near, in_polygon(near, STAR)
+    elif name == "open spline":  # about a quarter of a circle
+        x = x[(x[:, 0] > 0.0) & (x[:, 1] < 0.0)]
+        expected = np.linalg.norm(x, axis=1) > 0.7
     else:
         expected = inside[name](x)
     assert 0 < expected.sum() < len(x)

@@ -52,7 +52,7 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     inverted or repeated elements.
     """
     dimension = len(request.cell_size)
-    blocks = _read(Path(shape.file), dimension, request)
+    blocks = read_mesh(Path(shape.file), dimension, request)
     _check_repeated(blocks, request)
     request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
     measures = [_measure(block, request) for block in blocks]
@@ -135,7 +135,7 @@ def _bad_element(block: Block, number: int, problem: str, request: Request) -> E
     )
 
 
-def _read(file: Path, dimension: int, request: Request) -> list[Block]:
+def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
     """The blocks of elements of the given dimension in a Gmsh file."""
     meshio = _meshio(request)
     if not file.is_file():

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Chain of boundary points in the plane, with the soil on its left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+# Neighbours nearer than this many roundings of the largest coordinate are the same point.
+ROUNDINGS = 16.0
+# Wrong points that a message names.
+SHOWN = 5
+
+
+class BadChain(ValueError):
+    """A chain of points through which there is no curve.
+
+    Attributes:
+        problem: what is wrong.
+        remedy: how to put it right.
+        points: numbers of the points concerned, counted from 0.
+    """
+
+    def __init__(self, problem: str, remedy: str, points: Iterable[int] = ()) -> None:
+        super().__init__(problem, remedy)
+        self.problem = problem
+        self.remedy = remedy
+        self.points = tuple(int(point) for point in points)
+
+    def __str__(self) -> str:
+        return f"{self.problem}\n  {self.remedy}"
+
+
+class Chain:
+    """Points in order, joined by chords; the soil is on the left of the way along them.
+
+    Chord i leads from point i to the next one; that of the last point of a closed chain leads
+    back to point 0. An open chain has one chord less than points.
+
+    Args:
+        points: [length], shape (n, 2), each different from the one before it.
+        closed: whether the last is joined to the first. Anticlockwise the soil is inside,
+            clockwise (a hole) outside.
+        corner: which points are corners, shape (n,); none if not given. The ends of an open
+            chain are always ends of the curve, flagged or not.
+
+    Raises:
+        BadChain: too few points, repeated ones, or coordinates that are not numbers.
+    """
+
+    def __init__(self, points: npt.ArrayLike, closed: bool, corner: Flags | None = None) -> None:
+        self.points: Floats = np.array(points, dtype=np.float64)
+        self.closed = bool(closed)
+        if self.points.ndim != 2 or self.points.shape[1] != 2:
+            raise BadChain(
+                f"points of shape {self.points.shape}", "give two coordinates for each point"
+            )
+        n = len(self.points)
+        self.corner: Flags = np.zeros(n, bool) if corner is None else np.array(corner, dtype=bool)
+        if self.corner.shape != (n,):
+            raise BadChain(
+                f"{len(self.corner)} corner flags for {n} points", "give one flag for each point"
+            )
+        least, kind = (3, "closed") if closed else (2, "open")
+        if n < least:
+            raise BadChain(
+                f"{n} points are too few for a chain that is {kind}",
+                f"give at least {least} points",
+                range(n),
+            )
+        wrong = np.flatnonzero(~np.isfinite(self.points).all(axis=1))
+        if len(wrong):
+            raise BadChain(
+                f"coordinates of {_listed(wrong)} are not numbers", "give finite numbers", wrong
+            )
+        apart = ROUNDINGS * np.finfo(float).eps * float(np.abs(self.points).max())
+        first = np.flatnonzero(np.linalg.norm(self.chord, axis=1) <= apart)
+        if len(first):
+            both = np.unique(np.concatenate([first, (first + 1) % n]))
+            raise BadChain(
+                f"neighbours in the chain are the same point: {_listed(both)}",
+                "give each point once; a closed chain does not repeat its first point at the end",
+                both,
+            )
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def chord(self) -> Floats:
+        """Vectors from each point to the next [length], shape (chords, 2)."""
+        ahead = np.roll(self.points, -1, axis=0) - self.points
+        return ahead if self.closed else ahead[:-1]
+
+    @property
+    def ends(self) -> Flags:
+        """Where pieces of smooth curve end: corners and the ends of an open chain, shape (n,)."""
+        ends = self.corner.copy()
+        if not self.closed:
+            ends[[0, -1]] = True
+        return ends
+
+    def need_closed(self, purpose: str) -> None:
+        """Raises BadChain if the chain is open, naming the purpose that asks for a closed one."""
+        if not self.closed:
+            last = len(self) - 1
+            raise BadChain(
+                f"{purpose} needs a closed chain; this one is open between points {last} and 0",
+                "close the chain",
+                (last, 0),
+            )
+
+
+def sharp_corners(points: Floats, closed: bool, angle: float) -> Flags:
+    """Returns at which points (n, 2) the chords turn by more than `angle` [degrees], shape (n,).
+
+    Never at the ends of an open chain.
+    """
+    ahead = np.roll(points, -1, axis=0) - points
+    sharp = np.abs(turning(np.roll(ahead, 1, axis=0), ahead)) > np.radians(angle)
+    if not closed:
+        sharp[[0, -1]] = False
+    return np.asarray(sharp)
+
+
+def turning(before: Floats, after: Floats) -> Floats:
+    """Returns the angles from vectors (n, 2) to others [rad], > 0 to the left, shape (n,)."""
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
+
+
+def _listed(points: Integers) -> str:
+    more = f" and {len(points) - SHOWN} more" if len(points) > SHOWN else ""
+    return f"points {', '.join(str(point) for point in points[:SHOWN])}{more}"

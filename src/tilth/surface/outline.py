@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The outline of a body in the plane as chains of boundary points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.bodies.mesh import read_mesh
+from tilth.bodies.request import Request
+from tilth.model import Body, Box, Circle, Mesh, Polygon
+from tilth.surface.chain import Chain, Flags, Floats, Integers, sharp_corners
+
+# Places with a radius below this, in cells, are on the axis of symmetry.
+ON_AXIS = 1e-9
+# Turning angle [degrees] above which a node of a mesh's outline is a corner, unless another one is
+# asked for: a circle of more than 18 edges is smooth.
+MESH_CORNER = 20.0
+# Turning angle [degrees] of round-off: a vertex of a polygon on a straight line is no corner.
+NO_CORNER = 1e-6
+# Fewest points of a full circle.
+CIRCLE_POINTS = 16
+
+
+def outline(
+    body: Body,
+    kind: str,
+    cell_size: npt.ArrayLike,
+    spacing: float | None = None,
+    mesh_corner: float = MESH_CORNER,
+) -> list[Chain]:
+    """Returns the chains of points along a body's outline, outer ones first, then holes.
+
+    The soil is on their left. Corners of boxes and polygons are corners of the chains; straight
+    sides are divided evenly. In axisymmetry a body that touches the axis has open chains that end
+    there: the axis is no surface.
+
+    Args:
+        body: a body in the plane.
+        kind: plane_strain or axisymmetric; there is none in 3d.
+        cell_size: sides of a cell [length], shape (2,).
+        spacing: largest distance of the points [length]; half of a cell's smaller side if not
+            given.
+        mesh_corner: turning angle [degrees] above which a node on a mesh's outline is a corner.
+
+    Raises:
+        BadInput: the body has no outline in the plane, or its mesh cannot be read.
+    """
+    cell = np.asarray(cell_size, dtype=float)
+    request = Request(body.name, kind == "axisymmetric", np.zeros_like(cell), cell)
+    if type(body.shape) not in SHAPES or len(cell) != 2:
+        raise request.refused(
+            f"a {body.shape.type} has no outline in the plane",
+            "boundary points of this kind are for boxes, polygons, circles and meshes in 2D",
+            "shape.type",
+        )
+    size = 0.5 * float(cell.min()) if spacing is None else spacing
+    return SHAPES[type(body.shape)](body.shape, request, size, mesh_corner)
+
+
+def _box(shape: Box, request: Request, spacing: float, _: float) -> list[Chain]:
+    side = np.asarray(shape.upper, dtype=float) - np.asarray(shape.lower, dtype=float)
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * side
+    vertices = np.asarray(shape.lower, dtype=float) + corners @ np.array(shape.axes)
+    return _divided(vertices, np.ones(4, dtype=bool), request, spacing)
+
+
+def _polygon(shape: Polygon, request: Request, spacing: float, _: float) -> list[Chain]:
+    vertices = np.asarray(shape.vertices, dtype=float)
+    if _signed_area(vertices) < 0.0:
+        vertices = vertices[::-1]
+    return _divided(vertices, sharp_corners(vertices, True, NO_CORNER), request, spacing)
+
+
+def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[Chain]:
+    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
+    half = request.axisymmetric and centre[0] == 0.0
+    around = math.pi if half else 2.0 * math.pi
+    chords = max(math.ceil(around * radius / spacing), CIRCLE_POINTS // (2 if half else 1))
+    # Half a circle goes from the lower end of the axis to the upper one.
+    angle = (-0.5 * math.pi if half else 0.0) + around * np.arange(chords + half) / chords
+    points = centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    if half:
+        points[[0, -1], 0] = 0.0
+    return [Chain(points, closed=not half)]
+
+
+def _mesh(shape: Mesh, request: Request, spacing: float, mesh_corner: float) -> list[Chain]:
+    """The edges of a mesh that belong to one element only."""
+    place: dict[int, Floats] = {}
+    edges = []
+    for block in read_mesh(Path(shape.file), 2, request):
+        ahead = np.roll(block.corners, -1, axis=1)
+        turned = block.corners[..., 0] * ahead[..., 1] - ahead[..., 0] * block.corners[..., 1]
+        nodes = np.where(turned.sum(axis=1)[:, None] < 0.0, block.nodes[:, ::-1], block.nodes)
+        edges.append(np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2))
+        place.update(zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 2), strict=True))
+    loops = _loops(np.concatenate(edges), place, request)
+    outlines = [np.array([place[node] for node in loop]) for loop in loops]
+    outlines.sort(key=_signed_area, reverse=True)
+    return [
+        chain
+        for vertices in outlines
+        for chain in _divided(
+            vertices, sharp_corners(vertices, True, mesh_corner), request, spacing
+        )
+    ]
+
+
+def _loops(edges: Integers, place: dict[int, Floats], request: Request) -> list[list[int]]:
+    """Closed loops of nodes along the directed edges (n, 2) that have no opposite."""
+    count = int(edges.max()) + 1
+    opposite = edges[:, 1] * count + edges[:, 0]
+    outer = edges[~np.isin(edges[:, 0] * count + edges[:, 1], opposite)]
+    following = dict(outer.tolist())
+    if len(following) < len(outer):
+        nodes, times = np.unique(outer[:, 0], return_counts=True)
+        x, y = place[int(nodes[times > 1][0])]
+        raise request.refused(
+            f"the outline of the mesh touches itself at ({x:.6g}, {y:.6g})",
+            "join its parts by an edge there, or part them",
+            "shape.file",
+        )
+    loops = []
+    while following:
+        node, ahead = following.popitem()
+        loop = [node]
+        while ahead != loop[0]:
+            loop.append(ahead)
+            ahead = following.pop(ahead)
+        loops.append(loop)
+    return loops
+
+
+def _divided(vertices: Floats, corner: Flags, request: Request, spacing: float) -> list[Chain]:
+    """Chains along the closed outline of vertices (n, 2), its edges divided evenly.
+
+    Without the edges on the axis of symmetry, which leave open chains.
+    """
+    n = len(vertices)
+    on_axis = np.zeros(n, dtype=bool)
+    if request.axisymmetric:
+        on_axis = np.abs(vertices[:, 0]) <= ON_AXIS * float(request.cell_size[0])
+    skipped = np.flatnonzero(on_axis & np.roll(on_axis, -1))
+    if not len(skipped):
+        return [_chain(np.arange(n + 1) % n, vertices, corner, spacing, True)]
+    chains = []
+    for edge, following in zip(skipped, [*skipped[1:], skipped[0] + n], strict=True):
+        if following > edge + 1:
+            number = np.arange(edge + 1, following + 1) % n
+            chains.append(_chain(number, vertices, corner, spacing, False))
+    return chains
+
+
+def _chain(
+    number: Integers, vertices: Floats, corner: Flags, spacing: float, closed: bool
+) -> Chain:
+    """The chain through vertices in the order of `number`, which for a closed one repeats one."""
+    vertex = vertices[number]
+    ahead = np.diff(vertex, axis=0)
+    length = np.linalg.norm(ahead, axis=1)
+    parts = np.maximum(np.ceil(length / spacing * (1.0 - 1e-12)), 1.0).astype(np.int64)
+    edge = np.repeat(np.arange(len(ahead)), parts)
+    share = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[edge]
+    points = vertex[edge] + share[:, None] * ahead[edge]
+    flag = corner[number][edge] & (share == 0.0)
+    if closed:
+        return Chain(points, True, flag)
+    flag[0] = False  # an end of the chain
+    return Chain(np.append(points, vertex[-1:], axis=0), False, np.append(flag, False))
+
+
+def _signed_area(vertices: Floats) -> float:
+    """Area of a closed outline [length^2], > 0 if it is anticlockwise."""
+    arm = vertices - vertices[0]
+    ahead = np.roll(arm, -1, axis=0)
+    return 0.5 * float((arm[:, 0] * ahead[:, 1] - ahead[:, 0] * arm[:, 1]).sum())
+
+
+SHAPES: dict[type, Callable[[Any, Request, float, float], list[Chain]]] = {
+    Box: _box,
+    Polygon: _polygon,
+    Circle: _circle,
+    Mesh: _mesh,
+}
