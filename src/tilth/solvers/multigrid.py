@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Krylov methods preconditioned by geometric multigrid (docs/theory/linear_solvers.md)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.grid import ActiveGrid
+from tilth.solvers.krylov import conjugate_gradients, flexible_gmres
+from tilth.solvers.protocol import Solution, SolveFailed
+
+Floats = npt.NDArray[np.float64]
+
+ITERATIONS = 60
+"""Iterations after which a direct solver is quicker."""
+
+SYMMETRIC = 1e-10
+"""Relative asymmetry below which the matrix counts as symmetric."""
+
+
+class Multigrid:
+    """The levels of one active grid; a matrix of its pattern is set up by `fill`.
+
+    Args:
+        active: the active grid, which owns the pattern.
+        held: prescribed degrees of freedom, shape (nodes, dim).
+    """
+
+    def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
+        self._dim = active.grid.dim
+        self._held = np.ascontiguousarray(held)
+        self._pattern = (active.row_start, active.column)
+        angle = np.arange(self._held.size, dtype=float)  # no structure, the same on any machine
+        self._probes = [np.where(held.ravel(), 0.0, np.cos(k * angle)) for k in (1.3, 2.1)]
+        self._hierarchy = _core.Multigrid(self._dim, active.lattice, *self._pattern, self._held)
+
+    def fill(self, blocks: Floats) -> None:
+        """Takes the node blocks of a matrix, shape (entries of the pattern, dim, dim).
+
+        Raises:
+            SolveFailed: if it has entries that are not numbers.
+        """
+        self._blocks = blocks
+        self._hierarchy.fill(blocks)
+        self._asymmetry = self._measure_asymmetry()
+        if not np.isfinite(self._asymmetry):
+            raise SolveFailed("the matrix has entries that are not numbers")
+
+    def solve(self, right_side: Floats, tolerance: float) -> Solution:
+        """Solves for nodal right sides, shape (nodes, dim), which are ignored where held.
+
+        Raises:
+            SolveFailed: no solution to the relative `tolerance` within `ITERATIONS`.
+        """
+        free = np.where(self._held, 0.0, right_side).ravel()
+        method = conjugate_gradients if self._asymmetry < SYMMETRIC else flexible_gmres
+        return method(self._product, self._cycle, free, tolerance, ITERATIONS)
+
+    def _product(self, x: Floats) -> Floats:
+        product = np.empty_like(x)
+        _core.block_product(self._dim, *self._pattern, self._blocks, self._held, x, product)
+        return product
+
+    def _cycle(self, residual: Floats) -> Floats:
+        approximate = np.empty_like(residual)
+        self._hierarchy.cycle(residual, approximate)
+        return approximate
+
+    def _measure_asymmetry(self) -> float:
+        """Relative difference of u . A v and v . A u for two vectors without structure."""
+        u, v = self._probes
+        product = self._product(v)
+        size = _core.inner(product, product) ** 0.5
+        difference = _core.inner(u, product) - _core.inner(v, self._product(u))
+        return abs(difference) / size if size > 0.0 else size
