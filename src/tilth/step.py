@@ -157,8 +157,9 @@ def solve_step(
             change = np.where(held, conditions.increment, 0.0)
             right_side = right_side - system.times(change)
         with timers.measure("solve"):
+            share = _share_left(1.0 if moving else relative, newton.tolerance)
             try:
-                change += solver.solve(system, right_side, _share_left(relative, newton.tolerance))
+                change += solver.solve(system, right_side, share)
             except SolveFailed as error:
                 raise StepFailed(str(error), residuals=residuals) from error
         search = newton.line_search and not moving

@@ -52,7 +52,7 @@ def linear_solver(
 
 
 def choose_solver(name: str, points: int = SMALL) -> Solver:
-    """Returns a direct solver by name; "auto" takes SuperLU for few points, else the first installed.
+    """Returns a direct solver by name; "auto" takes SuperLU for few points.
 
     Raises:
         BadInput: if the named solver is not installed.

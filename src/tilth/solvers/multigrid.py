@@ -74,4 +74,4 @@ class Multigrid:
         product = self._product(v)
         size = _core.inner(product, product) ** 0.5
         difference = _core.inner(u, product) - _core.inner(v, self._product(u))
-        return abs(difference) / size if size > 0.0 else size
+        return float(abs(difference) / size) if size > 0.0 else 0.0
