@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "../parallel.hpp"
@@ -36,7 +37,7 @@ struct Level {
   explicit Level(Lattice of) : lattice(std::move(of)) {
     mask.assign(unknowns() + lanes, 1.0f);
     inverse.assign(std::size_t(nodes()) * Dim * Dim, 0.0f);
-    for (Floats* vector : {&right, &solution, &other, &change, &eigenvector})
+    for (Floats* vector : {&right, &solution, &other, &change, &residual, &eigenvector})
       vector->assign(unknowns() + lanes, 0.0f);
   }
 
@@ -117,9 +118,11 @@ struct Level {
   std::vector<std::int32_t> column, diagonal;  // diagonal: which entry of the row it is
   std::int64_t longest = 0;                    // padded length of the longest row
   Floats value;
-  Floats inverse;  // of the diagonal blocks, zero for unknowns that are held
-  Floats mask;     // 1 free, 0 held
-  Floats right, solution, other, change, eigenvector;
+  Floats inverse;           // of the diagonal blocks, zero for unknowns that are held
+  std::vector<char> alone;  // whether a node has a block of its own
+  std::vector<std::pair<std::vector<std::int32_t>, Floats>> shared;  // nodes of the other blocks
+  Floats mask;                                                       // 1 free, 0 held
+  Floats right, solution, other, change, residual, eigenvector;
   float largest = 1.0f;  // bound of the eigenvalues of inverse * matrix
 
   // to the next coarser level: a node's parents, and a parent's nodes, with their weights
