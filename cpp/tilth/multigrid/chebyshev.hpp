@@ -14,7 +14,8 @@ inline constexpr int degree = 3;
 inline constexpr float smoothed_share = 0.08f;  // least eigenvalue damped, over the largest
 inline constexpr float safety = 1.1f;           // on the largest eigenvalue that was found
 
-/// Bounds the eigenvalues by power iterations, from what the last call ended with.
+/// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
+/// nodes shows in the largest entry before it shows in the norm.
 template <int Dim>
 void bound_eigenvalues(Level<Dim>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -24,12 +25,16 @@ void bound_eigenvalues(Level<Dim>& level, int iterations) {
                             level.other[at + i] = -scaled[i];
                         });
     double size = 0.0, before = 0.0;  // in a fixed order: not threaded
+    float most = 0.0f, most_before = 0.0f;
     for (std::int64_t i = 0; i < level.unknowns(); ++i) {
       size += double{level.other[i]} * level.other[i];
       before += double{level.eigenvector[i]} * level.eigenvector[i];
+      most = std::max(most, std::abs(level.other[i]));
+      most_before = std::max(most_before, std::abs(level.eigenvector[i]));
     }
     if (!(size > 0.0)) return;
-    level.largest = safety * static_cast<float>(std::sqrt(size / before));
+    level.largest =
+        safety * std::max(static_cast<float>(std::sqrt(size / before)), most / most_before);
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
     for (std::int64_t i = 0; i < level.unknowns(); ++i)
       level.eigenvector[i] = factor * level.other[i];

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -14,8 +15,9 @@
 
 namespace tilth::multigrid {
 
-inline constexpr double strong = 0.7;      // coupling over the geometric mean of own stiffnesses
+inline constexpr double strong = 0.25;     // coupling over the geometric mean of own stiffnesses
 inline constexpr int most_in_a_block = 8;  // nodes: the corners of a cell
+inline constexpr int bins = 32;            // of coupling strengths, to order them
 
 /// Replaces a dense matrix (n, n) by its inverse, by Gauss and Jordan with row interchanges.
 inline void invert(int n, std::vector<double>& matrix) {
@@ -44,38 +46,44 @@ inline void invert(int n, std::vector<double>& matrix) {
   for (int i = 0; i < n; ++i) std::copy_n(work.begin() + i * width + n, n, matrix.begin() + i * n);
 }
 
-/// Groups nodes by their strong couplings; the groups of more than one go to `level.shared`.
+/// Groups nodes by their strong couplings, the strongest first; the groups of more than one node
+/// go to `level.shared`.
 template <int Dim>
 void group_nodes(Level<Dim>& level) {
-  std::vector<double> own(level.nodes());
+  std::vector<float> own(level.nodes());
   const auto size = [&](std::int32_t v, std::int64_t e) {
-    double sum = 0.0;
+    float sum = 0.0f;
     for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) sum += double(level.at(v, e, i, j)) * level.at(v, e, i, j);
+      for (int j = 0; j < Dim; ++j) sum += level.at(v, e, i, j) * level.at(v, e, i, j);
     return std::sqrt(sum);
   };
-  std::vector<std::vector<std::int32_t>> strong_of(level.nodes());
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = size(v, level.diagonal[v]);
+  std::vector<signed char> bin(level.column.size(), -1);
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (std::int64_t e = 0; e < level.entries(v); ++e) {
-      const std::int32_t w = level.column[level.row_start[v] + e];
-      if (w > v && size(v, e) > strong * std::sqrt(own[v] * own[w])) strong_of[v].push_back(w);
+    for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
+      const std::int64_t at = level.row_start[v] + e;
+      const double share = size(v, e) / std::sqrt(double{own[v]} * own[level.column[at]]);
+      if (share > strong) bin[at] = static_cast<signed char>(std::min(share, 0.99) * bins);
     }
+  std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, bins> pairs;
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; at < level.row_start[v + 1]; ++at)
+      if (bin[at] >= 0) pairs[bin[at]].push_back({v, level.column[at]});
+
   std::vector<std::int32_t> group(level.nodes(), -1);
   std::vector<std::vector<std::int32_t>> members;
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (const std::int32_t w : strong_of[v]) {
-      if (group[v] < 0)
-        group[v] = static_cast<std::int32_t>(members.size()), members.push_back({v});
-      if (group[w] == group[v]) continue;
-      auto& mine = members[group[v]];
-      std::vector<std::int32_t> other{w};
-      if (group[w] >= 0) other = members[group[w]];
-      if (mine.size() + other.size() > most_in_a_block) continue;
-      if (group[w] >= 0) members[group[w]].clear();
-      for (const std::int32_t u : other) group[u] = group[v], mine.push_back(u);
+  for (int strength = bins; strength-- > 0;)
+    for (const auto& [v, w] : pairs[strength]) {
+      for (const std::int32_t u : {v, w})
+        if (group[u] < 0)
+          group[u] = static_cast<std::int32_t>(members.size()), members.push_back({u});
+      auto &mine = members[group[v]], &other = members[group[w]];
+      if (group[v] == group[w] || mine.size() + other.size() > most_in_a_block) continue;
+      const std::int32_t into = group[v];
+      for (const std::int32_t u : other) group[u] = into, mine.push_back(u);
+      other.clear();
     }
   level.alone.assign(level.nodes(), 1);
   level.shared.clear();
@@ -116,9 +124,17 @@ void invert_diagonal(Level<Dim>& level) {
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     if (level.alone[v]) inverse_of(&v, 1, level.inverse.data() + std::int64_t{v} * Dim * Dim);
-  for (auto& [nodes, inverse] : level.shared) {
-    inverse.resize(nodes.size() * nodes.size() * Dim * Dim);
-    inverse_of(nodes.data(), static_cast<int>(nodes.size()), inverse.data());
+  const auto groups = static_cast<std::int64_t>(level.shared.size());
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int64_t g = 0; g < groups; ++g) {  // by columns, padded: one length for all loops
+    auto& [nodes, inverse] = level.shared[g];
+    const int n = static_cast<int>(nodes.size()) * Dim;
+    constexpr int column = most_in_a_block * Dim;
+    std::vector<float> rows(std::size_t(n) * n);
+    inverse_of(nodes.data(), static_cast<int>(nodes.size()), rows.data());
+    inverse.assign(std::size_t(n) * column, 0.0f);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
   }
 }
 
@@ -154,15 +170,14 @@ void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, U
   for (std::int64_t g = 0; g < groups; ++g) {
     const auto& [nodes, inverse] = level.shared[g];
     const auto count = static_cast<int>(nodes.size()) * Dim;
-    float rest[most_in_a_block * Dim];
-    for (int j = 0; j < count; ++j)
-      rest[j] = level.residual[std::int64_t{nodes[j / Dim]} * Dim + j % Dim];
-    for (int a = 0; a < count; a += Dim) {
-      float scaled[Dim] = {};
-      for (int i = 0; i < Dim; ++i)
-        for (int j = 0; j < count; ++j) scaled[i] += inverse[(a + i) * count + j] * rest[j];
-      use(nodes[a / Dim], scaled);
+    alignas(64) float scaled[most_in_a_block * Dim] = {};
+    for (int j = 0; j < count; ++j) {
+      const float rest = level.residual[std::int64_t{nodes[j / Dim]} * Dim + j % Dim];
+      const float* column = inverse.data() + j * most_in_a_block * Dim;
+#pragma omp simd
+      for (int i = 0; i < most_in_a_block * Dim; ++i) scaled[i] += column[i] * rest;
     }
+    for (int a = 0; a < count; a += Dim) use(nodes[a / Dim], scaled + a);
   }
 }
 

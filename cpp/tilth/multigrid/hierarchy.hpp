@@ -14,7 +14,7 @@
 namespace tilth::multigrid {
 
 inline constexpr std::int64_t coarsest_unknowns = 200;
-inline constexpr int first_power_iterations = 8, later_power_iterations = 2;
+inline constexpr int first_power_iterations = 10, later_power_iterations = 4;
 
 /// What the binding sees, whatever the dimension.
 class Hierarchy {
