@@ -15,7 +15,8 @@
 
 namespace tilth::multigrid {
 
-inline constexpr double strong = 0.25;     // coupling over the geometric mean of own stiffnesses
+inline constexpr double strong = 0.25;  // coupling over the geometric mean of own stiffnesses
+inline constexpr double very_strong = 0.6;  // couplings that mark where blocks are shared
 inline constexpr int most_in_a_block = 8;  // nodes: the corners of a cell
 inline constexpr int bins = 32;            // of coupling strengths, to order them
 
@@ -46,8 +47,8 @@ inline void invert(int n, std::vector<double>& matrix) {
   for (int i = 0; i < n; ++i) std::copy_n(work.begin() + i * width + n, n, matrix.begin() + i * n);
 }
 
-/// Groups nodes by their strong couplings, the strongest first; the groups of more than one node
-/// go to `level.shared`.
+/// Groups nodes by their strong couplings, the strongest first, around very strong ones only: what
+/// is alike everywhere the smoother deals with as it is, and blocks of one node are cheaper.
 template <int Dim>
 void group_nodes(Level<Dim>& level) {
   std::vector<float> own(level.nodes());
@@ -67,10 +68,18 @@ void group_nodes(Level<Dim>& level) {
       const double share = size(v, e) / std::sqrt(double{own[v]} * own[level.column[at]]);
       if (share > strong) bin[at] = static_cast<signed char>(std::min(share, 0.99) * bins);
     }
-  std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, bins> pairs;
+  std::vector<char> near(level.nodes(), 0);
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     for (std::int64_t at = level.row_start[v]; at < level.row_start[v + 1]; ++at)
-      if (bin[at] >= 0) pairs[bin[at]].push_back({v, level.column[at]});
+      if (bin[at] >= static_cast<int>(very_strong * bins)) near[v] = near[level.column[at]] = 1;
+  const std::vector<char> centre = near;
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; centre[v] && at < level.row_start[v + 1]; ++at)
+      near[level.column[at]] = 1;
+  std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, bins> pairs;
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; near[v] && at < level.row_start[v + 1]; ++at)
+      if (bin[at] >= 0 && near[level.column[at]]) pairs[bin[at]].push_back({v, level.column[at]});
 
   std::vector<std::int32_t> group(level.nodes(), -1);
   std::vector<std::vector<std::int32_t>> members;
@@ -86,12 +95,14 @@ void group_nodes(Level<Dim>& level) {
       other.clear();
     }
   level.alone.assign(level.nodes(), 1);
-  level.shared.clear();
+  level.shared_start.assign(1, 0);
+  level.shared_node.clear();
   for (auto& nodes : members) {
     if (nodes.size() < 2) continue;
     std::sort(nodes.begin(), nodes.end());
     for (const std::int32_t v : nodes) level.alone[v] = 0;
-    level.shared.push_back({std::move(nodes), {}});
+    level.shared_node.insert(level.shared_node.end(), nodes.begin(), nodes.end());
+    level.shared_start.push_back(static_cast<std::int64_t>(level.shared_node.size()));
   }
 }
 
@@ -124,15 +135,16 @@ void invert_diagonal(Level<Dim>& level) {
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     if (level.alone[v]) inverse_of(&v, 1, level.inverse.data() + std::int64_t{v} * Dim * Dim);
-  const auto groups = static_cast<std::int64_t>(level.shared.size());
+  constexpr int column = most_in_a_block * Dim;  // padded: one length for all loops
+  const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
+  level.shared_inverse.assign(level.shared_node.size() * Dim * column, 0.0f);
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int64_t g = 0; g < groups; ++g) {  // by columns, padded: one length for all loops
-    auto& [nodes, inverse] = level.shared[g];
-    const int n = static_cast<int>(nodes.size()) * Dim;
-    constexpr int column = most_in_a_block * Dim;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int64_t first = level.shared_start[g];
+    const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Dim;
     std::vector<float> rows(std::size_t(n) * n);
-    inverse_of(nodes.data(), static_cast<int>(nodes.size()), rows.data());
-    inverse.assign(std::size_t(n) * column, 0.0f);
+    inverse_of(level.shared_node.data() + first, nodes, rows.data());
+    float* inverse = level.shared_inverse.data() + first * Dim * column;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
   }
@@ -165,19 +177,21 @@ void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, U
 #pragma omp parallel for schedule(static) if (level.threaded())
     for (std::int32_t v = 0; v < level.nodes(); ++v) row(v, zero);
   }
-  const auto groups = static_cast<std::int64_t>(level.shared.size());
+  constexpr int column = most_in_a_block * Dim;
+  const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int64_t g = 0; g < groups; ++g) {
-    const auto& [nodes, inverse] = level.shared[g];
-    const auto count = static_cast<int>(nodes.size()) * Dim;
-    alignas(64) float scaled[most_in_a_block * Dim] = {};
-    for (int j = 0; j < count; ++j) {
-      const float rest = level.residual[std::int64_t{nodes[j / Dim]} * Dim + j % Dim];
-      const float* column = inverse.data() + j * most_in_a_block * Dim;
+    alignas(64) float scaled[column] = {};
+    const float* inverse = level.shared_inverse.data() + level.shared_start[g] * Dim * column;
+    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k)
+      for (int j = 0; j < Dim; ++j, inverse += column) {
+        const float rest = level.residual[std::int64_t{level.shared_node[k]} * Dim + j];
 #pragma omp simd
-      for (int i = 0; i < most_in_a_block * Dim; ++i) scaled[i] += column[i] * rest;
-    }
-    for (int a = 0; a < count; a += Dim) use(nodes[a / Dim], scaled + a);
+        for (int i = 0; i < column; ++i) scaled[i] += inverse[i] * rest;
+      }
+    const float* part = scaled;
+    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k, part += Dim)
+      use(level.shared_node[k], part);
   }
 }
 

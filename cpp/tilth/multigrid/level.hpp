@@ -120,8 +120,10 @@ struct Level {
   Floats value;
   Floats inverse;           // of the diagonal blocks, zero for unknowns that are held
   std::vector<char> alone;  // whether a node has a block of its own
-  std::vector<std::pair<std::vector<std::int32_t>, Floats>> shared;  // nodes of the other blocks
-  Floats mask;                                                       // 1 free, 0 held
+  std::vector<std::int64_t> shared_start;  // the other blocks: their nodes, and inverses
+  std::vector<std::int32_t> shared_node;
+  Floats shared_inverse;
+  Floats mask;  // 1 free, 0 held
   Floats right, solution, other, change, residual, eigenvector;
   float largest = 1.0f;  // bound of the eigenvalues of inverse * matrix
 

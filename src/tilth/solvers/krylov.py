@@ -19,6 +19,11 @@ from tilth.solvers.protocol import Solution, SolveFailed
 Floats = npt.NDArray[np.float64]
 Operator = Callable[[Floats], Floats]
 
+
+class NotDefinite(SolveFailed):
+    """Conjugate gradients met a direction without positive energy."""
+
+
 RESTART = 40
 """Iterations of GMRES after which it begins anew from the solution found."""
 
@@ -32,32 +37,33 @@ def conjugate_gradients(
     forgives a preconditioner in single precision.
 
     Raises:
-        SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||, or a matrix
-            or preconditioner that is not positive definite.
+        NotDefinite: the matrix or the preconditioner is not positive definite.
+        SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
     """
     size = math.sqrt(_core.inner(right_side, right_side))
     if size == 0.0:
         return Solution(np.zeros_like(right_side), 0, 0.0)
     x, r = np.zeros_like(right_side), right_side.copy()
-    p, z_r = np.zeros_like(r), 1.0
-    before = np.zeros_like(r)
+    p, before, z_r = np.zeros_like(r), np.zeros_like(r), 1.0
     for iteration in range(1, limit + 1):
         z = precondition(r)
-        share = (_core.inner(z, r) - _core.inner(z, before)) / z_r
-        z_r = _core.inner(z, r)
-        p = z + share * p if iteration > 1 else z.copy()
+        share = -_core.inner(z, before) / z_r
+        z_r, z_r_before = _core.inner(z, r), z_r
+        p *= share + z_r / z_r_before
+        p += z
         q = product(p)
         p_q = _core.inner(p, q)
         if not (z_r > 0.0 and p_q > 0.0):
-            raise SolveFailed("the matrix or its preconditioner is not positive definite")
+            raise NotDefinite("a matrix or preconditioner that is not positive definite")
         x += z_r / p_q * p
-        before = r
-        r = r - z_r / p_q * q
+        before[:] = r
+        r -= z_r / p_q * q
         if _core.inner(r, r) <= (tolerance * size) ** 2:
-            residual = _true_residual(product, x, right_side, size)
+            r = right_side - product(x)
+            residual = math.sqrt(_core.inner(r, r)) / size
             if residual <= 2.0 * tolerance:
                 return Solution(x, iteration, residual)
-            r, p = right_side - product(x), np.zeros_like(p)
+            p[:] = 0.0
     raise _too_slow(limit, math.sqrt(_core.inner(r, r)) / size)
 
 
@@ -118,11 +124,6 @@ def flexible_gmres(
         if not math.isfinite(residual):
             break
     raise _too_slow(iterations, residual)
-
-
-def _true_residual(product: Operator, x: Floats, right_side: Floats, size: float) -> float:
-    r = right_side - product(x)
-    return math.sqrt(_core.inner(r, r)) / size
 
 
 def _too_slow(iterations: int, residual: float) -> SolveFailed:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.grid import ActiveGrid
-from tilth.solvers.krylov import conjugate_gradients, flexible_gmres
+from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
 from tilth.solvers.protocol import Solution, SolveFailed
 
 Floats = npt.NDArray[np.float64]
@@ -55,8 +55,13 @@ class Multigrid:
             SolveFailed: no solution to the relative `tolerance` within `ITERATIONS`.
         """
         free = np.where(self._held, 0.0, right_side).ravel()
-        method = conjugate_gradients if self._asymmetry < SYMMETRIC else flexible_gmres
-        return method(self._product, self._cycle, free, tolerance, ITERATIONS)
+        operators = (self._product, self._cycle)
+        if self._asymmetry < SYMMETRIC:
+            try:
+                return conjugate_gradients(*operators, free, tolerance, ITERATIONS)
+            except NotDefinite:  # the bound of the smoother's eigenvalues may be a little low
+                pass
+        return flexible_gmres(*operators, free, tolerance, ITERATIONS)
 
     def _product(self, x: Floats) -> Floats:
         product = np.empty_like(x)
