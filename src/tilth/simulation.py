@@ -295,8 +295,8 @@ class Simulation:
     def _note_fallback(self, reason: str) -> None:
         self._note(
             "fallback",
-            "a linear system, and perhaps later ones, was solved by the direct solver: multigrid "
-            f"found {reason}",
+            "a linear system, and perhaps later ones, was left to the direct solver; multigrid: "
+            f"{reason}",
         )
 
     def _note_departures(self) -> None:

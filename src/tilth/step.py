@@ -151,6 +151,7 @@ def solve_step(
         soil.stiffness(active, system.blocks)
         springs.add_stiffness(active, system.blocks)
         linear.add_stiffness(system.blocks)
+        system.hard = soil.yielding_nodes(active)
         change = np.zeros_like(displacement)
         right_side = force - internal
         if moving:

@@ -52,7 +52,7 @@ class LinearSolver:
                 self._multigrid = Multigrid(system.active, system.held)
         if self._multigrid is not None:
             try:
-                self._multigrid.fill(system.blocks)
+                self._multigrid.fill(system.blocks, system.hard)
                 return self._multigrid.solve(right_side, tolerance).x.reshape(right_side.shape)
             except SolveFailed as error:
                 self._multigrid = None

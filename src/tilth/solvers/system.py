@@ -23,6 +23,7 @@ class LinearSystem:
         blocks: the values, shape (entries of the pattern, dim, dim).
         active: the active grid, which owns the pattern.
         held: prescribed degrees of freedom, shape (nodes, dim).
+        hard: nodes where an iterative solver may need help, shape (nodes,); None where unknown.
     """
 
     def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
@@ -30,6 +31,7 @@ class LinearSystem:
         self.blocks: Floats = np.empty((len(active.column), dim, dim))
         self.active = active
         self.held = held
+        self.hard: npt.NDArray[np.bool_] | None = None
 
     def times(self, displacement: Floats) -> Floats:
         """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
