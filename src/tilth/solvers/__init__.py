@@ -33,7 +33,7 @@ SMALL = 20_000
 """Number of points below which a threaded solver does not pay."""
 
 
-MULTIGRID_FROM = {2: 40_000, 3: 8_000}
+MULTIGRID_FROM = {2: 10_000, 3: 4_000}
 """Number of unknowns from which multigrid is quicker than any direct solver, by dimension."""
 
 
