@@ -16,6 +16,7 @@ from tilth import Model, _core
 from tilth.simulation import Simulation
 from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
 from tilth.solvers import multigrid as multigrid_module
+from tilth.step import _share_left
 from tilth.verification.cases import example, varied
 
 Floats = npt.NDArray[np.float64]
@@ -253,3 +254,41 @@ def test_direct_solver_takes_over_and_says_so(monkeypatch: pytest.MonkeyPatch) -
     assert result.equilibrium.residuals[-1] <= simulation.model.analysis.tolerance
     (warning,) = (text for text in simulation.warnings if "direct solver" in text)
     assert "no solution in 2 iterations" in warning
+
+
+@pytest.mark.parametrize("over", [-1, 1])
+def test_small_systems_are_left_to_the_direct_solver(over: int) -> None:
+    system, right = systems_of(block("plane_strain", "linear", 24))[0]
+    told: list[str] = []
+    solver = LinearSolver(choose_solver("superlu"), system.held.size + over, told.append)
+    system.blocks[len(system.blocks) // 2] *= -1.0  # multigrid refuses what is not a stiffness
+    solver.solve(system, right, TOLERANCE)
+    assert bool(told) == (over < 0)
+
+
+@pytest.mark.parametrize(
+    ("relative", "tolerance", "share"),
+    [(1.0, 1e-9, 1e-4), (1e-6, 1e-9, 1e-4), (1e-7, 1e-9, 1e-3), (2e-9, 1e-9, 1e-2)],
+)
+def test_linear_tolerance_follows_the_residual(
+    relative: float, tolerance: float, share: float
+) -> None:
+    assert _share_left(relative, tolerance) == pytest.approx(share)
+    assert share * relative >= 0.01 * tolerance  # never more accurate than it is worth
+
+
+def test_pieces_far_apart_are_left_to_the_direct_solver() -> None:
+    entries = block_entries("plane_strain", "linear", cells=4, loads=[weight("plane_strain", 1.0)])
+    piece = entries["bodies"][0]
+    far = {"type": "box", "lower": [0.0, 1e5], "upper": [4.0, 1e5 + 4.0]}
+    entries["bodies"].append({**piece, "name": "far", "shape": far})
+    entries["boundaries"] = [
+        plane("base", "y", 0.0, condition="fixed"),
+        plane("high base", "y", 1e5, condition="fixed"),
+    ]
+    system, right = systems_of(Model.from_dict(entries))[0]
+    told: list[str] = []
+    x = LinearSolver(choose_solver("superlu"), 0, told.append).solve(system, right, TOLERANCE)
+    assert "far apart" in told[0]
+    rest = np.where(system.held, 0.0, right - system.times(x))
+    assert np.linalg.norm(rest) <= 1e-10 * np.linalg.norm(right)

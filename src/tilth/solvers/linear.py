@@ -46,14 +46,18 @@ class LinearSolver:
         Raises:
             SolveFailed: if the direct solver fails.
         """
-        if system is not self._system:
-            self._system, self._multigrid = system, None
-            if self._multigrid_from is not None and system.held.size >= self._multigrid_from:
-                self._multigrid = Multigrid(system.active, system.held)
-        if self._multigrid is not None:
+        fresh = system is not self._system
+        self._system = system
+        if fresh:
+            self._multigrid = None
+        if self._multigrid_from is not None and system.held.size >= self._multigrid_from:
             try:
-                self._multigrid.fill(system.blocks, system.hard)
-                return self._multigrid.solve(right_side, tolerance).x.reshape(right_side.shape)
+                if fresh:
+                    self._multigrid = Multigrid(system.active, system.held)
+                if self._multigrid is not None:
+                    self._multigrid.fill(system.blocks, system.hard)
+                    x = self._multigrid.solve(right_side, tolerance).x
+                    return x.reshape(right_side.shape)
             except SolveFailed as error:
                 self._multigrid = None
                 self._note(str(error))

@@ -20,6 +20,9 @@ ITERATIONS = 100
 HARD = {2: 5_000, 3: 2_500}
 """Unknowns up to which the hard nodes' equations are solved exactly, by dimension."""
 
+SCATTERED = 100
+"""Grid lines of the box around all nodes, per node, up to which the levels list them all."""
+
 SYMMETRIC = 1e-10
 """Relative asymmetry below which the matrix counts as symmetric."""
 
@@ -30,9 +33,15 @@ class Multigrid:
     Args:
         active: the active grid, which owns the pattern.
         held: prescribed degrees of freedom, shape (nodes, dim).
+
+    Raises:
+        SolveFailed: the nodes are scattered over a box that is far larger than they fill.
     """
 
     def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
+        lines = np.prod(np.ptp(active.lattice[:, 1:], axis=0) + 1.0)
+        if lines > SCATTERED * len(held):
+            raise SolveFailed("the pieces of the active grid are too far apart")
         self._active = active
         self._dim = active.grid.dim
         self._held = np.ascontiguousarray(held)
