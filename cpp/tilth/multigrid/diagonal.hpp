@@ -15,10 +15,10 @@
 
 namespace tilth::multigrid {
 
-inline constexpr double strong = 0.25;  // coupling over the geometric mean of own stiffnesses
+inline constexpr double strong = 0.25;      // coupling over the geometric mean of own stiffnesses
 inline constexpr double very_strong = 0.6;  // couplings that mark where blocks are shared
-inline constexpr int most_in_a_block = 8;  // nodes: the corners of a cell
-inline constexpr int bins = 32;            // of coupling strengths, to order them
+inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
+inline constexpr int bins = 32;             // of coupling strengths, to order them
 
 /// Replaces a dense matrix (n, n) by its inverse, by Gauss and Jordan with row interchanges.
 inline void invert(int n, std::vector<double>& matrix) {
