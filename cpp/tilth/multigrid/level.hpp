@@ -76,16 +76,24 @@ struct Level {
   void for_product(const float* x, Use use) const {
 #pragma omp parallel if (threaded())
     {
-      Floats gathered(longest + lanes, 0.0f);
-      float* local = gathered.data();
-#pragma omp for schedule(static)
-      for (std::int32_t v = 0; v < nodes(); ++v) {
+      // a row's unknowns are gathered while the row before is multiplied: what was just written
+      // in pieces cannot be read back in whole vectors without a wait
+      Floats gathered(2 * (longest + lanes), 0.0f);
+      std::int32_t ready = -1;  // row whose unknowns stand in `local`
+      float *local = gathered.data(), *next = local + longest + lanes;
+      const auto gather = [&](std::int32_t v, float* to) {
+        const std::int32_t* from = column.data() + row_start[v];
         const std::int64_t count = entries(v), length = padded(v);
-        const std::int32_t* to = column.data() + row_start[v];
         // a copy of four floats is one instruction; the next one overwrites what is too much
         for (std::int64_t e = 0; e < count; ++e)
-          std::memcpy(local + e * Dim, x + std::int64_t{to[e]} * Dim, (Dim == 2 ? 2 : 4) * 4);
-        for (std::int64_t k = count * Dim; k < length; ++k) local[k] = 0.0f;
+          std::memcpy(to + e * Dim, x + std::int64_t{from[e]} * Dim, (Dim == 2 ? 2 : 4) * 4);
+        for (std::int64_t k = count * Dim; k < length; ++k) to[k] = 0.0f;
+      };
+#pragma omp for schedule(static)
+      for (std::int32_t v = 0; v < nodes(); ++v) {
+        if (ready != v) gather(v, local);
+        if (v + 1 < nodes()) gather(v + 1, next);
+        const std::int64_t length = padded(v);
         const float* row = value.data() + value_start[v];
         float product[Dim];
         if constexpr (Dim == 3) {
@@ -109,6 +117,8 @@ struct Level {
           product[0] = a, product[1] = b;
         }
         use(v, product);
+        std::swap(local, next);
+        ready = v + 1;
       }
     }
   }
