@@ -139,3 +139,23 @@ def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', devic
 
 def surface_elements(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], shape: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], penalty: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constant: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
     """Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements."""
+
+class Multigrid:
+    """Geometric multigrid over an integer lattice of nodes; pattern fixed."""
+
+    def __init__(self, dim: int, lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> None: ...
+
+    def fill(self, blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> None:
+        """Takes the values of a matrix of the pattern."""
+
+    def cycle(self, residual: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], approximate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+        """Fills `approximate` with one V-cycle for `residual`."""
+
+    def sizes(self) -> list[int]:
+        """Nodes and blocks of each level, the finest first."""
+
+def block_product(dim: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the product A x, zero where held."""
+
+def inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> float:
+    """Inner product with the same bits for any number of threads."""

@@ -26,7 +26,7 @@ from tilth.model.fields import AXES
 from tilth.points import MaterialPoints, PointRange
 from tilth.predictor import Predictor
 from tilth.soil import Soil
-from tilth.solvers import choose_solver
+from tilth.solvers import linear_solver
 from tilth.step import Equilibrium, Newton, solve_step
 from tilth.support import Springs
 from tilth.timers import Timers
@@ -105,7 +105,9 @@ class Simulation:
         self.implicit = make_implicit(model)
         self.grid = self._grid_at(0.0)
         initial = initial_points(model)
-        self._solver = choose_solver(model.analysis.solver, len(initial))
+        self._solver = linear_solver(
+            model.analysis.solver, model.dimension, len(initial), self._note_fallback
+        )
         self.loads = Loads(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
@@ -273,6 +275,13 @@ class Simulation:
         if key not in self._said:
             self._said.add(key)
             self.warnings.append(text)
+
+    def _note_fallback(self, reason: str) -> None:
+        self._note(
+            "fallback",
+            "a linear system, and perhaps later ones, was left to the direct solver; multigrid: "
+            f"{reason}",
+        )
 
     def _note_departures(self) -> None:
         """Warns of grid planes whose prescribed motion takes the material away from them."""

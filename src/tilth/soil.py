@@ -137,6 +137,13 @@ class Soil:
                 _core.scatter(stencil, part, nodal)
         return nodal
 
+    def yielding_nodes(self, active: ActiveGrid) -> npt.NDArray[np.bool_]:
+        """Returns the nodes of points that yield in the trial state, shape (nodes,)."""
+        yielding = self._plastic[:, :1] > self.points.plastic[:, :1]
+        if not yielding.any():
+            return np.zeros(active.nodes, dtype=bool)
+        return np.asarray(self.scatter(active, yielding.astype(np.float64))[:, 0] > 0.0)
+
     def interpolate(self, active: ActiveGrid, nodal: Floats) -> Floats:
         """Returns sum_a S_ap nodal_a at the points, shape (n, dim)."""
         vector = np.empty((len(self.points), nodal.shape[1]))

@@ -50,5 +50,6 @@ void bind_stencil(nb::module_& module);
 void bind_points(nb::module_& module);
 void bind_sparse(nb::module_& module);
 void bind_implicit(nb::module_& module);
+void bind_multigrid(nb::module_& module);
 
 }  // namespace tilth::bind

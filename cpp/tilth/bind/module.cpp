@@ -20,4 +20,5 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_points(module);
   tilth::bind::bind_sparse(module);
   tilth::bind::bind_implicit(module);
+  tilth::bind::bind_multigrid(module);
 }

@@ -62,8 +62,10 @@ class Analysis(Declared):
     """Dimensionless stiffness that ties hardly filled cells to the material beside them [-]; 0
     leaves their nodes on weak springs.
     """
-    solver: Literal["auto", "superlu", "pardiso"] = "auto"
-    """Linear solver; "auto" takes the fastest one installed."""
+    solver: Literal["auto", "superlu", "pardiso", "multigrid"] = "auto"
+    """Linear solver; "auto" takes multigrid for many unknowns, else the fastest direct solver
+    installed.
+    """
 
 
 class Limits(Declared):

@@ -1,26 +1,58 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Linear solvers behind one protocol; `SOLVERS` is the list of all that tilth knows."""
+"""Linear solvers: the direct ones of the list `SOLVERS`, and multigrid with one behind it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from tilth.errors import BadInput
+from tilth.solvers.linear import LinearSolver
+from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
 from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
 
 SOLVERS: dict[str, type[Solver]] = {"pardiso": Pardiso, "superlu": SuperLU}
-"""Solvers by the name that stands in a case file, the preferred one first."""
+"""Direct solvers by the name that stands in a case file, the preferred one first."""
 
-__all__ = ["SOLVERS", "LinearSystem", "Solution", "SolveFailed", "Solver", "choose_solver"]
+__all__ = [
+    "SOLVERS",
+    "LinearSolver",
+    "LinearSystem",
+    "Multigrid",
+    "Solution",
+    "SolveFailed",
+    "Solver",
+    "choose_solver",
+    "linear_solver",
+]
 
 
 SMALL = 20_000
 """Number of points below which a threaded solver does not pay."""
 
 
+MULTIGRID_FROM = {2: 10_000, 3: 4_000}
+"""Number of unknowns from which multigrid is quicker than any direct solver, by dimension."""
+
+
+def linear_solver(
+    name: str, dimension: int, points: int, note: Callable[[str], None]
+) -> LinearSolver:
+    """Returns what a step solves with; `note` is told when multigrid fails.
+
+    Raises:
+        BadInput: if the named solver is not installed.
+    """
+    if name == "multigrid":
+        return LinearSolver(choose_solver("auto", points), 0, note)
+    from_unknowns = MULTIGRID_FROM[dimension] if name == "auto" else None
+    return LinearSolver(choose_solver(name, points), from_unknowns, note)
+
+
 def choose_solver(name: str, points: int = SMALL) -> Solver:
-    """Returns a solver by name; "auto" takes SuperLU for few points, else the first installed.
+    """Returns a direct solver by name; "auto" takes SuperLU for few points.
 
     Raises:
         BadInput: if the named solver is not installed.

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
@@ -11,6 +13,7 @@ from tilth import _core
 from tilth.grid import ActiveGrid
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 
 class LinearSystem:
@@ -18,32 +21,44 @@ class LinearSystem:
 
     Attributes:
         blocks: the values, shape (entries of the pattern, dim, dim).
-        free: node * dim + direction of each free unknown, in a fill-reducing order.
-
-    Args:
         active: the active grid, which owns the pattern.
-        fixed: prescribed degrees of freedom, shape (nodes, dim).
+        held: prescribed degrees of freedom, shape (nodes, dim).
+        hard: nodes where an iterative solver may need help, shape (nodes,); None where unknown.
     """
 
-    def __init__(self, active: ActiveGrid, fixed: npt.NDArray[np.bool_]) -> None:
+    def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
         dim = active.grid.dim
         self.blocks: Floats = np.empty((len(active.column), dim, dim))
-        self._pattern = (active.column, active.row_start)
-        self._shape = (active.nodes * dim, active.nodes * dim)
-        order = np.asarray(_core.nested_dissection(active.lattice, active.reach))
-        self.free, self._start, self._row, self._place = _core.restrict_to_free(
-            dim, active.row_start, active.column, order, fixed
-        )
+        self.active = active
+        self.held = held
+        self.hard: npt.NDArray[np.bool_] | None = None
 
     def times(self, displacement: Floats) -> Floats:
         """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
-        matrix = sp.bsr_matrix((self.blocks, *self._pattern), shape=self._shape)
+        active, size = self.active, displacement.size
+        matrix = sp.bsr_matrix((self.blocks, active.column, active.row_start), shape=(size, size))
         product: Floats = matrix @ displacement.ravel()
         return product.reshape(displacement.shape)
 
+    @property
+    def free(self) -> Integers:
+        """node * dim + direction of each free unknown, in a fill-reducing order."""
+        return self._restriction[0]
+
     def matrix(self) -> sp.csc_matrix:
         """Returns the matrix of the free unknowns, in the fill-reducing order of `free`."""
-        values = np.empty(len(self._place))
-        _core.gather(self._place, self.blocks, values)
-        size = len(self.free)
-        return sp.csc_matrix((values, self._row, self._start), shape=(size, size))
+        free, start, row, place = self._restriction
+        values = np.empty(len(place))
+        _core.gather(place, self.blocks, values)
+        return sp.csc_matrix((values, row, start), shape=(len(free), len(free)))
+
+    @cached_property
+    def _restriction(
+        self,
+    ) -> tuple[Integers, npt.NDArray[np.int32], npt.NDArray[np.int32], Integers]:
+        active = self.active
+        order = np.asarray(_core.nested_dissection(active.lattice, active.reach))
+        free, start, row, place = _core.restrict_to_free(
+            active.grid.dim, active.row_start, active.column, order, self.held
+        )
+        return np.asarray(free), np.asarray(start), np.asarray(row), np.asarray(place)

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include "../multigrid/hierarchy.hpp"
+#include "../multigrid/product.hpp"
+#include "arrays.hpp"
+
+namespace tilth::bind {
+
+namespace {
+
+using multigrid::Hierarchy;
+
+std::unique_ptr<Hierarchy> make(int dim, ConstIntegers lattice, ConstIntegers row_start,
+                                ConstShorts column, ConstFlags held) {
+  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  require_size(lattice, 3 * nodes, "lattice");
+  require_size(held, nodes * dim, "held");
+  std::vector<multigrid::Place> place(nodes);
+  for (std::int64_t v = 0; v < nodes; ++v)
+    for (int k = 0; k < 3; ++k) place[v][k] = static_cast<std::int32_t>(lattice.data()[3 * v + k]);
+  std::vector<std::int64_t> starts(row_start.data(), row_start.data() + nodes + 1);
+  std::vector<std::int32_t> columns(column.data(), column.data() + column.size());
+  nb::gil_scoped_release release;
+  if (dim == 2)
+    return std::make_unique<multigrid::HierarchyOf<2>>(std::move(place), std::move(starts),
+                                                       std::move(columns), held.data());
+  return std::make_unique<multigrid::HierarchyOf<3>>(std::move(place), std::move(starts),
+                                                     std::move(columns), held.data());
+}
+
+void fill(Hierarchy& hierarchy, ConstDoubles blocks) {
+  nb::gil_scoped_release release;
+  hierarchy.fill(blocks.data());
+}
+
+void cycle(Hierarchy& hierarchy, ConstDoubles residual, Doubles approximate) {
+  require_size(approximate, static_cast<std::int64_t>(residual.size()), "approximate");
+  nb::gil_scoped_release release;
+  hierarchy.cycle(residual.data(), approximate.data());
+}
+
+void block_product(int dim, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
+                   ConstFlags held, ConstDoubles x, Doubles product) {
+  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  require_size(held, nodes * dim, "held");
+  require_size(x, nodes * dim, "x");
+  require_size(product, nodes * dim, "product");
+  nb::gil_scoped_release release;
+  const auto multiply = dim == 2 ? multigrid::block_product<2> : multigrid::block_product<3>;
+  multiply(nodes, row_start.data(), column.data(), blocks.data(), held.data(), x.data(),
+           product.data());
+}
+
+double inner(ConstDoubles a, ConstDoubles b) {
+  require_size(b, static_cast<std::int64_t>(a.size()), "b");
+  nb::gil_scoped_release release;
+  return multigrid::inner(static_cast<std::int64_t>(a.size()), a.data(), b.data());
+}
+
+}  // namespace
+
+void bind_multigrid(nb::module_& module) {
+  using namespace nb::literals;
+  nb::class_<Hierarchy>(module, "Multigrid",
+                        "Geometric multigrid over an integer lattice of nodes; pattern fixed.")
+      .def(nb::new_(&make), "dim"_a, "lattice"_a, "row_start"_a, "column"_a, "held"_a)
+      .def("fill", &fill, "blocks"_a, "Takes the values of a matrix of the pattern.")
+      .def("cycle", &cycle, "residual"_a, "approximate"_a,
+           "Fills `approximate` with one V-cycle for `residual`.")
+      .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.");
+  module.def("block_product", &block_product, "dim"_a, "row_start"_a, "column"_a, "blocks"_a,
+             "held"_a, "x"_a, "product"_a, "Fills the product A x, zero where held.");
+  module.def("inner", &inner, "a"_a, "b"_a,
+             "Inner product with the same bits for any number of threads.");
+}
+
+}  // namespace tilth::bind

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Inverses of the diagonal blocks that scale the smoother's operator. A node whose coupling to
+// another one is about as strong as its own stiffness, as that of the nodes to both sides of an
+// implicit boundary, shares a block with it: a penalty on what they have in common leaves the
+// rest of their motion to the soil, which a block per node would not see.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "level.hpp"
+
+namespace tilth::multigrid {
+
+inline constexpr double strong = 0.25;      // coupling over the geometric mean of own stiffnesses
+inline constexpr double very_strong = 0.6;  // couplings that mark where blocks are shared
+inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
+inline constexpr int bins = 32;             // of coupling strengths, to order them
+
+/// Replaces a dense matrix (n, n) by its inverse, by Gauss and Jordan with row interchanges.
+inline void invert(int n, std::vector<double>& matrix) {
+  std::vector<double> work(std::size_t(2) * n * n, 0.0);
+  const int width = 2 * n;
+  for (int i = 0; i < n; ++i) {
+    std::copy_n(matrix.begin() + i * n, n, work.begin() + i * width);
+    work[i * width + n + i] = 1.0;
+  }
+  for (int k = 0; k < n; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(work[i * width + k]) > std::abs(work[pivot * width + k])) pivot = i;
+    if (pivot != k)
+      std::swap_ranges(work.begin() + k * width, work.begin() + (k + 1) * width,
+                       work.begin() + pivot * width);
+    const double by = work[k * width + k];
+    for (int j = 0; j < width; ++j)
+      work[k * width + j] = by != 0.0 ? work[k * width + j] / by : 0.0;
+    for (int i = 0; i < n; ++i) {
+      const double times = work[i * width + k];
+      if (i == k || times == 0.0) continue;
+      for (int j = 0; j < width; ++j) work[i * width + j] -= times * work[k * width + j];
+    }
+  }
+  for (int i = 0; i < n; ++i) std::copy_n(work.begin() + i * width + n, n, matrix.begin() + i * n);
+}
+
+/// Groups nodes by their strong couplings, the strongest first, around very strong ones only: what
+/// is alike everywhere the smoother deals with as it is, and blocks of one node are cheaper.
+template <int Dim>
+void group_nodes(Level<Dim>& level) {
+  std::vector<float> own(level.nodes());
+  const auto size = [&](std::int32_t v, std::int64_t e) {
+    float sum = 0.0f;
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) sum += level.at(v, e, i, j) * level.at(v, e, i, j);
+    return std::sqrt(sum);
+  };
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = size(v, level.diagonal[v]);
+  std::vector<signed char> bin(level.column.size(), -1);
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
+      const std::int64_t at = level.row_start[v] + e;
+      const double share = size(v, e) / std::sqrt(double{own[v]} * own[level.column[at]]);
+      if (share > strong) bin[at] = static_cast<signed char>(std::min(share, 0.99) * bins);
+    }
+  std::vector<char> near(level.nodes(), 0);
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; at < level.row_start[v + 1]; ++at)
+      if (bin[at] >= static_cast<int>(very_strong * bins)) near[v] = near[level.column[at]] = 1;
+  const std::vector<char> centre = near;
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; centre[v] && at < level.row_start[v + 1]; ++at)
+      near[level.column[at]] = 1;
+  std::array<std::vector<std::pair<std::int32_t, std::int32_t>>, bins> pairs;
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (std::int64_t at = level.row_start[v]; near[v] && at < level.row_start[v + 1]; ++at)
+      if (bin[at] >= 0 && near[level.column[at]]) pairs[bin[at]].push_back({v, level.column[at]});
+
+  std::vector<std::int32_t> group(level.nodes(), -1);
+  std::vector<std::vector<std::int32_t>> members;
+  for (int strength = bins; strength-- > 0;)
+    for (const auto& [v, w] : pairs[strength]) {
+      for (const std::int32_t u : {v, w})
+        if (group[u] < 0)
+          group[u] = static_cast<std::int32_t>(members.size()), members.push_back({u});
+      auto &mine = members[group[v]], &other = members[group[w]];
+      if (group[v] == group[w] || mine.size() + other.size() > most_in_a_block) continue;
+      const std::int32_t into = group[v];
+      for (const std::int32_t u : other) group[u] = into, mine.push_back(u);
+      other.clear();
+    }
+  level.alone.assign(level.nodes(), 1);
+  level.shared_start.assign(1, 0);
+  level.shared_node.clear();
+  for (auto& nodes : members) {
+    if (nodes.size() < 2) continue;
+    std::sort(nodes.begin(), nodes.end());
+    for (const std::int32_t v : nodes) level.alone[v] = 0;
+    level.shared_node.insert(level.shared_node.end(), nodes.begin(), nodes.end());
+    level.shared_start.push_back(static_cast<std::int64_t>(level.shared_node.size()));
+  }
+}
+
+/// Inverts the blocks on the free unknowns; an unknown without stiffness becomes held.
+template <int Dim>
+void invert_diagonal(Level<Dim>& level) {
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (int i = 0; i < Dim; ++i)
+      if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[v * Dim + i] = 0.0f;
+  group_nodes(level);
+  const auto inverse_of = [&](const std::int32_t* node, int nodes, auto place) {
+    const int n = nodes * Dim;
+    std::vector<double> matrix(std::size_t(n) * n, 0.0);
+    const auto free = [&](int i) { return level.mask[node[i / Dim] * Dim + i % Dim] != 0.0f; };
+    for (int a = 0; a < nodes; ++a)
+      for (std::int64_t e = 0; e < level.entries(node[a]); ++e)
+        for (int b = 0; b < nodes; ++b)
+          if (level.column[level.row_start[node[a]] + e] == node[b])
+            for (int i = 0; i < Dim; ++i)
+              for (int j = 0; j < Dim; ++j)
+                if (free(a * Dim + i) && free(b * Dim + j))
+                  matrix[(a * Dim + i) * n + b * Dim + j] = level.at(node[a], e, i, j);
+    for (int i = 0; i < n; ++i)
+      if (!free(i)) matrix[i * n + i] = 1.0;
+    invert(n, matrix);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        place[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
+  };
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    if (level.alone[v]) inverse_of(&v, 1, level.inverse.data() + std::int64_t{v} * Dim * Dim);
+  constexpr int column = most_in_a_block * Dim;  // padded: one length for all loops
+  const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
+  level.shared_inverse.assign(level.shared_node.size() * Dim * column, 0.0f);
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int64_t first = level.shared_start[g];
+    const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Dim;
+    std::vector<float> rows(std::size_t(n) * n);
+    inverse_of(level.shared_node.data() + first, nodes, rows.data());
+    float* inverse = level.shared_inverse.data() + first * Dim * column;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
+  }
+}
+
+/// Calls `use(v, z)` for each node with its part of z = inverse * (base - A x); `base` may be
+/// null, for zero, and so may `x`.
+template <int Dim, class Use>
+void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, Use use) {
+  const auto residual = [&](std::int32_t v, const float* product, float* out) {
+    for (int i = 0; i < Dim; ++i)
+      out[i] = (base ? base[std::int64_t{v} * Dim + i] : 0.0f) - product[i];
+  };
+  const auto row = [&](std::int32_t v, const float* product) {
+    if (!level.alone[v]) {
+      residual(v, product, level.residual.data() + std::int64_t{v} * Dim);
+      return;
+    }
+    float rest[Dim], scaled[Dim] = {};
+    residual(v, product, rest);
+    const float* inverse = level.inverse.data() + std::int64_t{v} * Dim * Dim;
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) scaled[i] += inverse[i * Dim + j] * rest[j];
+    use(v, scaled);
+  };
+  if (x) {
+    level.for_product(x, row);
+  } else {
+    const float zero[Dim] = {};
+#pragma omp parallel for schedule(static) if (level.threaded())
+    for (std::int32_t v = 0; v < level.nodes(); ++v) row(v, zero);
+  }
+  constexpr int column = most_in_a_block * Dim;
+  const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int64_t g = 0; g < groups; ++g) {
+    alignas(64) float scaled[column] = {};
+    const float* inverse = level.shared_inverse.data() + level.shared_start[g] * Dim * column;
+    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k)
+      for (int j = 0; j < Dim; ++j, inverse += column) {
+        const float rest = level.residual[std::int64_t{level.shared_node[k]} * Dim + j];
+#pragma omp simd
+        for (int i = 0; i < column; ++i) scaled[i] += inverse[i] * rest;
+      }
+    const float* part = scaled;
+    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k, part += Dim)
+      use(level.shared_node[k], part);
+  }
+}
+
+}  // namespace tilth::multigrid

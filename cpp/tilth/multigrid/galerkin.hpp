@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The coarse matrix P^T A P. A coarse row first gathers the rows of its children in a box of fine
+// places around it, which interpolation then contracts to coarse places, one direction at a time.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "level.hpp"
+
+namespace tilth::multigrid {
+
+/// The box around a coarse node: `fine` places to either side, `coarse` places after contraction.
+template <int Dim>
+struct Box {
+  explicit Box(const Level<Dim>& level) {
+    std::int32_t reach = 1;
+#pragma omp parallel for schedule(static) reduction(max : reach) if (level.threaded())
+    for (std::int32_t v = 0; v < level.nodes(); ++v)
+      for (std::int64_t e = level.row_start[v]; e < level.row_start[v + 1]; ++e)
+        for (int k = 0; k < Dim; ++k)
+          reach =
+              std::max(reach, std::abs(level.lattice[level.column[e]][k] - level.lattice[v][k]));
+    fine = reach + 1;
+    coarse = (fine + 1) / 2;
+  }
+
+  std::int64_t side() const { return 2 * fine + 1; }
+  std::int64_t coarse_side() const { return 2 * coarse + 1; }
+  std::int64_t places() const { return side() * side() * (Dim == 3 ? side() : 1); }
+  std::int64_t code(const Place& p) const { return p[0] + side() * (p[1] + side() * p[2]); }
+  std::int64_t centre() const { return fine * (1 + side() * (1 + (Dim == 3 ? side() : 0))); }
+
+  /// Contracts `width` numbers per place along one direction after the other, the slowest first.
+  template <class T>
+  const T* contract(T* box, T* scratch, std::int64_t width) const {
+    for (int k = Dim - 1; k >= 0; --k) {
+      // layout (outer coarse directions..., direction k, inner fine directions..., width)
+      std::int64_t inner = width;
+      for (int i = 0; i < k; ++i) inner *= side();
+      std::int64_t outer = 1;
+      for (int i = k + 1; i < Dim; ++i) outer *= coarse_side();
+      for (std::int64_t o = 0; o < outer; ++o)
+        for (std::int64_t c = -coarse; c <= coarse; ++c) {
+          T* out = scratch + (o * coarse_side() + c + coarse) * inner;
+          std::fill(out, out + inner, T(0));
+          for (std::int64_t f = 2 * c - 1; f <= 2 * c + 1; ++f) {
+            if (f < -fine || f > fine) continue;
+            const T weight = f == 2 * c ? T(1) : T(0.5);
+            const T* in = box + (o * side() + f + fine) * inner;
+#pragma omp simd
+            for (std::int64_t i = 0; i < inner; ++i) out[i] += weight * in[i];
+          }
+        }
+      std::swap(box, scratch);
+    }
+    return box;
+  }
+
+  std::int32_t fine, coarse;
+};
+
+/// Finds the pattern of the coarse matrix.
+template <int Dim>
+void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
+  const Box<Dim> box(fine);
+  const std::int64_t n = coarse.nodes(), reach = box.coarse;
+  std::vector<std::int64_t> code(fine.nodes()), start(n + 1, 0);
+  for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
+  std::vector<std::int32_t> column;
+  for (const bool counting : {true, false}) {
+#pragma omp parallel if (fine.threaded())
+    {
+      std::vector<float> touched(box.places()), scratch(box.places());
+#pragma omp for schedule(static)
+      for (std::int64_t c = 0; c < n; ++c) {
+        std::fill(touched.begin(), touched.end(), 0.0f);
+        const Place& p = coarse.lattice[c];
+        const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
+        for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k)
+          for (std::int64_t e = fine.row_start[fine.child[k]];
+               e < fine.row_start[fine.child[k] + 1]; ++e)
+            touched[code[fine.column[e]] - origin] = 1.0f;
+        const float* found = box.contract(touched.data(), scratch.data(), 1);
+        std::int64_t at = start[c];
+        for (std::int64_t z = Dim == 3 ? -reach : 0; z <= (Dim == 3 ? reach : 0); ++z)
+          for (std::int64_t y = -reach; y <= reach; ++y)
+            for (std::int64_t x = -reach; x <= reach; ++x, ++found) {
+              if (*found == 0.0f) continue;
+              if (!counting)
+                column[at] = coarse.lattice.find({static_cast<std::int32_t>(p[0] + x),
+                                                  static_cast<std::int32_t>(p[1] + y),
+                                                  static_cast<std::int32_t>(p[2] + z)});
+              ++at;
+            }
+        if (counting) start[c] = at;
+      }
+    }
+    if (counting) {
+      std::int64_t total = 0;
+      for (std::int64_t c = 0; c <= n; ++c) {
+        const std::int64_t own = start[c];
+        start[c] = total;
+        total += own;
+      }
+      column.resize(total);
+    }
+  }
+  coarse.set_pattern(std::move(start), std::move(column));
+}
+
+/// Fills the values of the coarse matrix.
+template <int Dim>
+void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
+  const Box<Dim> box(fine);
+  constexpr std::int64_t width = Dim;  // of one scalar row
+  const std::int64_t row_size = box.places() * width, reach = box.coarse;
+  std::vector<std::int64_t> code(fine.nodes());
+  for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
+#pragma omp parallel if (fine.threaded())
+  {
+    std::vector<float> rows(Dim * row_size), scratch(row_size);
+#pragma omp for schedule(static)
+    for (std::int32_t c = 0; c < coarse.nodes(); ++c) {
+      std::fill(rows.begin(), rows.end(), 0.0f);
+      const Place& p = coarse.lattice[c];
+      const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
+      for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k) {
+        const std::int32_t v = fine.child[k];
+        const float weight = fine.child_weight[k];
+        const std::int64_t count = fine.entries(v), length = fine.padded(v);
+        const std::int32_t* column = fine.column.data() + fine.row_start[v];
+        const float* value = fine.value.data() + fine.value_start[v];
+        for (std::int64_t first = 0; first < count;) {
+          const std::int64_t place = code[column[first]];
+          std::int64_t last = first + 1;  // consecutive places along x are one piece
+          while (last < count && code[column[last]] - place == last - first) ++last;
+          for (int i = 0; i < Dim; ++i) {
+            float* out = rows.data() + i * row_size + (place - origin) * width;
+            const float* in = value + i * length + first * width;
+            for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
+          }
+          first = last;
+        }
+      }
+      const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
+      for (int i = 0; i < Dim; ++i) {
+        const float* sums = box.contract(rows.data() + i * row_size, scratch.data(), width);
+        float* out = coarse.value.data() + coarse.value_start[c] + i * coarse.padded(c);
+        for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
+          const Place& q = coarse.lattice[column[e]];
+          std::int64_t place = q[0] - p[0] + reach + box.coarse_side() * (q[1] - p[1] + reach);
+          if (Dim == 3) place += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + reach);
+          for (int j = 0; j < Dim; ++j) out[e * width + j] = sums[place * width + j];
+        }
+      }
+    }
+  }
+}
+
+}  // namespace tilth::multigrid

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Geometric multigrid on the regular lattice of the background grid: one V-cycle in single
+// precision, a preconditioner for Krylov methods in double precision
+// (docs/theory/linear_solvers.md).
+#pragma once
+
+#include <memory>
+
+#include "chebyshev.hpp"
+#include "coarsest.hpp"
+#include "galerkin.hpp"
+#include "transfer.hpp"
+
+namespace tilth::multigrid {
+
+inline constexpr std::int64_t coarsest_unknowns = 200;
+inline constexpr int first_power_iterations = 10, later_power_iterations = 4;
+
+/// What the binding sees, whatever the dimension.
+class Hierarchy {
+ public:
+  virtual ~Hierarchy() = default;
+
+  /// Takes a matrix of the pattern: blocks (entries, dim, dim).
+  virtual void fill(const double* blocks) = 0;
+
+  /// approximate <- one V-cycle for `residual`, zero for held unknowns.
+  virtual void cycle(const double* residual, double* approximate) = 0;
+
+  /// Nodes and blocks of each level, the finest first.
+  virtual std::vector<std::int64_t> sizes() const = 0;
+};
+
+template <int Dim>
+class HierarchyOf final : public Hierarchy {
+ public:
+  /// `place` sorted along z, y, x; `held` (nodes * dim) marks prescribed unknowns.
+  HierarchyOf(std::vector<Place> place, std::vector<std::int64_t> row_start,
+              std::vector<std::int32_t> column, const bool* held) {
+    level_.push_back(std::make_unique<Level<Dim>>(Lattice(std::move(place))));
+    level_[0]->set_pattern(std::move(row_start), std::move(column));
+    for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i) level_[0]->mask[i] = !held[i];
+    while (level_.back()->unknowns() > coarsest_unknowns) {
+      Level<Dim>& fine = *level_.back();
+      auto coarse = std::make_unique<Level<Dim>>(fine.lattice.coarser());
+      if (coarse->nodes() >= fine.nodes()) break;
+      link(fine, coarse->lattice);
+      couple(fine, *coarse);
+      level_.push_back(std::move(coarse));
+    }
+    for (auto& level : level_) {
+      std::uint32_t random = 1;
+      for (std::int64_t i = 0; i < level->unknowns(); ++i) {
+        random = 1664525u * random + 1013904223u;
+        level->eigenvector[i] = static_cast<float>(random >> 8) * 0x1p-23f - 1.0f;
+      }
+    }
+  }
+
+  void fill(const double* blocks) override {
+    Level<Dim>& finest = *level_[0];
+    double greatest = 0.0;
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i)
+        greatest = std::max(
+            greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
+    scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
+#pragma omp parallel for schedule(static) if (finest.threaded())
+    for (std::int32_t v = 0; v < finest.nodes(); ++v) {
+      const float* own = finest.mask.data() + std::int64_t{v} * Dim;
+      const std::int64_t first = finest.row_start[v], length = finest.padded(v);
+      float* row = finest.value.data() + finest.value_start[v];
+      for (std::int64_t e = 0; e < finest.entries(v); ++e) {
+        const float* others = finest.mask.data() + std::int64_t{finest.column[first + e]} * Dim;
+        for (int i = 0; i < Dim; ++i)
+          for (int j = 0; j < Dim; ++j)
+            row[i * length + e * Dim + j] =
+                own[i] * others[j] *
+                static_cast<float>(scale_ * blocks[((first + e) * Dim + i) * Dim + j]);
+      }
+    }
+    for (std::size_t l = 0; l < level_.size(); ++l) {
+      if (l > 0) {
+        std::fill(level_[l]->mask.begin(), level_[l]->mask.end(), 1.0f);
+        multiply_out(*level_[l - 1], *level_[l]);
+      }
+      invert_diagonal(*level_[l]);
+      if (l + 1 < level_.size())
+        bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
+    }
+    coarsest_.factorise(*level_.back());
+    filled_ = true;
+  }
+
+  void cycle(const double* residual, double* approximate) override {
+    Level<Dim>& finest = *level_[0];
+    const std::int64_t n = finest.unknowns();
+    double greatest = 0.0;
+    for (std::int64_t i = 0; i < n; ++i) greatest = std::max(greatest, std::abs(residual[i]));
+    const double size = greatest > 0.0 ? greatest : 1.0;
+#pragma omp parallel for schedule(static) if (finest.threaded())
+    for (std::int64_t i = 0; i < n; ++i)
+      finest.right[i] = finest.mask[i] * static_cast<float>(residual[i] / size);
+    descend(0);
+    const double factor = size * scale_;
+#pragma omp parallel for schedule(static) if (finest.threaded())
+    for (std::int64_t i = 0; i < n; ++i)
+      approximate[i] = factor * finest.mask[i] * finest.solution[i];
+  }
+
+  std::vector<std::int64_t> sizes() const override {
+    std::vector<std::int64_t> found;
+    for (const auto& level : level_) {
+      found.push_back(level->nodes());
+      found.push_back(level->row_start.back());
+    }
+    return found;
+  }
+
+ private:
+  void descend(std::size_t l) {
+    Level<Dim>& level = *level_[l];
+    if (l + 1 == level_.size()) {
+      coarsest_.solve(level.right.data(), level.solution.data());
+      return;
+    }
+    Level<Dim>& coarse = *level_[l + 1];
+    smooth(level, true);
+    level.for_product(level.solution.data(), [&](std::int32_t v, const float* product) {
+      for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i)
+        level.other[at + i] = level.right[at + i] - product[i];
+    });
+    restrict_to(level, level.other.data(), coarse.nodes(), coarse.right.data());
+    descend(l + 1);
+    add_interpolated(level, coarse.solution.data(), level.solution.data());
+    smooth(level, false);
+  }
+
+  std::vector<std::unique_ptr<Level<Dim>>> level_;
+  DenseFactors coarsest_;
+  double scale_ = 1.0;
+  bool filled_ = false;
+};
+
+}  // namespace tilth::multigrid

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The nodes of one level: any set of places of an integer lattice, and the next coarser set.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace tilth::multigrid {
+
+using Place = std::array<std::int32_t, 3>;
+
+/// Half of an integer, rounded down and up.
+inline std::int32_t half_below(std::int32_t i) { return i >> 1; }
+inline std::int32_t half_above(std::int32_t i) { return (i + 1) >> 1; }
+
+/// Places sorted along z, y, x, with a table of the lines along x, so that a place is found
+/// without a search wherever its line has no gap.
+class Lattice {
+ public:
+  explicit Lattice(std::vector<Place> sorted) : place_(std::move(sorted)) {
+    low_ = {0, 0, 0}, size_ = {0, 0, 0};
+    if (place_.empty()) return;
+    Place high = low_ = place_.front();
+    for (const Place& p : place_)
+      for (int k = 0; k < 3; ++k)
+        low_[k] = std::min(low_[k], p[k]), high[k] = std::max(high[k], p[k]);
+    for (int k = 0; k < 3; ++k) size_[k] = high[k] - low_[k] + 1;
+    line_.assign(std::size_t(size_[1]) * size_[2] + 1, 0);
+    for (const Place& p : place_) ++line_[line_of(p[1], p[2]) + 1];
+    for (std::size_t l = 1; l < line_.size(); ++l) line_[l] += line_[l - 1];
+  }
+
+  std::int32_t nodes() const { return static_cast<std::int32_t>(place_.size()); }
+  const Place& operator[](std::int64_t node) const { return place_[node]; }
+
+  /// The node at a place; -1 where there is none.
+  std::int32_t find(const Place& p) const {
+    if (!has_line(p[1], p[2])) return -1;
+    const std::int32_t begin = line_[line_of(p[1], p[2])], end = line_[line_of(p[1], p[2]) + 1];
+    if (begin == end || p[0] < place_[begin][0] || p[0] > place_[end - 1][0]) return -1;
+    const std::int32_t guess = begin + p[0] - place_[begin][0];
+    if (guess < end && place_[guess][0] == p[0]) return guess;
+    const auto from = place_.begin();
+    const auto found = std::lower_bound(from + begin, from + end, p[0],
+                                        [](const Place& q, std::int32_t x) { return q[0] < x; });
+    return (*found)[0] == p[0] ? static_cast<std::int32_t>(found - from) : -1;
+  }
+
+  /// The lattice of twice the spacing: every place from which one of the nodes is interpolated.
+  Lattice coarser() const {
+    std::vector<Place> coarse;
+    if (place_.empty()) return Lattice(coarse);
+    const std::int32_t first = half_below(low_[0]);
+    std::vector<char> wanted(half_above(low_[0] + size_[0] - 1) - first + 1, 0);
+    for (std::int32_t z = half_below(low_[2]); z <= half_above(low_[2] + size_[2] - 1); ++z)
+      for (std::int32_t y = half_below(low_[1]); y <= half_above(low_[1] + size_[1] - 1); ++y) {
+        std::int32_t least = static_cast<std::int32_t>(wanted.size()), most = -1;
+        for (std::int32_t fz = 2 * z - 1; fz <= 2 * z + 1; ++fz)
+          for (std::int32_t fy = 2 * y - 1; fy <= 2 * y + 1; ++fy) {
+            if (!has_line(fy, fz)) continue;
+            for (auto v = line_[line_of(fy, fz)]; v < line_[line_of(fy, fz) + 1]; ++v) {
+              const std::int32_t below = half_below(place_[v][0]) - first;
+              const std::int32_t above = half_above(place_[v][0]) - first;
+              wanted[below] = wanted[above] = 1;
+              least = std::min(least, below), most = std::max(most, above);
+            }
+          }
+        for (std::int32_t x = least; x <= most; ++x) {
+          if (wanted[x]) coarse.push_back({first + x, y, z});
+          wanted[x] = 0;
+        }
+      }
+    return Lattice(std::move(coarse));
+  }
+
+ private:
+  bool has_line(std::int32_t y, std::int32_t z) const {
+    return y >= low_[1] && y < low_[1] + size_[1] && z >= low_[2] && z < low_[2] + size_[2];
+  }
+  std::size_t line_of(std::int32_t y, std::int32_t z) const {
+    return std::size_t(z - low_[2]) * size_[1] + (y - low_[1]);
+  }
+
+  std::vector<Place> place_;
+  Place low_, size_;
+  std::vector<std::int32_t> line_;  // first node of each line along x
+};
+
+}  // namespace tilth::multigrid

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Preconditioned Krylov methods: conjugate gradients, and GMRES for unsymmetric matrices.
+
+Saad, Iterative methods for sparse linear systems (2003): algorithms 9.1 and 9.6. Inner products
+are the core's, which have the same bits for any number of threads.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.solvers.protocol import Solution, SolveFailed
+
+Floats = npt.NDArray[np.float64]
+Operator = Callable[[Floats], Floats]
+
+
+class NotDefinite(SolveFailed):
+    """Conjugate gradients met a direction without positive energy."""
+
+
+RESTART = 40
+"""Iterations of GMRES after which it begins anew from the solution found."""
+
+
+def conjugate_gradients(
+    product: Operator, precondition: Operator, right_side: Floats, tolerance: float, limit: int
+) -> Solution:
+    """Solves A x = b for a symmetric positive definite matrix and preconditioner.
+
+    The direction is made conjugate by the change of the residual (Polak and Ribiere), which
+    forgives a preconditioner in single precision.
+
+    Raises:
+        NotDefinite: the matrix or the preconditioner is not positive definite.
+        SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
+    """
+    size = math.sqrt(_core.inner(right_side, right_side))
+    if size == 0.0:
+        return Solution(np.zeros_like(right_side), 0, 0.0)
+    x, r = np.zeros_like(right_side), right_side.copy()
+    p, before, z_r = np.zeros_like(r), np.zeros_like(r), 1.0
+    for iteration in range(1, limit + 1):
+        z = precondition(r)
+        share = -_core.inner(z, before) / z_r
+        z_r, z_r_before = _core.inner(z, r), z_r
+        p *= share + z_r / z_r_before
+        p += z
+        q = product(p)
+        p_q = _core.inner(p, q)
+        if not (z_r > 0.0 and p_q > 0.0):
+            raise NotDefinite("a matrix or preconditioner that is not positive definite")
+        x += z_r / p_q * p
+        before[:] = r
+        r -= z_r / p_q * q
+        if _core.inner(r, r) <= (tolerance * size) ** 2:
+            r = right_side - product(x)
+            residual = math.sqrt(_core.inner(r, r)) / size
+            if residual <= 2.0 * tolerance:
+                return Solution(x, iteration, residual)
+            p[:] = 0.0
+    raise _too_slow(limit, math.sqrt(_core.inner(r, r)) / size)
+
+
+def flexible_gmres(
+    product: Operator, precondition: Operator, right_side: Floats, tolerance: float, limit: int
+) -> Solution:
+    """Solves A x = b by GMRES, preconditioned from the right by what may vary.
+
+    Raises:
+        SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
+    """
+    size = math.sqrt(_core.inner(right_side, right_side))
+    if size == 0.0:
+        return Solution(np.zeros_like(right_side), 0, 0.0)
+    x, r = np.zeros_like(right_side), right_side
+    residual, iterations = 1.0, 0
+    while iterations < limit:
+        basis = [r / (residual * size)]
+        directions: list[Floats] = []
+        triangle = np.zeros((RESTART + 1, RESTART))
+        turns: list[tuple[float, float]] = []
+        rest = [residual * size]
+        while len(directions) < RESTART and iterations < limit:
+            k = len(directions)
+            iterations += 1
+            directions.append(precondition(basis[k]))
+            w = product(directions[k])
+            for i, v in enumerate(basis):
+                triangle[i, k] = _core.inner(v, w)
+                w -= triangle[i, k] * v
+            length = math.sqrt(_core.inner(w, w))
+            column = triangle[:, k]
+            for i, (c, s) in enumerate(turns):
+                column[i], column[i + 1] = (
+                    c * column[i] + s * column[i + 1],
+                    (c * column[i + 1] - s * column[i]),
+                )
+            radius = math.hypot(column[k], length)
+            if not (0.0 < radius < math.inf):
+                raise SolveFailed("the linear system is singular")
+            turns.append((column[k] / radius, length / radius))
+            column[k] = radius
+            rest.append(-turns[k][1] * rest[k])
+            rest[k] *= turns[k][0]
+            if abs(rest[-1]) <= tolerance * size or length == 0.0:
+                break
+            basis.append(w / length)
+        n = len(directions)
+        shares = np.zeros(n)
+        for i in reversed(range(n)):
+            shares[i] = (rest[i] - triangle[i, i + 1 : n] @ shares[i + 1 :]) / triangle[i, i]
+        for share, direction in zip(shares, directions, strict=True):
+            x += share * direction
+        r = right_side - product(x)
+        residual = math.sqrt(_core.inner(r, r)) / size
+        if residual <= 2.0 * tolerance:
+            return Solution(x, iterations, residual)
+        if not math.isfinite(residual):
+            break
+    raise _too_slow(iterations, residual)
+
+
+def _too_slow(iterations: int, residual: float) -> SolveFailed:
+    return SolveFailed(f"no solution in {iterations} iterations (relative residual {residual:.1e})")

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Krylov methods preconditioned by geometric multigrid (docs/theory/linear_solvers.md)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+from tilth.grid import ActiveGrid
+from tilth.solvers.exact_part import ExactPart
+from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
+from tilth.solvers.protocol import Solution, SolveFailed
+
+Floats = npt.NDArray[np.float64]
+
+ITERATIONS = 100
+"""Iterations after which a direct solver is quicker."""
+
+HARD = {2: 5_000, 3: 2_500}
+"""Unknowns up to which the hard nodes' equations are solved exactly, by dimension."""
+
+SCATTERED = 100
+"""Grid lines of the box around all nodes, per node, up to which the levels list them all."""
+
+SYMMETRIC = 1e-10
+"""Relative asymmetry below which the matrix counts as symmetric."""
+
+
+class Multigrid:
+    """The levels of one active grid; a matrix of its pattern is set up by `fill`.
+
+    Args:
+        active: the active grid, which owns the pattern.
+        held: prescribed degrees of freedom, shape (nodes, dim).
+
+    Raises:
+        SolveFailed: the nodes are scattered over a box that is far larger than they fill.
+    """
+
+    def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
+        lines = np.prod(np.ptp(active.lattice[:, 1:], axis=0) + 1.0)
+        if lines > SCATTERED * len(held):
+            raise SolveFailed("the pieces of the active grid are too far apart")
+        self._active = active
+        self._dim = active.grid.dim
+        self._held = np.ascontiguousarray(held)
+        self._pattern = (active.row_start, active.column)
+        angle = np.arange(self._held.size, dtype=float)  # no structure, the same on any machine
+        self._probes = [np.where(held.ravel(), 0.0, np.cos(k * angle)) for k in (1.3, 2.1)]
+        self._exact: ExactPart | None = None
+        self._hierarchy = _core.Multigrid(self._dim, active.lattice, *self._pattern, self._held)
+
+    def fill(self, blocks: Floats, hard: npt.NDArray[np.bool_] | None = None) -> None:
+        """Takes the node blocks of a matrix, shape (entries of the pattern, dim, dim).
+
+        On the nodes that are `hard`, shape (nodes,), the equations are solved exactly before and
+        after each cycle, while they are few.
+
+        Raises:
+            SolveFailed: if it has entries that are not numbers.
+        """
+        self._blocks = blocks
+        self._hierarchy.fill(blocks)
+        self._asymmetry = self._measure_asymmetry()
+        if not np.isfinite(self._asymmetry):
+            raise SolveFailed("the matrix has entries that are not numbers")
+        self._exact = None
+        if hard is not None and 0 < hard.sum() * self._dim <= HARD[self._dim]:
+            self._exact = ExactPart(self._active, self._held, blocks, hard)
+
+    def solve(self, right_side: Floats, tolerance: float) -> Solution:
+        """Solves for nodal right sides, shape (nodes, dim), which are ignored where held.
+
+        Raises:
+            SolveFailed: no solution to the relative `tolerance` within `ITERATIONS`.
+        """
+        free = np.where(self._held, 0.0, right_side).ravel()
+        operators = (self._product, self._precondition)
+        if self._asymmetry < SYMMETRIC:
+            try:
+                return conjugate_gradients(*operators, free, tolerance, ITERATIONS)
+            except NotDefinite:  # the bound of the smoother's eigenvalues may be a little low
+                pass
+        return flexible_gmres(*operators, free, tolerance, ITERATIONS)
+
+    def _product(self, x: Floats) -> Floats:
+        product = np.empty_like(x)
+        _core.block_product(self._dim, *self._pattern, self._blocks, self._held, x, product)
+        return product
+
+    def _precondition(self, residual: Floats) -> Floats:
+        if self._exact is None:
+            return self._cycle(residual)
+        part = self._exact.solve(residual)
+        approximate = part + self._cycle(residual - self._product(part))
+        self._exact.improve(approximate, residual)
+        return approximate
+
+    def _cycle(self, residual: Floats) -> Floats:
+        approximate = np.empty_like(residual)
+        self._hierarchy.cycle(residual, approximate)
+        return approximate
+
+    def _measure_asymmetry(self) -> float:
+        """Relative difference of u . A v and v . A u for two vectors without structure."""
+        u, v = self._probes
+        product = self._product(v)
+        size = _core.inner(product, product) ** 0.5
+        difference = _core.inner(u, product) - _core.inner(v, self._product(u))
+        return float(abs(difference) / size) if size > 0.0 else 0.0

@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Multigrid against the direct solver: all kinds of systems, threads, grid sizes, failures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from implicit_blocks import squeezed
+from small_problems import BASES, KINDS, block_entries, dimension, plane, rollers, weight
+
+from tilth import Model, _core
+from tilth.simulation import Simulation
+from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
+from tilth.solvers import multigrid as multigrid_module
+from tilth.step import _share_left
+from tilth.verification.cases import example, varied
+
+Floats = npt.NDArray[np.float64]
+TOLERANCE = 1e-8
+
+
+class Systems(LinearSolver):
+    """A direct solver that keeps a copy of each system it is given."""
+
+    def __init__(self) -> None:
+        super().__init__(choose_solver("superlu"))
+        self.kept: list[tuple[LinearSystem, Floats]] = []
+
+    def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
+        copy = LinearSystem(system.active, system.held)
+        copy.blocks[:] = system.blocks
+        copy.hard = system.hard
+        self.kept.append((copy, right_side.copy()))
+        return super().solve(system, right_side, tolerance)
+
+
+def systems_of(model: Model, steps: int = 1) -> list[tuple[LinearSystem, Floats]]:
+    """All linear systems of the last of some steps."""
+    simulation = Simulation(model)
+    for step in range(steps):
+        simulation._solver = solver = Systems()
+        simulation.advance(model.schedule.regular_time(step), model.schedule.regular_time(step + 1))
+    return solver.kept
+
+
+def without_pattern(system: LinearSystem, seed: int = 0) -> Floats:
+    """A right side that excites every mode."""
+    return np.random.default_rng(seed).normal(size=system.held.shape)
+
+
+def solve(system: LinearSystem, right: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, int]:
+    multigrid = Multigrid(system.active, system.held)
+    multigrid.fill(system.blocks, system.hard)
+    solution = multigrid.solve(right, tolerance)
+    x = solution.x.reshape(right.shape)
+    free = np.where(system.held, 0.0, right)
+    rest = np.where(system.held, 0.0, free - system.times(x))
+    true = np.linalg.norm(rest) / np.linalg.norm(free)
+    assert true == pytest.approx(solution.residual, rel=1e-3, abs=1e-14)
+    assert true <= 2.0 * tolerance
+    assert not x[system.held].any()
+    return x, solution.iterations
+
+
+def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
+    """Both solvers agree as far as the residual and the condition of the matrix allow."""
+    x, iterations = solve(system, right, 1e-11)
+    exact = LinearSolver(choose_solver("superlu")).solve(system, right, 0.0)
+    assert np.linalg.norm(x - exact) <= 1e-5 * np.linalg.norm(exact)
+    assert iterations <= most
+
+
+def block(kind: str, basis: str, cells: int, **body: Any) -> Model:
+    """A block under its weight; `top` takes that share of a cell's height off it."""
+    entries = block_entries(kind, basis, cells=1, loads=[weight(kind, 2.0)])
+    entries["materials"]["soil"]["poisson_ratio"] = 0.48
+    dim, size = dimension(kind), 1.0 / cells
+    cut = body.pop("cut", 0.0) * size
+    entries["boundaries"] = rollers(kind, 1.0)
+    entries["grid"]["cell_size"] = size
+    upper = [1.0] * (dim - 1) + [1.0 - cut]
+    entries["bodies"][0]["shape"]["upper"] = upper
+    if cut:
+        del entries["bodies"][0]["points_per_cell"]
+        entries["bodies"][0]["points"] = [2 * cells] * dim
+    entries["bodies"][0].update(body)
+    return Model.from_dict(entries)
+
+
+CELLS = {"plane_strain": 20, "axisymmetric": 20, "3d": 7}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
+def test_full_cells(kind: str, basis: str, anti_locking: str) -> None:
+    more = {} if anti_locking == "none" else {"anti_locking": anti_locking}
+    system, right = systems_of(block(kind, basis, CELLS[kind], **more))[0]
+    require_agreement(system, right, most=40)
+    require_agreement(system, without_pattern(system), most=40)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("cut", [0.3, 0.7, 0.95])
+def test_partly_filled_cells_with_ghost_stabilisation(kind: str, basis: str, cut: float) -> None:
+    system, right = systems_of(block(kind, basis, CELLS[kind], cut=cut))[0]
+    require_agreement(system, right, most=45)
+    require_agreement(system, without_pattern(system), most=45)
+
+
+CUT_CELL = {"plane_strain": 0.043, "axisymmetric": 0.043, "3d": 0.13}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("basis", BASES)
+def test_implicit_boundaries(kind: str, basis: str) -> None:
+    """Penalties of 1e3 times the soil's stiffness on every side."""
+    model = varied(
+        squeezed(kind, basis, "roller", 1e-3),
+        {"grid.cell_size": CUT_CELL[kind], "schedule.steps": 50},
+    )
+    system, right = systems_of(model)[0]
+    assert solve(system, right)[1] <= 40
+    assert solve(system, without_pattern(system))[1] <= 55
+
+
+@pytest.mark.parametrize("n", [16, 32])
+def test_iterations_do_not_grow_with_the_grid(n: int) -> None:
+    counts = []
+    for cells in (n, 2 * n):
+        system, _ = systems_of(block("plane_strain", "linear", cells))[0]
+        counts.append(solve(system, without_pattern(system))[1])
+    assert counts[1] <= counts[0] + 3
+
+
+def test_iterations_do_not_grow_with_the_grid_in_3d() -> None:
+    counts = []
+    for cells in (6, 12):
+        system, _ = systems_of(block("3d", "linear", cells, anti_locking="f_bar"))[0]
+        counts.append(solve(system, without_pattern(system))[1])
+    assert counts[1] <= counts[0] + 4
+
+
+def footing(**changes: Any) -> Model:
+    """The strip footing's case on a coarse grid and with few large steps into the plateau."""
+    coarse = {"grid.cell_size": 0.25, "schedule": {"steps": 6}}
+    return varied(example("strip_footing"), {**coarse, **changes})
+
+
+def test_plastic_unsymmetric_tangent() -> None:
+    """F-bar at the limit load: nearly a mechanism, and an unsymmetric matrix."""
+    system, right = systems_of(footing(), steps=6)[-1]
+    multigrid = Multigrid(system.active, system.held)
+    multigrid.fill(system.blocks)
+    assert multigrid._asymmetry > multigrid_module.SYMMETRIC
+    assert system.hard is not None
+    assert system.hard.sum() > 10
+    require_agreement(system, right, most=40)
+    system.hard = None  # cycles alone take far longer, but are right, too
+    assert solve(system, right, 1e-4)[1] > 20
+
+
+def test_whole_run_gives_the_direct_solvers_result() -> None:
+    found = {}
+    for name in ("multigrid", "superlu"):
+        simulation = Simulation(footing(**{"analysis.solver": name}))
+        for step in range(4):
+            simulation.advance(
+                simulation.model.schedule.regular_time(step),
+                simulation.model.schedule.regular_time(step + 1),
+            )
+        assert not any("direct solver" in text for text in simulation.warnings)
+        found[name] = simulation.points.displacement[
+            simulation.points.index_of(np.arange(len(simulation.points)))
+        ]
+    largest = np.abs(found["superlu"]).max()
+    np.testing.assert_allclose(found["multigrid"], found["superlu"], atol=1e-6 * largest)
+
+
+@pytest.fixture
+def _threaded() -> Iterator[None]:
+    threads, points = _core.threads(), _core.parallel_from()
+    _core.set_parallel_from(0)
+    yield
+    _core.set_threads(threads)
+    _core.set_parallel_from(points)
+
+
+@pytest.mark.usefixtures("_threaded")
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
+def test_same_bits_for_any_number_of_threads(kind: str, anti_locking: str) -> None:
+    more = {"cut": 0.7} if anti_locking == "none" else {"anti_locking": anti_locking}
+    system, _ = systems_of(block(kind, "gimp", CELLS[kind], **more))[0]
+    solutions = []
+    for threads in (1, 2, 3):
+        _core.set_threads(threads)
+        solutions.append(solve(system, without_pattern(system))[0].tobytes())
+    assert len(set(solutions)) == 1
+
+
+def test_inner_product_in_pieces() -> None:
+    random = np.random.default_rng(0)
+    for n in (0, 1, 4095, 4096, 4097, 10000):
+        a, b = random.normal(size=(2, n))
+        assert _core.inner(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
+
+
+def test_gaps_and_negative_places_of_the_lattice() -> None:
+    """Two pieces apart, off the origin: each is solved as if it were alone."""
+    entries = block_entries("plane_strain", "linear", cells=1, loads=[weight("plane_strain", 1.0)])
+    entries["grid"]["cell_size"] = 0.1
+    piece = entries["bodies"][0]
+    entries["bodies"] = [
+        {**piece, "name": "low", "shape": {"type": "box", "lower": [-2.3, 0], "upper": [-1.1, 1]}},
+        {**piece, "name": "far", "shape": {"type": "box", "lower": [0.9, 0], "upper": [2.0, 0.7]}},
+    ]
+    entries["boundaries"] = [
+        plane("base", "y", 0.0, condition="fixed"),
+    ]
+    system, right = systems_of(Model.from_dict(entries))[0]
+    require_agreement(system, right, most=25)
+
+
+def test_zero_right_side() -> None:
+    system, right = systems_of(block("plane_strain", "linear", 8))[0]
+    multigrid = Multigrid(system.active, system.held)
+    multigrid.fill(system.blocks)
+    assert not multigrid.solve(np.zeros_like(right), TOLERANCE).x.any()
+
+
+@pytest.mark.parametrize("case", ["too few iterations", "not a number", "indefinite"])
+def test_unconverged_solution_is_refused(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    system, right = systems_of(block("plane_strain", "linear", 24))[0]
+    if case == "too few iterations":
+        monkeypatch.setattr(multigrid_module, "ITERATIONS", 3)
+    elif case == "not a number":
+        system.blocks[len(system.blocks) // 2] = np.nan
+    else:
+        system.blocks[::2] *= -1.0
+    with pytest.raises(SolveFailed):
+        solve(system, right)
+
+
+def test_direct_solver_takes_over_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(multigrid_module, "ITERATIONS", 2)
+    simulation = Simulation(footing(**{"analysis.solver": "multigrid"}))
+    result = simulation.advance(0.0, simulation.model.schedule.regular_time(1))
+    assert result.equilibrium.residuals[-1] <= simulation.model.analysis.tolerance
+    (warning,) = (text for text in simulation.warnings if "direct solver" in text)
+    assert "no solution in 2 iterations" in warning
+
+
+@pytest.mark.parametrize("over", [-1, 1])
+def test_small_systems_are_left_to_the_direct_solver(over: int) -> None:
+    system, right = systems_of(block("plane_strain", "linear", 24))[0]
+    told: list[str] = []
+    solver = LinearSolver(choose_solver("superlu"), system.held.size + over, told.append)
+    system.blocks[len(system.blocks) // 2] *= -1.0  # multigrid refuses what is not a stiffness
+    solver.solve(system, right, TOLERANCE)
+    assert bool(told) == (over < 0)
+
+
+@pytest.mark.parametrize(
+    ("relative", "tolerance", "share"),
+    [(1.0, 1e-9, 1e-4), (1e-6, 1e-9, 1e-4), (1e-7, 1e-9, 1e-3), (2e-9, 1e-9, 1e-2)],
+)
+def test_linear_tolerance_follows_the_residual(
+    relative: float, tolerance: float, share: float
+) -> None:
+    assert _share_left(relative, tolerance) == pytest.approx(share)
+    assert share * relative >= 0.01 * tolerance  # never more accurate than it is worth
+
+
+def test_pieces_far_apart_are_left_to_the_direct_solver() -> None:
+    entries = block_entries("plane_strain", "linear", cells=4, loads=[weight("plane_strain", 1.0)])
+    piece = entries["bodies"][0]
+    far = {"type": "box", "lower": [0.0, 1e5], "upper": [4.0, 1e5 + 4.0]}
+    entries["bodies"].append({**piece, "name": "far", "shape": far})
+    entries["boundaries"] = [
+        plane("base", "y", 0.0, condition="fixed"),
+        plane("high base", "y", 1e5, condition="fixed"),
+    ]
+    system, right = systems_of(Model.from_dict(entries))[0]
+    told: list[str] = []
+    x = LinearSolver(choose_solver("superlu"), 0, told.append).solve(system, right, TOLERANCE)
+    assert "far apart" in told[0]
+    rest = np.where(system.held, 0.0, right - system.times(x))
+    assert np.linalg.norm(rest) <= 1e-10 * np.linalg.norm(right)
