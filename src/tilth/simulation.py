@@ -23,12 +23,15 @@ from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints, PointRange
 from tilth.predictor import Predictor
 from tilth.soil import Soil
 from tilth.solvers import linear_solver
 from tilth.step import Equilibrium, Newton, solve_step
 from tilth.support import Springs
+from tilth.surface.loads import SurfaceLoads
+from tilth.surface.make import make_surfaces
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -82,6 +85,7 @@ class Simulation:
 
     Attributes:
         points: the material points, changed by `advance`.
+        surfaces: tracked surfaces, by the bodies' names.
         timers: time spent in basis, stress, assembly, solve and rest.
         warnings: texts not yet reported; the caller empties the list.
 
@@ -111,6 +115,7 @@ class Simulation:
         self.loads = Loads(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
+        self.surfaces = make_surfaces(model, initial)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._said: set[str] = set()
         self._predictor = Predictor(model.dimension)
@@ -144,7 +149,16 @@ class Simulation:
             boundary.restore(
                 {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
             )
+        for name, surface in simulation.surfaces.items():
+            start = _of_surface(name, "")
+            surface.restore(
+                {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
+            )
         return simulation
+
+    def surface_shapes(self) -> tuple[SurfaceShape, ...]:
+        """Returns the tracked surfaces of the bodies as they are now."""
+        return tuple(surface.shape() for surface in self.surfaces.values())
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
@@ -154,6 +168,9 @@ class Simulation:
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
+        for name, surface in self.surfaces.items():
+            for key, array in surface.arrays().items():
+                arrays[_of_surface(name, key)] = array
         return arrays
 
     def check(self) -> ActiveGrid:
@@ -210,6 +227,7 @@ class Simulation:
             couplings += self._ghost.couplings(
                 self.soil, active, conditions.held, contacts.behind()
             )
+            surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
         springs = Springs.of(self.soil, active)
         guess = None
@@ -219,7 +237,7 @@ class Simulation:
             try:
                 equilibrium = solve_step(
                     self.soil, active, conditions, force_before, force, springs, linear,
-                    self._solver, newton, self.timers, guess, on_iteration,
+                    surface_loads, self._solver, newton, self.timers, guess, on_iteration,
                 )  # fmt: skip
                 break
             except StepFailed as failure:
@@ -232,6 +250,7 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
+        self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
         self._predictor.commit(active, equilibrium.displacement, after - before)
@@ -244,6 +263,9 @@ class Simulation:
             )
             contacts.commit(carried)
         result = StepResult(active, equilibrium, forces, 0.0, after)
+        if surface_loads:
+            force_before = force_before + surface_loads.force_before()
+            force = force + surface_loads.force(equilibrium.displacement)
         mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
 
@@ -258,6 +280,18 @@ class Simulation:
         origin = self.grid.origin.copy()
         origin[axes] = place[axes]
         return replace(self.grid, origin=origin)
+
+    def _move_surfaces(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+        surfaces = list(self.surfaces.values())
+        if not surfaces:
+            return
+        displacement = equilibrium.displacement
+        position = self.points.position + self.soil.interpolate(active, displacement)
+        moved = [surface.moved(active, displacement, self.points, position) for surface in surfaces]
+        for surface, (state, warning) in zip(surfaces, moved, strict=True):
+            surface.commit(state)
+            if warning:
+                self._note(f"crossing of {surface.name}", warning)
 
     def _require_inside(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
         if self.grid.lower is None:
@@ -322,6 +356,10 @@ class Simulation:
 
 def _of_boundary(number: int, key: str) -> str:
     return f"boundary_{number}_{key}"
+
+
+def _of_surface(name: str, key: str) -> str:
+    return f"surface_{name}_{key}"
 
 
 def initial_points(model: Model) -> MaterialPoints:

@@ -18,6 +18,7 @@ from tilth.grid import ActiveGrid
 from tilth.soil import Soil
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
 from tilth.support import Springs
+from tilth.surface.loads import SurfaceLoads
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -81,6 +82,7 @@ def solve_step(
     force: Floats,
     springs: Springs,
     linear: LinearForces,
+    surfaces: SurfaceLoads,
     solver: LinearSolver,
     newton: Newton,
     timers: Timers,
@@ -91,8 +93,10 @@ def solve_step(
     """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
 
     Args:
-        force_before, force: external force at the start and the end of the step, (nodes, dim).
+        force_before, force: external force on points at the start and the end of the step,
+            (nodes, dim).
         springs, linear: what supports badly supported nodes, and couplings of few nodes.
+        surfaces: external force that follows the soil's surface.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is told the iteration and its relative residual.
 
@@ -105,30 +109,31 @@ def solve_step(
     residuals: list[float] = []
 
     def evaluate(u: Floats) -> tuple[Floats, float, float]:
-        """Internal force, norm of the residual on the free nodes, and that over the forces'."""
+        """Residual force, its norm on the free nodes, and that over the forces'."""
         soil.update(active, u)
         of_soil = soil.internal_force(active)
-        internal = of_soil + springs.force(u) + linear.force(u)
-        rest = internal - force
+        external = force + surfaces.force(u) if surfaces else force
+        rest = of_soil + springs.force(u) + linear.force(u) - external
         free = norm(comm, np.where(held, 0.0, rest)[own])
         reaction = norm(comm, np.where(held, rest, 0.0)[own])
-        # not `internal`: implicit boundaries balance the soil's force in it
-        size = max(norm(comm, force[own]), norm(comm, of_soil[own]), reaction)
+        # not all internal force: implicit boundaries balance the soil's in it
+        size = max(norm(comm, external[own]), norm(comm, of_soil[own]), reaction)
         # at rest, an implicit boundary that begins to move is the only force
-        return internal, free, free / size if size > 0.0 else float(free > 0.0)
+        return rest, free, free / size if size > 0.0 else float(free > 0.0)
 
     moving = bool(conditions.increment.any())
     initial_reaction = np.zeros_like(force)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        internal, size, relative = evaluate(displacement)
-        initial_reaction = np.where(held, internal - force_before, 0.0)
+        rest, size, relative = evaluate(displacement)
+        before = force_before + surfaces.force_before() - force - surfaces.force(displacement)
+        initial_reaction = np.where(held, rest - before, 0.0)
     if guess is not None:
         trial = np.where(held, conditions.increment, guess)
         try:
-            internal, size, relative = evaluate(trial)
+            rest, size, relative = evaluate(trial)
             displacement, moving = trial, False
         except StepFailed:
-            internal, size, relative = evaluate(displacement)
+            rest, size, relative = evaluate(displacement)
     system: LinearSystem | None = None
     while True:
         residuals.append(relative)
@@ -139,11 +144,11 @@ def solve_step(
         if not balanced and len(residuals) > CERTAIN:
             balanced = size <= linear.round_off(displacement)
         if balanced and not moving:
-            reaction = np.where(held, internal - force, 0.0)
+            reaction = np.where(held, rest, 0.0)
             return Equilibrium(displacement, reaction, initial_reaction, residuals)
         if len(residuals) > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            worst = _nearest_point(soil, active, np.where(held, 0.0, internal - force))
+            worst = _nearest_point(soil, active, np.where(held, 0.0, rest))
             raise StepFailed(reason, point=worst, residuals=residuals)
         if system is None:
             with timers.measure("assembly"):
@@ -151,9 +156,10 @@ def solve_step(
         soil.stiffness(active, system.blocks)
         springs.add_stiffness(active, system.blocks)
         linear.add_stiffness(system.blocks)
+        surfaces.add_stiffness(displacement, system.blocks)
         system.hard = soil.yielding_nodes(active)
         change = np.zeros_like(displacement)
-        right_side = force - internal
+        right_side = -rest
         if moving:
             change = np.where(held, conditions.increment, 0.0)
             right_side = right_side - system.times(change)
@@ -165,7 +171,7 @@ def solve_step(
                 raise StepFailed(str(error), residuals=residuals) from error
         search = newton.line_search and not moving
         shares = (1.0, 0.5, 0.25, 0.125) if search else (1.0,)
-        displacement, (internal, size, relative) = _best(
+        displacement, (rest, size, relative) = _best(
             evaluate, displacement, change, shares, size, residuals
         )
         moving = False

@@ -23,6 +23,7 @@ from tilth.model import (
     Material,
     Model,
     PlaneBoundary,
+    SurfaceLoad,
     Track,
 )
 from tilth.report.setup import Setup
@@ -159,8 +160,27 @@ def _load(load: Load, model: Model) -> str:
     end = f"factor {model.factor(load, model.schedule.end):g} at the end"
     if isinstance(load, BodyForce):
         return f"body force, acceleration {_vector(load.acceleration)}, {end}"
+    if isinstance(load, SurfaceLoad):
+        return f"{_surface_load(load, model)}, {end}"
     force = f"{_vector(load.force)} {model.units.force}"
     return f"point force {force} on {load.body} at {_vector(load.at)}, {end}"
+
+
+def _surface_load(load: SurfaceLoad, model: Model) -> str:
+    stress, parts = model.units.stress, []
+    for key in ("pressure", "shear"):
+        if value := getattr(load, key):
+            parts.append(f"{key} {value:g} {stress}")
+    if load.hydrostatic is not None:
+        parts.append(f"water of unit weight {load.hydrostatic.unit_weight:g}")
+    if load.pressure_along is not None:
+        parts.append("pressure along the arc length")
+    if load.traction is not None:
+        parts.append(f"traction {_vector(load.traction)} {stress}")
+    where = f" from {_vector(load.start)} to {_vector(load.end or ())}" if load.start else ""
+    where = f" ({load.part})" if load.part else where
+    how = "" if load.follower else ", dead"
+    return f"{', '.join(parts)} on the surface of {load.body}{where}{how}"
 
 
 def _track(track: Track) -> str:

@@ -11,7 +11,7 @@ from implicit_problems import implicit, line, locate_contacts, rotation, take_st
 from small_problems import KINDS, Floats, block_entries, dimension, plane
 
 from tilth import Model
-from tilth.boundaries.contact import locate_places
+from tilth.place import locate_places
 from tilth.simulation import Simulation
 
 GRAVITY, DENSITY = 10.0, 2.0

@@ -9,12 +9,13 @@ import numpy as np
 
 from tilth import _core
 from tilth.boundaries.band import BandContact
-from tilth.boundaries.contact import Contact, Integers, locate_places
+from tilth.boundaries.contact import Contact, Integers
 from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
 from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid, lattice_keys
+from tilth.place import locate_places
 from tilth.points import MaterialPoints
 
 LARGEST_CONSTRAINED_MODULUS = 3.0

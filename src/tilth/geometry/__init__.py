@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.errors import BadInput
 from tilth.geometry.box import Box
 from tilth.geometry.footing import Footing
 from tilth.geometry.level_set import LevelSet
@@ -12,6 +13,7 @@ from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle, Cylinder, Sphere
+from tilth.geometry.spline import SplineGeometry
 from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.fields import per_direction
@@ -25,6 +27,10 @@ from tilth.model.geometry import (
     PolylineGeometry,
     SphereGeometry,
 )
+from tilth.model.geometry import SplineGeometry as Splined
+from tilth.surface.chain import BadChain, Chain
+from tilth.surface.crossing import find_crossings
+from tilth.surface.spline import LocalCubicSpline
 from tilth.user_function import UserFunction
 
 __all__ = ["Geometry", "make_geometry"]
@@ -51,6 +57,8 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
         return Sphere(np.array(declared.centre), declared.radius, inside)
     if isinstance(declared, PolylineGeometry):
         return Polyline(np.array(declared.vertices), declared.closed, declared.soil == "left")
+    if isinstance(declared, Splined):
+        return _spline(declared, f"{key}.vertices")
     if isinstance(declared, BoxGeometry):
         corners = np.array(declared.lower), np.array(declared.upper)
         return Box(*corners, np.array(declared.axes), inside, declared.faces)
@@ -62,3 +70,24 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
         function = UserFunction(declared.function, key=f"{key}.function")
         return LevelSet(function, model.dimension, np.array(model.cell_size))
     return TriangleMesh.from_file(declared.file, declared.soil, key=f"{key}.file")
+
+
+def _spline(declared: Splined, key: str) -> SplineGeometry:
+    points = np.array(declared.vertices)
+    corner = np.zeros(len(points), dtype=bool)
+    corner[list(declared.corners or ())] = True
+    if declared.soil == "right":  # along the chain it is on the left
+        points, corner = points[::-1], corner[::-1]
+    try:
+        chain = Chain(points, declared.closed, corner)
+    except BadChain as error:
+        raise BadInput(error.problem, error.remedy, key=key) from error
+    crossings = find_crossings([chain])
+    if len(crossings.place):
+        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
+        raise BadInput(
+            f"the curve crosses itself at ({where})",
+            "give the vertices in order along the boundary",
+            key=key,
+        )
+    return SplineGeometry(LocalCubicSpline(chain))

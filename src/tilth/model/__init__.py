@@ -14,6 +14,7 @@ from tilth.model.geometry import (
     PlaneGeometry,
     PolylineGeometry,
     SphereGeometry,
+    SplineGeometry,
     StlGeometry,
 )
 from tilth.model.implicit import ImplicitBoundary, Rotation
@@ -23,6 +24,7 @@ from tilth.model.model import FORMAT, Model
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Follow, Grid, Kind, Limits, Output, Units
 from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Shape, Sphere
+from tilth.model.surface import Hydrostatic, Surface, SurfaceLoad
 from tilth.model.track import Track
 
 __all__ = [
@@ -46,6 +48,7 @@ __all__ = [
     "Geometry",
     "Grid",
     "HenckyElastic",
+    "Hydrostatic",
     "ImplicitBoundary",
     "Kind",
     "Limits",
@@ -65,7 +68,10 @@ __all__ = [
     "Shape",
     "Sphere",
     "SphereGeometry",
+    "SplineGeometry",
     "StlGeometry",
+    "Surface",
+    "SurfaceLoad",
     "Track",
     "Units",
     "VonMises",

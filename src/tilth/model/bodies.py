@@ -12,6 +12,7 @@ from tilth.model.base import Declared
 from tilth.model.fields import CountPerDirection, CountVector, Name, PositivePerDirection
 from tilth.model.problems import rejection
 from tilth.model.shapes import Box, Shape
+from tilth.model.surface import Surface
 
 DomainUpdate = Literal[
     "fixed", "determinant", "deformation_gradient", "right_stretch", "left_stretch", "corners"
@@ -44,6 +45,8 @@ class Body(Declared):
     """Material points of a box along each of its own (rotated) axes, shape (dimension,)."""
     spacing: PositivePerDirection | None = None
     """Distance of material points [length] along the body's own axes, > 0."""
+    surface: Surface | None = None
+    """Boundary points on its surface; none if not given."""
 
     @model_validator(mode="before")
     @classmethod

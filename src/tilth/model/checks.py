@@ -14,6 +14,7 @@ from tilth.model.loads import BodyForce, PointForce
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, unknown_name
 from tilth.model.sizes import size_problems
+from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -56,8 +57,14 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
             words = unknown_name("material", body.material, model.materials)
             yield Problem(f"bodies[{i}].material", *words, body.material)
     for i, load in enumerate(model.loads):
-        if isinstance(load, PointForce) and load.body not in bodies:
+        if isinstance(load, PointForce | SurfaceLoad) and load.body not in bodies:
             yield Problem(f"loads[{i}].body", *unknown_name("body", load.body, bodies), load.body)
+        elif isinstance(load, SurfaceLoad):
+            number = bodies.index(load.body)
+            if model.bodies[number].surface is None:
+                what = f"the body {load.body!r} has no boundary points that could carry a load"
+                remedy = f"add `surface = {{}}` to bodies[{number}]"
+                yield Problem(f"loads[{i}].body", what, remedy, load.body)
     for i, track in enumerate(model.track):
         if track.body is not None and track.body not in bodies:
             words = unknown_name("body", track.body, bodies)

@@ -153,6 +153,17 @@ def _table(value: Any) -> tuple[tuple[float, float], ...]:
     return tuple(table)
 
 
+def _profile(value: Any) -> tuple[tuple[float, float], ...]:
+    example = "give rows of (arc length, value) such as [[0, 0], [2, 1]]"
+    rows = as_list(value)
+    if rows is None or len(rows) < 2 or any(len(as_list(row) or ()) != 2 for row in rows):
+        raise reject("must be a list of at least two rows of two numbers", example)
+    profile = [(_real(place), _real(number)) for place, number in rows]
+    if any(after <= before for (before, _), (after, _) in pairwise(profile)):
+        raise reject("the arc lengths must increase from row to row", example)
+    return tuple(profile)
+
+
 def _times(value: Any) -> tuple[float, ...]:
     times = _vector_of(_real)(value)
     if times[0] <= 0.0:
@@ -215,6 +226,7 @@ Text = Annotated[str, PlainValidator(_text)]
 Name = Annotated[str, PlainValidator(_name)]
 Vector = Annotated[Sequence[float], PlainValidator(_vector_of(_real))]
 CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
+WholeNumbers = Annotated[Sequence[int], PlainValidator(_vector_of(_count_or_zero))]
 PositivePerDirection = Annotated[
     float | Sequence[float], PlainValidator(_per_direction_of(_positive))
 ]
@@ -225,6 +237,7 @@ Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
 PythonFunction = Annotated[str, PlainValidator(_function)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
+Profile = Annotated[Sequence[Sequence[float]], PlainValidator(_profile)]
 Times = Annotated[Sequence[float], PlainValidator(_times)]
 
 

@@ -26,6 +26,7 @@ from tilth.model.fields import (
     PythonFunction,
     Real,
     Vector,
+    WholeNumbers,
     extent_problems,
 )
 from tilth.model.problems import reject, rejection
@@ -154,6 +155,31 @@ class PolylineGeometry(Declared):
         return self
 
 
+class SplineGeometry(Declared):
+    """Open or closed smooth curve through points, with corners where they are asked for (2D)."""
+
+    type: Literal["spline"] = "spline"
+    vertices: Matrix
+    """Points on the curve in order [length], shape (n, 2)."""
+    closed: Flag = False
+    """Whether the last of them is joined to the first."""
+    corners: WholeNumbers | None = None
+    """Which of them are corners, counted from 0; none if not given."""
+    soil: Literal["left", "right"]
+    """On which side of the way along the vertices the soil is."""
+
+    @model_validator(mode="after")
+    def _is_a_curve(self) -> Any:
+        if any(len(row) != 2 for row in self.vertices):
+            remedy = "give [x, y] for each vertex"
+            raise rejection([Problem("vertices", "are places in 2D", remedy)])
+        wrong = [i for i in self.corners or () if i >= len(self.vertices)]
+        if wrong:
+            remedy = f"the vertices are numbered from 0 to {len(self.vertices) - 1}"
+            raise rejection([Problem("corners", "names no vertex", remedy, wrong[0])])
+        return self
+
+
 class BoxGeometry(Declared):
     """Faces of a rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
 
@@ -238,6 +264,7 @@ GEOMETRIES = (
     CylinderGeometry,
     SphereGeometry,
     PolylineGeometry,
+    SplineGeometry,
     BoxGeometry,
     FootingGeometry,
     FunctionGeometry,
@@ -250,6 +277,7 @@ Geometry = Annotated[
     | CylinderGeometry
     | SphereGeometry
     | PolylineGeometry
+    | SplineGeometry
     | BoxGeometry
     | FootingGeometry
     | FunctionGeometry

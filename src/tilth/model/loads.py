@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads: body forces and point forces, each scaled by a table of load factors over time."""
+"""Loads: on mass, points and surfaces, each scaled by a table of load factors over time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pydantic import Field
 
 from tilth.model.base import Declared, chosen_by
 from tilth.model.fields import Name, Table, Vector
+from tilth.model.surface import SurfaceLoad
 
 
 class BodyForce(Declared):
@@ -36,7 +37,7 @@ class PointForce(Declared):
 
 
 Load = Annotated[
-    BodyForce | PointForce,
+    BodyForce | PointForce | SurfaceLoad,
     Field(discriminator="type"),
-    chosen_by("type", BodyForce, PointForce),
+    chosen_by("type", BodyForce, PointForce, SurfaceLoad),
 ]

@@ -20,9 +20,18 @@ from tilth.model.materials import Material
 from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
+from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 
-Loaded = PlaneBoundary | NodeBoundary | ImplicitBoundary | AffineBoundary | BodyForce | PointForce
+Loaded = (
+    PlaneBoundary
+    | NodeBoundary
+    | ImplicitBoundary
+    | AffineBoundary
+    | BodyForce
+    | PointForce
+    | SurfaceLoad
+)
 
 
 FORMAT = 1
@@ -69,7 +78,7 @@ class Model(Declared):
     boundaries: Annotated[Sequence[Boundary], AsTuple] = ()
     """Essential conditions, at least one."""
     loads: Annotated[Sequence[Load], AsTuple] = ()
-    """Body forces and point forces."""
+    """Body forces, point forces and loads on surfaces."""
     schedule: Schedule
     """a section [schedule] with the number of steps or the step_size."""
     track: Annotated[Sequence[Track], AsTuple] = ()

@@ -19,11 +19,13 @@ from tilth.model.geometry import (
     PlaneGeometry,
     PolylineGeometry,
     SphereGeometry,
+    SplineGeometry,
     StlGeometry,
 )
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce
 from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Sphere
+from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 _SHAPES_OF = {2: (Box, Polygon, Circle, Mesh), 3: (Box, Cylinder, Sphere, Mesh)}
 _EVERYWHERE = (PlaneGeometry, BoxGeometry, FootingGeometry, FunctionGeometry)
 _GEOMETRIES_OF = {
-    2: (*_EVERYWHERE, CircleGeometry, PolylineGeometry),
+    2: (*_EVERYWHERE, CircleGeometry, PolylineGeometry, SplineGeometry),
     3: (*_EVERYWHERE, CylinderGeometry, SphereGeometry, StlGeometry),
 }
 _VECTORS_OF_GEOMETRY = ("point", "normal", "centre", "lower", "upper", "along")
@@ -55,10 +57,34 @@ def size_problems(model: Model) -> list[Problem]:
         if isinstance(boundary, ImplicitBoundary):
             problems += _geometry(f"{key}.geometry", boundary, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
+    problems += _surfaces(model)
     for i, track in enumerate(model.track):
         if track.quantity == "moment":
             problems += _moment(f"track[{i}]", track, dimension, kind)
     return problems
+
+
+def _surfaces(model: Model) -> Iterator[Problem]:
+    """What of surfaces and their loads is for curves only, or for triangles only."""
+    if model.dimension == 2:
+        for i, load in enumerate(model.loads):
+            if isinstance(load, SurfaceLoad) and load.part is not None:
+                remedy = "give `start` and `end`"
+                yield Problem(f"loads[{i}].part", "is for surfaces in 3D", remedy, load.part)
+        return
+    remedy = 'leave it out: an analysis of kind "3d" has triangles on the outline of a body'
+    for i, body in enumerate(model.bodies):
+        surface = body.surface
+        if surface is not None and surface.vertices is not None:
+            yield Problem(f"bodies[{i}].surface.vertices", "are for curves in 2D", remedy)
+        if surface is not None and surface.points == "outer_layer":
+            what = "is for curves in 2D"
+            yield Problem(f"bodies[{i}].surface.points", what, remedy, surface.points)
+    remedy = "name a `part` in 3D, and give `traction` for shear"
+    for i, load in enumerate(model.loads):
+        for key in ("start", "pressure_along", "shear"):
+            if isinstance(load, SurfaceLoad) and getattr(load, key):
+                yield Problem(f"loads[{i}].{key}", "is for curves in 2D", remedy)
 
 
 def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
@@ -86,6 +112,11 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     for i, load in enumerate(model.loads):
         if isinstance(load, BodyForce):
             yield f"loads[{i}].acceleration", load.acceleration
+        elif isinstance(load, SurfaceLoad):
+            yield f"loads[{i}].traction", load.traction
+            if model.dimension == 2:
+                yield f"loads[{i}].start", load.start
+                yield f"loads[{i}].end", load.end
         else:
             yield f"loads[{i}].at", load.at
             yield f"loads[{i}].force", load.force

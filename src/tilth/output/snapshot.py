@@ -15,6 +15,22 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
+class SurfaceShape:
+    """A tracked surface at one output."""
+
+    name: str
+    """Name of the body that it is the surface of."""
+    position: FloatArray
+    """Its vertices [length], shape (n, dim)."""
+    cells: IntArray
+    """Segments in order along the curve, the soil on their left, shape (m, 2) in 2D; triangles with
+    their normal into the soil by the right-hand rule, shape (m, 3) in 3D."""
+    fields: Mapping[str, NDArray[Any]]
+    """Per vertex: ``normal``, unit vectors into the soil (n, dim); in 2D ``arc_length`` [length]
+    along its chain (n,)."""
+
+
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """What is written to ``results.vtkhdf`` at one output time.
 

@@ -18,11 +18,9 @@ from tilth.surface.chain import Chain, Flags, Floats, Integers, sharp_corners
 
 # Places with a radius below this, in cells, are on the axis of symmetry.
 ON_AXIS = 1e-9
-# Turning angle [degrees] above which a node of a mesh's outline is a corner, unless another one is
-# asked for: a circle of more than 18 edges is smooth.
-MESH_CORNER = 20.0
-# Turning angle [degrees] of round-off: a vertex of a polygon on a straight line is no corner.
-NO_CORNER = 1e-6
+# Turning angle [degrees] above which a vertex of a polygon or a mesh is a corner, unless another
+# one is asked for: a circle of more than 18 edges is smooth.
+CORNER_ANGLE = 20.0
 # Fewest points of a full circle.
 CIRCLE_POINTS = 16
 
@@ -32,7 +30,7 @@ def outline(
     kind: str,
     cell_size: npt.ArrayLike,
     spacing: float | None = None,
-    mesh_corner: float = MESH_CORNER,
+    corner_angle: float = CORNER_ANGLE,
 ) -> list[Chain]:
     """Returns the chains of points along a body's outline, outer ones first, then holes.
 
@@ -46,7 +44,8 @@ def outline(
         cell_size: sides of a cell [length], shape (2,).
         spacing: largest distance of the points [length]; half of a cell's smaller side if not
             given.
-        mesh_corner: turning angle [degrees] above which a node on a mesh's outline is a corner.
+        corner_angle: turning angle [degrees] above which a vertex of a polygon or a mesh is a
+            corner.
 
     Raises:
         BadInput: the body has no outline in the plane, or its mesh cannot be read.
@@ -60,7 +59,7 @@ def outline(
             "shape.type",
         )
     size = 0.5 * float(cell.min()) if spacing is None else spacing
-    return SHAPES[type(body.shape)](body.shape, request, size, mesh_corner)
+    return SHAPES[type(body.shape)](body.shape, request, size, corner_angle)
 
 
 def _box(shape: Box, request: Request, spacing: float, _: float) -> list[Chain]:
@@ -70,11 +69,11 @@ def _box(shape: Box, request: Request, spacing: float, _: float) -> list[Chain]:
     return _divided(vertices, np.ones(4, dtype=bool), request, spacing)
 
 
-def _polygon(shape: Polygon, request: Request, spacing: float, _: float) -> list[Chain]:
+def _polygon(shape: Polygon, request: Request, spacing: float, corner_angle: float) -> list[Chain]:
     vertices = np.asarray(shape.vertices, dtype=float)
     if _signed_area(vertices) < 0.0:
         vertices = vertices[::-1]
-    return _divided(vertices, sharp_corners(vertices, True, NO_CORNER), request, spacing)
+    return _divided(vertices, sharp_corners(vertices, True, corner_angle), request, spacing)
 
 
 def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[Chain]:
@@ -90,7 +89,7 @@ def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[C
     return [Chain(points, closed=not half)]
 
 
-def _mesh(shape: Mesh, request: Request, spacing: float, mesh_corner: float) -> list[Chain]:
+def _mesh(shape: Mesh, request: Request, spacing: float, corner_angle: float) -> list[Chain]:
     """The edges of a mesh that belong to one element only."""
     place: dict[int, Floats] = {}
     edges = []
@@ -107,7 +106,7 @@ def _mesh(shape: Mesh, request: Request, spacing: float, mesh_corner: float) -> 
         chain
         for vertices in outlines
         for chain in _divided(
-            vertices, sharp_corners(vertices, True, mesh_corner), request, spacing
+            vertices, sharp_corners(vertices, True, corner_angle), request, spacing
         )
     ]
 

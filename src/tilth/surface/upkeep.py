@@ -33,18 +33,18 @@ class Upkeep:
     merged: int
 
 
-def upkeep(chain: Chain, longest: float, shortest: float) -> Upkeep:
+def upkeep(chain: Chain, longest: float, shortest: float, kept: Flags | None = None) -> Upkeep:
     """Returns a chain without chords that are too long, and with as few too short ones as can be.
 
     A chord longer than `longest` [length] is divided evenly in the spline's parameter; a new
     point is not a corner. Of two points nearer than `shortest` [length] one remains: half way
-    between them on the spline, or the one that is a corner, point 0 or an end of an open chain.
-    Two such points both stay, and so do the last few points of a chain.
+    between them on the spline, or the one that is a corner, `kept` (shape (n,)), point 0 or an end
+    of an open chain. Two such points both stay, and so do the last few points of a chain.
     """
     if not 0.0 <= shortest < 0.5 * longest:
         raise ValueError(f"shortest = {shortest:.6g} must be below half of longest = {longest:.6g}")
     spline = LocalCubicSpline(chain)
-    at, corner = _merged(spline, shortest)
+    at, corner = _merged(spline, shortest, chain.ends if kept is None else chain.ends | kept)
     place = _position(spline, at)
     number = len(at)
     ahead = np.append(at[1:], at[0] + len(spline))
@@ -67,13 +67,13 @@ def upkeep(chain: Chain, longest: float, shortest: float) -> Upkeep:
     )
 
 
-def _merged(spline: LocalCubicSpline, shortest: float) -> tuple[Floats, Flags]:
+def _merged(spline: LocalCubicSpline, shortest: float, fixed: Flags) -> tuple[Floats, Flags]:
     """The points that remain: segment plus parameter, shape (n,), and whether they are corners.
 
     Point 0, from which the arc length counts, stays where it is.
     """
     chain = spline.chain
-    at, corner, fixed = np.arange(len(chain), dtype=float), chain.corner, chain.ends
+    at, corner, fixed = np.arange(len(chain), dtype=float), chain.corner, fixed.copy()
     fixed[0] = True
     while True:
         place = _position(spline, at)

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads distributed over surfaces, in one load step (docs/theory/surface.md).
+
+With the points of the surface at x = X + u, u the grid's displacement, a piece of it with edges E
+has the edges (1 + grad u) E. Pressure and shear act on those: the load follows the surface within
+Newton's iteration, and its derivative belongs to the stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth import _core
+from tilth.surface.chain import Floats, Integers
+from tilth.errors import StepFailed
+from tilth.grid import ActiveGrid
+from tilth.model import Model, SurfaceLoad
+from tilth.model.fields import factor_at
+from tilth.place import Place, locate_places, near_soil
+from tilth.surface.protocol import BodySurface
+from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
+
+
+@dataclass(frozen=True)
+class _Loaded:
+    """One load on its quadrature points, sorted by cell."""
+
+    load: SurfaceLoad
+    at: Place
+    points: SurfaceQuadrature
+    arc_length: Floats
+    block_start: Integers
+    node: Integers
+
+
+class SurfaceLoads:
+    """All loads on surfaces in one step.
+
+    Args:
+        model: the declared problem.
+        surfaces: of the bodies, by the bodies' names.
+        active: the grid of the step; the cells' nodes are coupled in its pattern.
+        before, after: times at the start and the end of the step.
+
+    Raises:
+        StepFailed: a loaded surface left the soil.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        surfaces: dict[str, BodySurface],
+        active: ActiveGrid,
+        before: float,
+        after: float,
+    ) -> None:
+        self._model, self._active, self._before, self._after = model, active, before, after
+        self._axisymmetric = model.analysis.kind == "axisymmetric"
+        self._loaded = []
+        quadrature = {}
+        for number, load in enumerate(model.loads):
+            if not isinstance(load, SurfaceLoad):
+                continue
+            surface = surfaces[load.body]
+            if load.body not in quadrature:
+                quadrature[load.body] = surface.quadrature(active)
+            rows, arc_length = surface.loaded(number, quadrature[load.body])
+            points = quadrature[load.body].ordered(rows)
+            if not near_soil(active, points.position).all():
+                raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
+            order, at = locate_places(active, points.position)
+            active.couple(at.node)
+            start = np.arange(len(at.node) + 1, dtype=np.int64) * at.node.shape[1]
+            self._loaded.append(
+                _Loaded(load, at, points.ordered(order), arc_length[order], start, at.node.ravel())
+            )
+
+    def __bool__(self) -> bool:
+        return bool(self._loaded)
+
+    def force_before(self) -> Floats:
+        """Returns the nodal force at the start of the step [force], shape (nodes, dim)."""
+        return self._force(np.zeros((self._active.nodes, self._active.grid.dim)), self._before)
+
+    def force(self, displacement: Floats) -> Floats:
+        """Returns the nodal force at its end for a nodal displacement [force], (nodes, dim)."""
+        return self._force(displacement, self._after)
+
+    def _force(self, displacement: Floats, time: float) -> Floats:
+        force = np.zeros_like(displacement)
+        for loaded in self._loaded:
+            force += loaded.at.scatter(self._traction(loaded, displacement, time), len(force))
+        return force
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """Subtracts the derivative of `force` from the node blocks (blocks, dim, dim)."""
+        active, dim = self._active, self._active.grid.dim
+        for loaded in self._loaded:
+            derivative = self._derivative(loaded, displacement, self._after)  # (n, b, i, k)
+            if derivative is None:
+                continue
+            rows = -np.einsum("na,nbik->naikb", loaded.at.value, derivative)
+            rows = np.ascontiguousarray(np.add.reduceat(rows, loaded.at.start[:-1], axis=0))
+            node = np.ascontiguousarray(loaded.node, dtype=np.int32)
+            start = loaded.block_start
+            positions = _core.block_positions(start, node, active.row_start, active.column)
+            _core.add_blocks(dim, start, node, *positions, rows, blocks)
+
+    def _moved(self, loaded: _Loaded, displacement: Floats) -> tuple[Floats, Floats]:
+        """Places of the quadrature points and their edges for a nodal displacement."""
+        nodal = displacement[loaded.at.node[loaded.at.cell]]
+        place = loaded.points.position + np.einsum("na,nai->ni", loaded.at.value, nodal)
+        gradient = np.einsum("nai,naj->nij", nodal, loaded.at.gradient)
+        edges = loaded.points.edges
+        return place, edges + np.einsum("nij,nej->nei", gradient, edges)
+
+    def _pressure(self, loaded: _Loaded, height: Floats, time: float) -> Floats:
+        """Pressure at the quadrature points [stress], shape (n,)."""
+        load = loaded.load
+        pressure = np.full(len(height), load.pressure)
+        if load.pressure_along is not None:
+            table = np.array(load.pressure_along)
+            pressure += np.interp(loaded.arc_length, *table.T)
+        if load.hydrostatic is not None:
+            depth = np.maximum(_level(load, time) - height, 0.0)
+            pressure += load.hydrostatic.unit_weight * depth
+        return self._model.factor(load, time) * pressure
+
+    def _traction(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats:
+        """Force of each quadrature point [force], shape (n, dim)."""
+        load, points = loaded.load, loaded.points
+        factor = self._model.factor(load, time)
+        place, edges = points.initial_position, points.initial_edges
+        if load.follower:
+            place, edges = self._moved(loaded, displacement)
+        force = self._pressure(loaded, place[:, -1], time)[:, None] * area_vector(edges)
+        force += factor * load.shear * edges[:, 0]
+        if self._axisymmetric:
+            force *= 2.0 * np.pi * place[:, :1]
+        if load.traction is not None:
+            area = np.linalg.norm(area_vector(points.initial_edges), axis=1)
+            if self._axisymmetric:
+                area *= 2.0 * np.pi * points.initial_position[:, 0]
+            force += factor * area[:, None] * np.array(load.traction)
+        return force
+
+    def _derivative(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats | None:
+        """Derivative of `_traction` by the displacement of the cell's nodes, (n, nodes, i, k)."""
+        load, at = loaded.load, loaded.at
+        if not load.follower or not (
+            load.pressure or load.shear or load.pressure_along or load.hydrostatic
+        ):
+            return None
+        factor = self._model.factor(load, time)
+        place, edges = self._moved(loaded, displacement)
+        dim = place.shape[1]
+        pressure = self._pressure(loaded, place[:, -1], time)
+        area = area_vector(edges)
+        by_edge = pressure[:, None, None, None] * area_derivative(edges)
+        by_edge[:, 0] += factor * load.shear * np.eye(dim)
+        along = np.einsum("naj,nej->nae", at.gradient, loaded.points.edges)
+        derivative = np.einsum("nae,neik->naik", along, by_edge)
+        if load.hydrostatic is not None:
+            wet = place[:, -1] < _level(load, time)
+            by_height = -factor * load.hydrostatic.unit_weight * wet[:, None] * area
+            derivative[..., -1] += at.value[:, :, None] * by_height[:, None]
+        if self._axisymmetric:
+            derivative *= 2.0 * np.pi * place[:, 0, None, None, None]
+            force = pressure[:, None] * area + factor * load.shear * edges[:, 0]
+            derivative[..., 0] += 2.0 * np.pi * at.value[:, :, None] * force[:, None]
+        return np.asarray(derivative)
+
+
+def _level(load: SurfaceLoad, time: float) -> float:
+    assert load.hydrostatic is not None
+    level = load.hydrostatic.level
+    return level if isinstance(level, float) else factor_at(level, time)

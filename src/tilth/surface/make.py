@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The tracked surfaces that a model declares."""
+
+from __future__ import annotations
+
+from tilth.model import Model
+from tilth.points import MaterialPoints
+from tilth.surface.protocol import BodySurface
+from tilth.surface.tracked import TrackedSurface
+
+
+def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface]:
+    """Returns the surface of each body that declares one, by the body's name.
+
+    `points` are the material points at time 0.
+
+    Raises:
+        BadInput: a surface cannot be made, or a load finds no part of it.
+    """
+    return {
+        body.name: TrackedSurface(model, number, points)
+        for number, body in enumerate(model.bodies)
+        if body.surface is not None
+    }
