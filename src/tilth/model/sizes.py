@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
+from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 _SHAPES_OF = {2: (Box, Polygon, Circle, Mesh), 3: (Box, Cylinder, Sphere, Mesh)}
 _EVERYWHERE = (PlaneGeometry, BoxGeometry, FootingGeometry, FunctionGeometry)
-_GEOMETRIES_OF = {
+_GEOMETRIES_OF: dict[int, tuple[type[Declared], ...]] = {
     2: (*_EVERYWHERE, CircleGeometry, PolylineGeometry, SplineGeometry),
     3: (*_EVERYWHERE, CylinderGeometry, SphereGeometry, StlGeometry),
 }

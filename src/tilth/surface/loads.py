@@ -11,14 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tilth import _core
-from tilth.surface.chain import Floats, Integers
 from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
 from tilth.place import Place, locate_places, near_soil
+from tilth.surface.chain import Floats, Integers
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 
@@ -32,7 +33,7 @@ class _Loaded:
     points: SurfaceQuadrature
     arc_length: Floats
     block_start: Integers
-    node: Integers
+    node: npt.NDArray[np.int32]
 
 
 class SurfaceLoads:
@@ -103,8 +104,7 @@ class SurfaceLoads:
                 continue
             rows = -np.einsum("na,nbik->naikb", loaded.at.value, derivative)
             rows = np.ascontiguousarray(np.add.reduceat(rows, loaded.at.start[:-1], axis=0))
-            node = np.ascontiguousarray(loaded.node, dtype=np.int32)
-            start = loaded.block_start
+            start, node = loaded.block_start, loaded.node
             positions = _core.block_positions(start, node, active.row_start, active.column)
             _core.add_blocks(dim, start, node, *positions, rows, blocks)
 
