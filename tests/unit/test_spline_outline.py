@@ -133,7 +133,7 @@ def test_sharp_nodes_of_a_mesh_are_corners(tmp_path):
     assert outer.corner.all()  # they turn by 30 degrees
     polygon = 6.0 * 2.0**2 * np.sin(np.pi / 6.0)
     np.testing.assert_allclose(area(outer), polygon, rtol=1e-14)
-    outer, hole = chains(coarse, cell=(9.0, 9.0), mesh_corner=40.0)
+    outer, hole = chains(coarse, cell=(9.0, 9.0), corner_angle=40.0)
     assert not outer.corner.any()
     assert not hole.corner.any()
 

@@ -47,10 +47,11 @@ class Surface(Declared):
     def _chain(self) -> Any:
         problems = []
         if self.vertices is None:
-            for key in ("corners", "closed"):
-                if key in self.model_fields_set:
-                    remedy = "leave it out: the outline of the body knows"
-                    problems.append(Problem(key, "is for `vertices` only", remedy))
+            remedy = "leave it out: the outline of the body knows"
+            if self.corners is not None:
+                problems.append(Problem("corners", "is for `vertices` only", remedy))
+            if not self.closed:
+                problems.append(Problem("closed", "is for `vertices` only", remedy, False))
         else:
             if any(len(row) != 2 for row in self.vertices):
                 remedy = "give [x, y] for each boundary point"

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Loads on surfaces: their derivative against differences, and what a wrong input gets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tilth import BadInput, Model
+from tilth.coupling import LinearForces
+from tilth.grid import ActiveGrid, Buffers, locate
+from tilth.simulation import Simulation
+from tilth.surface.loads import SurfaceLoads
+
+OCTAGON = [
+    [2.0 + 1.13 * np.cos(a), 2.1 + 1.13 * np.sin(a)] for a in (np.arange(8) + 0.3) * np.pi / 4.0
+]
+LOADS: dict[str, dict[str, Any]] = {
+    "pressure": {"pressure": 30.0},
+    "shear": {"shear": -20.0, "start": [3.1, 2.1], "end": [1.0, 2.1]},
+    "hydrostatic": {"hydrostatic": {"level": 2.4, "unit_weight": 12.0}},
+    "profile": {"pressure_along": [[0.0, 5.0], [1.3, 40.0], [9.0, -10.0]]},
+    "together": {
+        "pressure": 10.0,
+        "shear": 7.0,
+        "hydrostatic": {"level": [[0.0, 1.0], [1.0, 2.5]], "unit_weight": 9.0},
+        "traction": [3.0, -4.0],
+        "factor": [[0.0, 0.2], [1.0, 1.7]],
+    },
+    "dead": {"pressure": 30.0, "shear": 4.0, "follower": False},
+}
+
+
+def blob(load: dict[str, Any], kind: str = "plane_strain", **surface: Any) -> dict[str, Any]:
+    """A smooth body off the grid lines with a load on its surface."""
+    return {
+        "analysis": {"kind": kind},
+        "grid": {"cell_size": 0.5},
+        "materials": {
+            "soil": {"model": "hencky_elastic", "young_modulus": 1000.0, "poisson_ratio": 0.3}
+        },
+        "bodies": [
+            {
+                "name": "blob",
+                "material": "soil",
+                "basis": "linear",
+                "shape": {"type": "polygon", "vertices": OCTAGON},
+                "points_per_cell": 3,
+                "surface": {"corner_angle": 60.0, **surface},
+            }
+        ],
+        "boundaries": [
+            {"type": "plane", "name": "base", "axis": "y", "at": 2.0, "condition": "fixed"}
+        ],
+        "loads": [{"type": "surface", "body": "blob", **load}],
+        "schedule": {"steps": 4},
+    }
+
+
+def loads_of(entries: dict[str, Any]) -> tuple[SurfaceLoads, ActiveGrid, LinearForces]:
+    """The loads of the second half of the schedule on the initial surface."""
+    simulation = Simulation(Model.from_dict(entries))
+    active = locate(simulation.points, simulation.grid, Buffers())
+    loads = SurfaceLoads(simulation.model, simulation.surfaces, active, 0.5, 1.0)
+    return loads, active, LinearForces(active, [])
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric"])
+@pytest.mark.parametrize("name", LOADS)
+def test_derivative_against_differences(kind: str, name: str) -> None:
+    loads, active, linear = loads_of(blob(LOADS[name], kind))
+    random = np.random.default_rng(4)
+    u = 0.03 * random.normal(size=(active.nodes, 2))
+    direction = random.normal(size=u.shape)
+    step = 1e-5
+    ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
+    expected = (behind - ahead) / (2.0 * step)
+    loads.add_stiffness(u, linear.blocks)
+    product = linear._matrix @ direction.ravel()
+    scale = np.abs(loads.force(u)).max()
+    assert scale > 0.1
+    np.testing.assert_allclose(product.reshape(u.shape), expected, rtol=0, atol=1e-7 * scale)
+    if name == "dead":
+        assert not linear.blocks.any()
+
+
+def refused(load: dict[str, Any], **surface: Any) -> str:
+    with pytest.raises(BadInput) as caught:
+        Simulation(Model.from_dict(blob(load, **surface)))
+    return str(caught.value)
+
+
+WHOLE = {"pressure": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("load", "surface", "words"),
+    [
+        ({}, {}, ["loads[0].pressure", "missing"]),
+        ({"pressure": 1.0, "start": [1, 2]}, {}, ["loads[0].end", "give both or none"]),
+        ({"pressure": 1.0, "part": "z+"}, {}, ["loads[0].part", "give `start` and `end`"]),
+        ({"traction": [1.0, 2.0, 3.0]}, {}, ["loads[0].traction", "must have 2 components"]),
+        (
+            {"hydrostatic": {"level": 1.0, "unit_weight": 1.0}, "follower": False},
+            {},
+            ["loads[0].follower", "water follows the surface"],
+        ),
+        (WHOLE, {"vertices": [[1, 1], [1, 1], [2, 2]]}, ["surface.vertices", "points 0, 1"]),
+        (WHOLE, {"vertices": [[1, 1], [2, 2]]}, ["surface.vertices", "too few", "at least 3"]),
+        (
+            WHOLE,
+            {"vertices": [[1, 1], [3, 3], [3, 1], [1, 3]]},
+            ["surface.vertices", "crosses itself at (2, 2)"],
+        ),
+        (WHOLE, {"corners": [1]}, ["surface.corners", "is for `vertices` only"]),
+        (
+            WHOLE,
+            {"vertices": [[1, 1], [3, 1], [3, 3]], "corners": [3]},
+            ["surface.corners", "numbered from 0 to 2"],
+        ),
+        (
+            {"pressure": 1.0, "start": [1, 3], "end": [3, 1]},
+            {"vertices": [[3, 1], [3, 3], [1, 3]], "closed": False},
+            ["loads[0].start", "exchange `start` and `end`"],
+        ),
+    ],
+)
+def test_wrong_input(load: dict[str, Any], surface: dict[str, Any], words: list[str]) -> None:
+    message = refused(load, **surface)
+    for word in words:
+        assert word in message
+
+
+def test_a_load_on_a_body_without_boundary_points() -> None:
+    entries = blob(WHOLE)
+    del entries["bodies"][0]["surface"]
+    with pytest.raises(BadInput, match="no boundary points that could carry a load") as caught:
+        Model.from_dict(entries)
+    assert "add `surface = {}` to bodies[0]" in str(caught.value)
+
+
+def test_the_ends_of_an_open_chain_are_not_joined() -> None:
+    entries = blob(WHOLE, vertices=[[1.0, 1.0], [3.0, 1.0]], closed=False)
+    loads, active, _ = loads_of(entries)
+    force = loads.force(np.zeros((active.nodes, 2)))
+    np.testing.assert_allclose(force.sum(axis=0), [0.0, 2.0], atol=1e-12)

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Surfaces that move with the soil: upkeep, marks, crossings, resumed runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_resume import assert_same_results, run_until
+
+from tilth import Model, resume, run
+from tilth.simulation import Simulation
+from tilth.surface.spline import LocalCubicSpline
+from tilth.surface.tracked import LONGEST, SHORTEST, TrackedSurface
+from tilth.verification.march import march
+
+STEPS = 8
+
+
+def stretched(end: list[list[float]], path: str = "linear", **surface: Any) -> Model:
+    """A square moved by an affine motion, with a load on its top and on a part of its side."""
+    body = {
+        "name": "square",
+        "material": "soil",
+        "basis": "gimp",
+        "shape": {"type": "box", "lower": [0.1, 0.2], "upper": [2.1, 2.2]},
+        "spacing": 0.25,
+        "surface": surface,
+    }
+    pressure = {"type": "surface", "body": "square", "pressure": 1.0}
+    return Model.from_dict(
+        {
+            "analysis": {"kind": "plane_strain"},
+            "grid": {"cell_size": 0.5},
+            "materials": {
+                "soil": {"model": "hencky_elastic", "young_modulus": 1e3, "poisson_ratio": 0.2}
+            },
+            "bodies": [body],
+            "boundaries": [
+                {
+                    "type": "affine",
+                    "name": "drive",
+                    "deformation_gradient": end,
+                    "path": path,
+                }
+            ],
+            "loads": [
+                {**pressure, "start": [2.1, 2.2], "end": [0.1, 2.2]},
+                {**pressure, "start": [0.1, 1.7], "end": [0.1, 0.61]},
+            ],
+            "schedule": {"steps": STEPS},
+        }
+    )
+
+
+def surface_of(simulation: Simulation) -> TrackedSurface:
+    found = simulation.surfaces["square"]
+    assert isinstance(found, TrackedSurface)
+    return found
+
+
+@pytest.mark.parametrize("points", ["extra", "outer_layer"])
+def test_boundary_points_move_with_the_soil(points: str) -> None:
+    """Stretched to three times its length: points come and go, corners and marks stay."""
+    end = np.array([[3.0, 0.4], [0.0, 0.4]])
+    simulation = march(stretched(end.tolist(), points=points))
+    tracked = surface_of(simulation).chains[0]
+    origin = simulation.grid.origin
+    expected = origin + (tracked.initial.points - origin) @ end.T
+    np.testing.assert_allclose(tracked.now.points, expected, atol=1e-9)
+    assert tracked.now.corner.sum() == 4
+    if points == "extra":
+        chord = np.linalg.norm(tracked.now.chord, axis=1)
+        assert chord.max() <= LONGEST * 0.25 * (1.0 + 1e-9)
+        assert chord.min() >= SHORTEST * 0.25 * 0.5
+        assert len(tracked.now) != 32
+        area = LocalCubicSpline(tracked.now).area
+        assert area == pytest.approx(4.0 * np.linalg.det(end), rel=1e-9)
+        places = [[2.1, 2.2], [0.1, 2.2], [0.1, 1.7], [0.1, 0.61]]
+        np.testing.assert_allclose(tracked.initial.points[tracked.marked], places, atol=1e-9)
+
+
+def test_extra_points_lie_on_the_edge_and_the_outer_layer_within() -> None:
+    for points, side in (("extra", 2.0), ("outer_layer", 1.75)):
+        simulation = Simulation(stretched([[1.0, 0.0], [0.0, 1.0]], points=points))
+        area = LocalCubicSpline(surface_of(simulation).chains[0].now).area
+        assert area == pytest.approx(side**2, rel=1e-12)
+
+
+def test_arc_lengths_count_from_the_start_of_a_part() -> None:
+    simulation = Simulation(stretched([[1.0, 0.0], [0.0, 1.0]]))
+    surface, active = surface_of(simulation), simulation.check()
+    quadrature = surface.quadrature(active)
+    for number, start, length in ((0, [2.1, 2.2], 2.0), (1, [0.1, 1.7], 1.09)):
+        rows, arc = surface.loaded(number, quadrature)
+        distance = np.linalg.norm(quadrature.position[rows] - start, axis=1)
+        np.testing.assert_allclose(arc, distance, atol=1e-12)
+        total = np.linalg.norm(quadrature.edges[rows][:, 0], axis=1).sum()
+        assert total == pytest.approx(length, rel=1e-12)
+
+
+@pytest.mark.parametrize("points", ["extra", "outer_layer"])
+def test_resumed_run_has_the_same_bits(
+    points: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = stretched([[2.0, 0.4], [0.0, 0.6]], points=points)
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    run(model, whole, threads=1, quiet=True)
+    run_until(model, stopped, 5, monkeypatch)
+    resume(stopped, threads=1, quiet=True)
+    assert_same_results(whole, stopped)
+
+
+def test_a_crossing_is_reported() -> None:
+    """A block folded over by its own load would cross itself; here the chain is made to."""
+    simulation = Simulation(stretched([[1.0, 0.0], [0.0, 1.0]]))
+    surface, active = surface_of(simulation), simulation.check()
+    displacement = np.zeros((active.nodes, 2))
+    displacement[active.position[:, 0] > 1.6] = [-2.0, 0.3]
+    _, warning = surface.moved(active, displacement, simulation.points, simulation.points.position)
+    assert warning is not None
+    assert "'square' touches or crosses itself at (" in warning
