@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from tilth.boundaries import Boundary, Implicit
-from tilth.grid import ActiveGrid
+from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.loads import Loads
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
 from tilth.output.folder import read_declared
 from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.simulation import Simulation
+from tilth.surface.loads import SurfaceLoads
 
 
 def load_model(folder: Path) -> Model:
@@ -59,7 +60,7 @@ def setup_of(model: Model) -> Setup:
         origin=simulation.grid.origin,
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
-        loads=_loads(model, simulation),
+        loads=[*_loads(model, simulation), *_surface_loads(model, simulation)],
         body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
         force_unit=model.units.force,
         kind=model.analysis.kind,
@@ -95,6 +96,33 @@ def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -
         constrained=prescribed.held[nodes],
         displacement=prescribed.increment[nodes] if moving else None,
     )
+
+
+ARROWS = 40
+"""Arrows of a load on a surface, about."""
+
+
+def _surface_loads(model: Model, simulation: Simulation) -> list[Load]:
+    """The loads on surfaces at the end of the schedule, on the initial surface."""
+    end = model.schedule.end
+    active = locate(simulation.points, simulation.grid, Buffers())  # its pattern is still open
+    loads = SurfaceLoads(model, simulation.surfaces, active, end, end)
+    found = []
+    for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
+        group = np.arange(len(place)) * min(ARROWS, len(place)) // len(place)
+        count = np.bincount(group)[:, None]
+        position, total = (
+            np.stack([np.bincount(group, column) for column in of_points.T], axis=1, dtype=float)
+            for of_points in (place, force)
+        )
+        found.append(
+            Load(
+                name=f"load on the surface of {declared.body}",
+                position=position / count,
+                force=total,
+            )
+        )
+    return found
 
 
 def _loads(model: Model, simulation: Simulation) -> list[Load]:

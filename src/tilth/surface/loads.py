@@ -89,6 +89,16 @@ class SurfaceLoads:
         """Returns the nodal force at its end for a nodal displacement [force], (nodes, dim)."""
         return self._force(displacement, self._after)
 
+    def at_points(self, displacement: Floats) -> list[tuple[SurfaceLoad, Floats, Floats]]:
+        """Returns each load with its quadrature points [length] and their forces [force], (n, dim).
+
+        As they are at the start of the step, the forces those of its end.
+        """
+        return [
+            (loaded.load, loaded.points.position, self._traction(loaded, displacement, self._after))
+            for loaded in self._loaded
+        ]
+
     def _force(self, displacement: Floats, time: float) -> Floats:
         force = np.zeros_like(displacement)
         for loaded in self._loaded:
