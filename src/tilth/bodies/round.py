@@ -84,9 +84,9 @@ def _between_radii(
     inside = _within(axes, centre, shape.radius, directions)
     if shape.inner_radius is not None:
         hole = shape.inner_radius * (1.0 - 2.0 * ON_SURFACE)  # centres on its surface count, too
-        inside &= ~_within(axes, centre, hole, directions)
+        inside = inside & ~_within(axes, centre, hole, directions)
     for i, sign in enumerate(side_signs(shape.sides)):
-        inside &= spread(sign * (axes[i] - centre[i]) >= -ON_SURFACE * shape.radius, i)
+        inside = inside & spread(sign * (axes[i] - centre[i]) >= -ON_SURFACE * shape.radius, i)
     return inside
 
 
