@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.surface.chain import Flags, Floats, Integers
+from tilth.surface.chain import Floats, Integers
 from tilth.surface.triangles import Triangles
 
 
@@ -55,14 +55,15 @@ def subdivide(triangles: Triangles, longest: float) -> Subdivision:
     origin = np.arange(len(triangle))
     parents, passes = [np.empty((0, 2), dtype=np.int64)], [len(vertices)]
     while True:
-        edges, side, longest_side, length = _edges(vertices, triangle)
-        halved = length > longest
+        edges, side, length = _edges(vertices, triangle)
+        longest_side = np.argmax(length[side], axis=1)
+        own_longest = side[np.arange(len(side)), longest_side]
+        # Long edges that are not the longest of any triangle wait for a later pass. A triangle with
+        # a halved edge has a longest edge that is halved as well.
+        halved = np.zeros(len(edges), dtype=bool)
+        halved[own_longest] = length[own_longest] > longest
         if not halved.any():
             break
-        # Those that are not the longest of any triangle wait for a later pass, unless a
-        # neighbour's halves need them.
-        halved &= np.isin(np.arange(len(edges)), _own(side, longest_side))
-        halved = _with_longest(halved, side, longest_side)
         middle = np.full(len(edges), -1)
         middle[halved] = len(vertices) + np.arange(halved.sum())
         parents.append(edges[halved])
@@ -78,34 +79,13 @@ def subdivide(triangles: Triangles, longest: float) -> Subdivision:
     )
 
 
-def _edges(vertices: Floats, triangle: Integers) -> tuple[Integers, Integers, Integers, Floats]:
-    """The edges (e, 2), their numbers on the triangles (m, 3), each one's longest, the lengths.
-
-    Of edges of one length that of the greatest number is the longest, for both its triangles.
-    """
+def _edges(vertices: Floats, triangle: Integers) -> tuple[Integers, Integers, Floats]:
+    """The edges (e, 2), their numbers on the triangles (m, 3) and their lengths (e,)."""
     both = np.sort(np.stack([triangle, np.roll(triangle, -1, axis=1)], axis=2), axis=2)
     key, side = np.unique(both[..., 0] * len(vertices) + both[..., 1], return_inverse=True)
     edges = np.stack(np.divmod(key, len(vertices)), axis=1)
     length = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
-    rank = np.empty(len(edges), dtype=np.int64)
-    rank[np.argsort(length, kind="stable")] = np.arange(len(edges))
-    side = side.reshape(triangle.shape)
-    return edges, side, np.argmax(rank[side], axis=1), length
-
-
-def _own(side: Integers, which: Integers) -> Integers:
-    """Number of one edge of each triangle, shape (m,)."""
-    return np.asarray(side[np.arange(len(side)), which])
-
-
-def _with_longest(halved: Flags, side: Integers, longest_side: Integers) -> Flags:
-    """The halved edges and the longest ones of all triangles of which an edge is halved."""
-    longest = _own(side, longest_side)
-    while True:
-        missing = longest[halved[side].any(axis=1) & ~halved[longest]]
-        if not len(missing):
-            return halved
-        halved[missing] = True
+    return edges, side.reshape(triangle.shape), length
 
 
 def _halves(
