@@ -200,6 +200,44 @@ def test_cylinder_stands_on_its_lower_face(axis):
     assert (np.linalg.norm(np.delete(offset, along, axis=1), axis=1) <= 0.8).all()
 
 
+@pytest.mark.parametrize("sides", [None, ["y-"], ["x+", "z-"], ["x-", "y+", "z+"]])
+def test_a_shell_is_hollow_and_has_its_sides_only(sides):
+    whole = {"centre": [0.5, 0.3, -0.3], "radius": 0.9, "inner_radius": 0.4}  # on grid lines
+    shell = points_of(Sphere(**whole, sides=sides), kind="3d", spacing=0.1)
+    share = 0.5 ** len(sides or ())
+    assert_sum(shell, share * 4.0 / 3.0 * math.pi * (0.9**3 - 0.4**3))
+    offset = shell.position - [0.5, 0.3, -0.3]
+    radius = np.linalg.norm(offset, axis=1)
+    assert radius.min() >= 0.4
+    assert radius.max() <= 0.9
+    # the points of the whole shell on these sides, with the same volumes
+    full = points_of(Sphere(**whole), kind="3d", spacing=0.1)
+    on_side = np.ones(len(full.position), dtype=bool)
+    for side in sides or ():
+        i, sign = "xyz".index(side[0]), 1.0 if side[1] == "+" else -1.0
+        on_side &= sign * (full.position[:, i] - whole["centre"][i]) > 0.0
+    np.testing.assert_allclose(shell.position, full.position[on_side], atol=1e-14)
+    np.testing.assert_allclose(shell.volume, full.volume[on_side], rtol=1e-12)
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_a_quarter_of_a_tube(axis):
+    along = "xyz".index(axis)
+    first, second = "xyz"[(along + 1) % 3], "xyz"[(along + 2) % 3]
+    shape = {"centre": [0.0, 0.3, 0.1], "radius": 0.8, "axis": axis, "height": 1.3}
+    tube = Cylinder(**shape, inner_radius=0.5, sides=[f"{first}+", f"{second}-"])
+    points = points_of(tube, kind="3d", spacing=0.1)
+    assert_sum(points, math.pi * (0.64 - 0.25) * 1.3 / 4.0)
+    offset = points.position - [0.0, 0.3, 0.1]
+    radius = np.linalg.norm(np.delete(offset, along, axis=1), axis=1)
+    assert radius.min() >= 0.5
+    assert radius.max() <= 0.8
+    assert offset[:, "xyz".index(first)].min() > 0.0
+    assert offset[:, "xyz".index(second)].max() < 0.0
+    whole = points_of(Cylinder(**shape, inner_radius=0.5), kind="3d", spacing=0.1)
+    assert len(whole.position) == 4 * len(points.position)
+
+
 def test_circle_in_axisymmetry_is_a_ring_or_a_ball():
     ring_points = points_of(
         Circle(centre=[2.0, 1.0], radius=0.8), kind="axisymmetric", points_per_cell=4

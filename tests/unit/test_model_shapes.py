@@ -37,6 +37,32 @@ def test_bounding_boxes() -> None:
     cylinder = Cylinder(centre=[0, 0, 1], radius=1, axis="y", height=3)
     assert cylinder.bounds() == ((-1, 0, 0), (1, 3, 2))
     assert Polygon(vertices=[[0, 0], [2, 1], [1, 3]]).bounds() == ((0, 0), (2, 3))
+    octant = Sphere(centre=[0, 0, 1], radius=2, inner_radius=1, sides=["x+", "z-"])
+    assert octant.bounds() == ((0, -2, -1), (2, 2, 1))
+    half = Cylinder(centre=[0, 0, 1], radius=1, axis="y", height=3, sides=["z+"])
+    assert half.bounds() == ((-1, 0, 1), (1, 3, 2))
+
+
+@pytest.mark.parametrize(
+    ("entries", "problem"),
+    [
+        ({"inner_radius": 2.0}, r"inner_radius = 2\.0: is not below `radius` = 2"),
+        ({"inner_radius": 0.0}, "greater than zero"),
+        ({"sides": ["x+", "x-"]}, "names both sides of an axis"),
+        ({"sides": ["x+", "x+"]}, "twice"),
+        ({"sides": ["r+"]}, "sides"),
+    ],
+)
+def test_shells_and_tubes_that_are_none(entries: dict[str, object], problem: str) -> None:
+    with pytest.raises(BadInput, match=problem):
+        Sphere(centre=[0, 0, 0], radius=2, **entries)
+    with pytest.raises(BadInput, match=problem):
+        Cylinder(centre=[0, 0, 0], radius=2, axis="z", height=1, **entries)
+
+
+def test_a_cylinder_is_cut_along_its_axis_only() -> None:
+    with pytest.raises(BadInput, match=r"z\+ is along the axis"):
+        Cylinder(centre=[0, 0, 0], radius=2, axis="z", height=1, sides=["x+", "z+"])
 
 
 @pytest.mark.parametrize("sense", [1, -1])

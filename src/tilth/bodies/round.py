@@ -11,6 +11,7 @@ import numpy.typing as npt
 from tilth.bodies.lattice import anchored_axes, cut_lattice, spread
 from tilth.bodies.request import BodyPoints, FloatArray, Request
 from tilth.model import Circle, Cylinder, Sphere
+from tilth.model.shapes import side_signs
 
 # Centres this fraction of the radius outside the surface count as inside (round-off).
 ON_SURFACE = 1e-9
@@ -46,24 +47,47 @@ def circle_points(shape: Circle, request: Request) -> BodyPoints:
 
 def cylinder_points(shape: Cylinder, request: Request) -> BodyPoints:
     """Points of a cylinder along x, y or z, `centre` in its lower end face: sub-cells inside it."""
-    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
+    centre = np.asarray(shape.centre, dtype=float)
     along = "xyz".index(shape.axis)
-    lower, upper = centre - radius, centre + radius
-    lower[along], upper[along] = centre[along], centre[along] + shape.height
+    lower, upper = (np.array(corner) for corner in shape.bounds())
     axes = anchored_axes(request, lower, upper)
     across = tuple(i for i in range(3) if i != along)
     margin = ON_SURFACE * shape.height
     between = (axes[along] >= lower[along] - margin) & (axes[along] <= upper[along] + margin)
-    inside = _within(axes, centre, radius, across) & spread(between, along)
-    return cut_lattice(request, axes, inside, math.pi * radius**2 * float(shape.height))
+    inside = _between_radii(axes, centre, shape, across) & spread(between, along)
+    section = math.pi * (shape.radius**2 - (shape.inner_radius or 0.0) ** 2)
+    return cut_lattice(request, axes, inside, _share(shape) * section * float(shape.height))
 
 
 def sphere_points(shape: Sphere, request: Request) -> BodyPoints:
     """Points of a sphere: the grid's sub-cells centred inside it."""
-    centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
-    axes = anchored_axes(request, centre - radius, centre + radius)
-    inside = _within(axes, centre, radius, directions=(0, 1, 2))
-    return cut_lattice(request, axes, inside, 4.0 / 3.0 * math.pi * radius**3)
+    centre = np.asarray(shape.centre, dtype=float)
+    lower, upper = (np.array(corner) for corner in shape.bounds())
+    axes = anchored_axes(request, lower, upper)
+    inside = _between_radii(axes, centre, shape, directions=(0, 1, 2))
+    volume = 4.0 / 3.0 * math.pi * (shape.radius**3 - (shape.inner_radius or 0.0) ** 3)
+    return cut_lattice(request, axes, inside, _share(shape) * volume)
+
+
+def _share(shape: Cylinder | Sphere) -> float:
+    """How much there is of the whole round body."""
+    return float(0.5 ** len(shape.sides or ()))
+
+
+def _between_radii(
+    axes: list[FloatArray],
+    centre: FloatArray,
+    shape: Cylinder | Sphere,
+    directions: tuple[int, ...],
+) -> npt.NDArray[np.bool_]:
+    """Which lattice centres lie between the radii of a body, on the sides that it has."""
+    inside = _within(axes, centre, shape.radius, directions)
+    if shape.inner_radius is not None:
+        hole = shape.inner_radius * (1.0 - 2.0 * ON_SURFACE)  # centres on its surface count, too
+        inside = inside & ~_within(axes, centre, hole, directions)
+    for i, sign in enumerate(side_signs(shape.sides)):
+        inside = inside & spread(sign * (axes[i] - centre[i]) >= -ON_SURFACE * shape.radius, i)
+    return inside
 
 
 def _within(

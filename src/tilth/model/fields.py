@@ -19,6 +19,7 @@ from tilth.model.problems import reject
 
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")
+Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
 
 _Item = TypeVar("_Item")
 
@@ -192,6 +193,20 @@ def _axes(value: Any) -> Any:
     return value
 
 
+def _faces(value: Any) -> Any:
+    if isinstance(value, str):
+        raise reject("must be a list of faces", f'such as ["{value}"]')
+    return value
+
+
+def _distinct_faces(value: tuple[Face, ...]) -> tuple[Face, ...]:
+    if not value:
+        raise reject("must not be empty", "leave it out for all faces, or name at least one")
+    if len(set(value)) != len(value):
+        raise reject("names a face twice", "name each face once")
+    return value
+
+
 def _not_zero(value: Sequence[float]) -> Sequence[float]:
     if any(value):
         return value
@@ -251,6 +266,7 @@ Components = Annotated[
     AfterValidator(some),
     AfterValidator(_distinct),
 ]
+Faces = Annotated[Sequence[Face], BeforeValidator(_faces), AsTuple, AfterValidator(_distinct_faces)]
 
 
 def per_direction(value: float | Sequence[float], dimension: int) -> tuple[float, ...]:

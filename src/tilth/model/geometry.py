@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
 from tilth.model.fields import (
     AXES,
-    AsTuple,
     Axis,
     AxisOrDirection,
     Direction,
+    Faces,
     Flag,
     Matrix,
     Name,
@@ -29,10 +29,8 @@ from tilth.model.fields import (
     WholeNumbers,
     extent_problems,
 )
-from tilth.model.problems import reject, rejection
+from tilth.model.problems import rejection
 from tilth.model.shapes import box_axes, crosses_itself
-
-Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
 
 _PARALLEL = 1e-9
 """Sine of an angle below which two directions count as parallel."""
@@ -44,23 +42,6 @@ def unit(direction: Sequence[float]) -> tuple[float, ...]:
     scaled = [c / greatest for c in direction]
     length = math.hypot(*scaled)
     return tuple(c / length for c in scaled)
-
-
-def _faces(value: Any) -> Any:
-    if isinstance(value, str):
-        raise reject("must be a list of faces", f'such as ["{value}"]')
-    return value
-
-
-def _distinct_faces(value: tuple[Face, ...]) -> tuple[Face, ...]:
-    if not value:
-        raise reject("must not be empty", "leave it out for all faces, or name at least one")
-    if len(set(value)) != len(value):
-        raise reject("names a face twice", "name each face once")
-    return value
-
-
-Faces = Annotated[Sequence[Face], BeforeValidator(_faces), AsTuple, AfterValidator(_distinct_faces)]
 
 
 class PlaneGeometry(Declared):

@@ -12,7 +12,18 @@ from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
-from tilth.model.fields import AXES, Axis, Matrix, Name, Positive, Real, Vector, extent_problems
+from tilth.model.fields import (
+    AXES,
+    Axis,
+    Face,
+    Faces,
+    Matrix,
+    Name,
+    Positive,
+    Real,
+    Vector,
+    extent_problems,
+)
 from tilth.model.problems import rejection
 
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
@@ -123,7 +134,7 @@ class Circle(Declared):
 
 
 class Cylinder(Declared):
-    """Solid cylinder along a coordinate axis (3D)."""
+    """Cylinder along a coordinate axis (3D), solid or a tube, whole or a half or quarter of it."""
 
     type: Literal["cylinder"] = "cylinder"
     centre: Vector
@@ -134,6 +145,22 @@ class Cylinder(Declared):
     """Direction in which the cylinder rises from its centre."""
     height: Positive
     """Length along the axis [length], > 0."""
+    inner_radius: Positive | None = None
+    """Radius of the hole of a tube [length], below `radius`; solid if not given."""
+    sides: Faces | None = None
+    """Sides of its axis on which there is material, such as ["x+", "y+"] for a quarter cut off at
+    planes of symmetry; all if not given.
+    """
+
+    @model_validator(mode="after")
+    def _is_a_tube_or_a_part(self) -> Any:
+        problems = _round_problems(self.radius, self.inner_radius, self.sides)
+        if along := [side for side in self.sides or () if side[0] == self.axis]:
+            remedy = "leave it out: `centre` and `height` say where the cylinder ends"
+            problems.append(Problem("sides", f"{along[0]} is along the axis", remedy, self.sides))
+        if problems:
+            raise rejection(problems)
+        return self
 
     @property
     def dimension(self) -> int:
@@ -144,19 +171,31 @@ class Cylinder(Declared):
         """Returns the bounding box."""
         along = AXES.index(self.axis)
         reach = [0.0 if i == along else self.radius for i in range(3)]
-        lower, upper = _around(self.centre, reach)
+        lower, upper = _around(self.centre, reach, self.sides)
         rise = [self.height if i == along else 0.0 for i in range(3)]
         return lower, tuple(high + r for high, r in zip(upper, rise, strict=True))
 
 
 class Sphere(Declared):
-    """Ball (3D)."""
+    """Ball or spherical shell (3D), whole or a half, quarter or octant of it."""
 
     type: Literal["sphere"] = "sphere"
     centre: Vector
     """Centre [length], shape (3,)."""
     radius: Positive
     """Radius [length], > 0."""
+    inner_radius: Positive | None = None
+    """Radius of the hole of a shell [length], below `radius`; solid if not given."""
+    sides: Faces | None = None
+    """Sides of its centre on which there is material, such as ["x+", "y+", "z+"] for an octant cut
+    off at planes of symmetry; all if not given.
+    """
+
+    @model_validator(mode="after")
+    def _is_a_shell_or_a_part(self) -> Any:
+        if problems := _round_problems(self.radius, self.inner_radius, self.sides):
+            raise rejection(problems)
+        return self
 
     @property
     def dimension(self) -> int:
@@ -165,7 +204,7 @@ class Sphere(Declared):
 
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
-        return _around(self.centre, [self.radius] * 3)
+        return _around(self.centre, [self.radius] * 3, self.sides)
 
 
 class Mesh(Declared):
@@ -218,9 +257,32 @@ def _bounds_of(corners: Sequence[Sequence[float]]) -> Bounds:
     return tuple(min(c) for c in columns), tuple(max(c) for c in columns)
 
 
-def _around(centre: Sequence[float], reach: Sequence[float]) -> Bounds:
-    pairs = list(zip(centre, reach, strict=True))
-    return tuple(c - r for c, r in pairs), tuple(c + r for c, r in pairs)
+def _around(
+    centre: Sequence[float], reach: Sequence[float], sides: Sequence[Face] | None = None
+) -> Bounds:
+    kept = list(zip(centre, reach, side_signs(sides), strict=False))
+    lower = tuple(c if sign > 0 else c - r for c, r, sign in kept)
+    return lower, tuple(c if sign < 0 else c + r for c, r, sign in kept)
+
+
+def side_signs(sides: Sequence[Face] | None) -> tuple[int, ...]:
+    """Returns 1 or -1 for the directions of which one side is named, 0 for the others, (3,)."""
+    named = {side[0]: 1 if side[1] == "+" else -1 for side in sides or ()}
+    return tuple(named.get(axis, 0) for axis in AXES)
+
+
+def _round_problems(
+    radius: float, inner_radius: float | None, sides: Sequence[Face] | None
+) -> list[Problem]:
+    problems = []
+    if inner_radius is not None and inner_radius >= radius:
+        remedy = "give less, or leave it out for a solid body"
+        what = f"is not below `radius` = {radius:g}"
+        problems.append(Problem("inner_radius", what, remedy, inner_radius))
+    if sides and len({side[0] for side in sides}) < len(sides):
+        remedy = "name one side, or none for both"
+        problems.append(Problem("sides", "names both sides of an axis", remedy, sides))
+    return problems
 
 
 def crosses_itself(corners: Sequence[Sequence[float]], closed: bool = True) -> bool:

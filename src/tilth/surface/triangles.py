@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Surface of flat triangles in space, with the soil on the side of their normals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.surface.chain import Flags, Floats, Integers
+
+# A triangle lower than this many roundings of the largest coordinate has no normal.
+ROUNDINGS = 16.0
+# Wrong triangles that a message names.
+SHOWN = 5
+
+
+class BadTriangles(ValueError):
+    """Triangles that make no surface.
+
+    Attributes:
+        problem: what is wrong.
+        remedy: how to put it right.
+        triangles: numbers of the triangles concerned, counted from 0.
+    """
+
+    def __init__(self, problem: str, remedy: str, triangles: Sequence[int] | Integers = ()) -> None:
+        super().__init__(problem, remedy)
+        self.problem = problem
+        self.remedy = remedy
+        self.triangles = tuple(int(triangle) for triangle in triangles)
+
+    def __str__(self) -> str:
+        return f"{self.problem}\n  {self.remedy}"
+
+
+@dataclass(frozen=True)
+class TriangleRule:
+    """Quadrature places of a triangle; q places.
+
+    An integral over triangle k is the sum over the places of
+    weight |tangent[k, 0] x tangent[k, 1]| f; without the norm it is the integral of f dA, where
+    dA points into the soil.
+
+    Attributes:
+        place: shares of the three vertices, shape (q, 3): a position is the sum of shares times
+            vertices, a carried quantity the sum of shares times the vertices' values.
+        weight: shape (q,); their sum is 1/2, the area of the triangle of the two parameters.
+    """
+
+    place: Floats
+    weight: Floats
+
+
+class Triangles:
+    """Triangles with common vertices; their normals point into the soil.
+
+    The vertices of a triangle go anticlockwise when seen from the soil, so that the normal follows
+    from the right-hand rule. n vertices, m triangles.
+
+    Args:
+        vertices: [length], shape (n, 3).
+        triangle: numbers of the vertices of each triangle, shape (m, 3).
+        part: names of the parts of the surface that the triangles belong to.
+        part_number: number of each triangle's part, shape (m,); the first if not given.
+
+    Raises:
+        BadTriangles: wrong shapes or numbers, coordinates that are not finite, or triangles without
+            a height.
+    """
+
+    def __init__(
+        self,
+        vertices: npt.ArrayLike,
+        triangle: npt.ArrayLike,
+        part: Sequence[str] = ("surface",),
+        part_number: npt.ArrayLike | None = None,
+    ) -> None:
+        self.vertices: Floats = np.array(vertices, dtype=np.float64)
+        self.triangle: Integers = np.array(triangle, dtype=np.int64)
+        for what, given in (("vertices", self.vertices), ("triangles", self.triangle)):
+            if given.ndim != 2 or given.shape[1] != 3 or not len(given):
+                raise BadTriangles(
+                    f"{what} of shape {given.shape}", f"give three numbers for {what}"
+                )
+        self.part = tuple(part)
+        m = len(self.triangle)
+        self.part_number: Integers = np.zeros(m, dtype=np.int64)
+        if part_number is not None:
+            self.part_number[:] = part_number
+        self._check()
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    @property
+    def corner(self) -> Floats:
+        """Vertices of the triangles [length], shape (m, 3, 3)."""
+        return self.vertices[self.triangle]
+
+    @property
+    def tangent(self) -> Floats:
+        """Edges from the first vertex to the second and to the third [length], shape (m, 2, 3).
+
+        They are the derivatives of the position with respect to the shares of the second and of
+        the third vertex; half their cross product is the area vector.
+        """
+        corner = self.corner
+        return np.asarray(corner[:, 1:] - corner[:, :1])
+
+    @property
+    def area_vector(self) -> Floats:
+        """Areas times normals into the soil [length^2], shape (m, 3)."""
+        tangent = self.tangent
+        return np.asarray(0.5 * np.cross(tangent[:, 0], tangent[:, 1]))
+
+    @property
+    def area(self) -> Floats:
+        """Areas of the triangles [length^2], shape (m,)."""
+        return np.asarray(np.linalg.norm(self.area_vector, axis=1))
+
+    @property
+    def normal(self) -> Floats:
+        """Unit normals of the triangles, into the soil, shape (m, 3)."""
+        vector = self.area_vector
+        return np.asarray(vector / np.linalg.norm(vector, axis=1, keepdims=True))
+
+    @property
+    def vertex_normal(self) -> Floats:
+        """Unit normals at the vertices, into the soil, shape (n, 3).
+
+        The mean over the triangles there, weighted by their areas; 0 at a vertex of no triangle.
+        """
+        total = np.zeros_like(self.vertices)
+        np.add.at(total, self.triangle.ravel(), np.repeat(self.area_vector, 3, axis=0))
+        size = np.linalg.norm(total, axis=1, keepdims=True)
+        return np.asarray(total / np.where(size > 0.0, size, 1.0))
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether every edge belongs to two triangles that pass it in opposite directions."""
+        ahead = self.edge[..., 0] * len(self.vertices) + self.edge[..., 1]
+        back = self.edge[..., 1] * len(self.vertices) + self.edge[..., 0]
+        once = np.unique(ahead)
+        return len(once) == ahead.size and np.array_equal(once, np.unique(back))
+
+    @property
+    def edge(self) -> Integers:
+        """Vertices of the edges in the order of each triangle's vertices, shape (m, 3, 2).
+
+        Edge i leads from vertex i to the next one.
+        """
+        return np.stack([self.triangle, np.roll(self.triangle, -1, axis=1)], axis=2)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [length^3], < 0 if the soil is outside.
+
+        Raises:
+            BadTriangles: the surface is not closed.
+        """
+        if not self.closed:
+            raise BadTriangles(
+                "a volume needs a closed surface", "let two triangles share every edge"
+            )
+        arm = self.vertices[self.triangle[:, 0]] - self.vertices[0]
+        return -float((arm * self.area_vector).sum()) / 3.0
+
+    def in_part(self, name: str) -> Flags:
+        """Returns which triangles belong to the part of this name, shape (m,).
+
+        Raises:
+            BadTriangles: there is no such part.
+        """
+        if name not in self.part:
+            raise BadTriangles(
+                f'the surface has no part "{name}"', f"choose from {', '.join(self.part)}"
+            )
+        return np.asarray(self.part_number == self.part.index(name))
+
+    def _check(self) -> None:
+        n = len(self.vertices)
+        strange = np.flatnonzero(((self.triangle < 0) | (self.triangle >= n)).any(axis=1))
+        if len(strange):
+            raise BadTriangles(
+                f"triangles {_listed(strange)} have vertices that do not exist",
+                f"number the {n} vertices from 0",
+                strange,
+            )
+        if ((self.part_number < 0) | (self.part_number >= len(self.part))).any():
+            raise BadTriangles(
+                "triangles belong to parts that do not exist",
+                f"number the {len(self.part)} parts from 0",
+            )
+        endless = np.flatnonzero(~np.isfinite(self.corner).all(axis=(1, 2)))
+        if len(endless):
+            raise BadTriangles(
+                f"coordinates of triangles {_listed(endless)} are not numbers",
+                "give finite numbers",
+                endless,
+            )
+        corner = self.corner
+        longest = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).max(axis=1)
+        least = ROUNDINGS * np.finfo(float).eps * float(np.abs(corner).max())
+        flat = np.flatnonzero(2.0 * self.area <= least * longest)
+        if len(flat):
+            raise BadTriangles(
+                f"triangles {_listed(flat)} have no height",
+                "give each triangle three vertices that are not on one line",
+                flat,
+            )
+
+
+def triangle_rule(number: int) -> TriangleRule:
+    """Returns the quadrature rule of 3 places, exact for degree 2, or of 6, for degree 4.
+
+    The places lie inside; all weights are positive. G. Strang & G. Fix (1973), An Analysis of the
+    Finite Element Method, section 4.3; the six places in the closed form of the roots.
+
+    Raises:
+        ValueError: another number.
+    """
+    if number == 3:
+        return _symmetric([(1.0 / 6.0, 1.0 / 6.0)])
+    if number == 6:
+        root = math.sqrt(38.0 - 44.0 * math.sqrt(0.4))
+        heavy = math.sqrt(213125.0 - 53320.0 * math.sqrt(10.0))
+        return _symmetric(
+            [
+                ((8.0 - math.sqrt(10.0) + root) / 18.0, (620.0 + heavy) / 7440.0),
+                ((8.0 - math.sqrt(10.0) - root) / 18.0, (620.0 - heavy) / 7440.0),
+            ]
+        )
+    raise ValueError(f"there are rules of 3 and 6 places, not {number}")
+
+
+def _symmetric(orbits: list[tuple[float, float]]) -> TriangleRule:
+    """Three places to an orbit: two shares alike and their rest, with the same weight each."""
+    place = [np.roll([1.0 - 2.0 * share, share, share], i) for share, _ in orbits for i in range(3)]
+    return TriangleRule(np.array(place), np.repeat([weight for _, weight in orbits], 3))
+
+
+def _listed(numbers: Integers) -> str:
+    more = f" and {len(numbers) - SHOWN} more" if len(numbers) > SHOWN else ""
+    return f"{', '.join(str(number) for number in numbers[:SHOWN])}{more}"
