@@ -13,6 +13,7 @@ from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms import (
     HeldBall,
     Moduli,
+    PressurisedShell,
     SelfWeightColumn,
     ThickCylinder,
     WidenedCylinder,
@@ -328,3 +329,24 @@ def test_held_ball_is_in_equilibrium_and_does_not_move_at_its_surface(poisson_ra
     np.testing.assert_allclose(divergence, -force, rtol=1e-9)
     surface = centre + 2.0 * np.array([[0.6, 0.0, 0.8], [0.0, -1.0, 0.0]])
     np.testing.assert_allclose(ball.displacement(surface), 0.0, atol=1e-15)
+
+
+def test_pressurised_shell_balances_the_pressure():
+    """Stresses from differences: -p inside, none outside, equilibrium between."""
+    material = elastic(100.0, 0.3)
+    shell = PressurisedShell(1.0, 2.5, 3.0, material)
+    moduli = Moduli.of(material)
+    step = 1e-4
+
+    def stress(r):
+        u = shell.displacement
+        slope = (u(r + step) - u(r - step)) / (2.0 * step)
+        volume = slope + 2.0 * u(r) / r
+        radial = moduli.lame * volume + 2.0 * moduli.shear * slope
+        return radial, moduli.lame * volume + 2.0 * moduli.shear * u(r) / r
+
+    assert stress(1.0)[0] == pytest.approx(-3.0, rel=1e-6)
+    assert stress(2.5)[0] == pytest.approx(0.0, abs=1e-6)
+    radial, hoop = stress(1.7)
+    slope = (stress(1.7 + 1e-3)[0] - stress(1.7 - 1e-3)[0]) / 2e-3
+    assert slope == pytest.approx(-2.0 * (radial - hoop) / 1.7, rel=1e-4)

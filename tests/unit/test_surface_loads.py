@@ -146,3 +146,55 @@ def test_the_ends_of_an_open_chain_are_not_joined() -> None:
     loads, active, _ = loads_of(entries)
     force = loads.force(np.zeros((active.nodes, 2)))
     np.testing.assert_allclose(force.sum(axis=0), [0.0, 2.0], atol=1e-12)
+
+
+def shell(load: dict[str, Any]) -> dict[str, Any]:
+    """An eighth of a hollow sphere."""
+    entries = blob(load, "3d")
+    entries["bodies"][0]["shape"] = {
+        "type": "sphere",
+        "centre": [0.0, 0.0, 0.0],
+        "radius": 2.0,
+        "inner_radius": 1.0,
+        "sides": ["x+", "y+", "z+"],
+    }
+    entries["bodies"][0]["surface"] = {"spacing": 0.6}
+    entries["boundaries"][0]["at"] = 0.0
+    return entries
+
+
+@pytest.mark.parametrize("name", ["pressure", "hydrostatic", "dead", "traction"])
+@pytest.mark.parametrize("part", [None, "inner"])
+def test_derivative_in_space(name: str, part: str | None) -> None:
+    load = {"traction": [1.0, 2.0, 3.0]} if name == "traction" else dict(LOADS[name])
+    load.pop("shear", None)
+    if name == "hydrostatic":
+        load = {"hydrostatic": {"level": 0.8, "unit_weight": 12.0}}
+    loads, active, linear = loads_of(shell({**load, **({"part": part} if part else {})}))
+    random = np.random.default_rng(4)
+    u = 0.01 * random.normal(size=(active.nodes, 3))
+    direction = random.normal(size=u.shape)
+    step = 1e-5
+    ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
+    expected = (behind - ahead) / (2.0 * step)
+    loads.add_stiffness(u, linear.blocks)
+    product = (linear._matrix @ direction.ravel()).reshape(u.shape)
+    scale = np.abs(loads.force(u)).max()
+    np.testing.assert_allclose(product, expected, rtol=0, atol=1e-7 * scale)
+
+
+def test_resultants_in_space() -> None:
+    """A pressure inside an eighth of a sphere of radius 1: pi / 4 on each plane, but for chords."""
+    loads, active, _ = loads_of(shell({"pressure": -5.0, "part": "inner"}))
+    force = loads.force(np.zeros((active.nodes, 3))).sum(axis=0)
+    simulation = Simulation(Model.from_dict(shell({"pressure": 1.0})))
+    triangles = simulation.surfaces["blob"].triangles.now  # type: ignore[attr-defined]
+    expected = -5.0 * triangles.area_vector[triangles.in_part("inner")].sum(axis=0)
+    np.testing.assert_allclose(force, expected, rtol=1e-12)
+    np.testing.assert_allclose(force, 5.0 * np.pi / 4.0 * np.array([-1, -1, -1]), rtol=0.1)
+
+
+def test_an_unknown_part() -> None:
+    with pytest.raises(BadInput, match="outher") as caught:
+        Simulation(Model.from_dict(shell({"pressure": 1.0, "part": "outher"})))
+    assert 'did you mean "outer"' in str(caught.value) or "outer" in str(caught.value)

@@ -7,6 +7,7 @@ from tilth.model import Model
 from tilth.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
 from tilth.surface.tracked import TrackedSurface
+from tilth.surface.tracked_triangles import TrackedSolidSurface
 
 
 def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface]:
@@ -19,6 +20,8 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
     """
     return {
         body.name: TrackedSurface(model, number, points)
+        if model.dimension == 2
+        else TrackedSolidSurface(model, number)
         for number, body in enumerate(model.bodies)
         if body.surface is not None
     }

@@ -42,3 +42,30 @@ class HeldBall:
         height = self.radius**2 - (arm**2).sum(axis=1)
         force = np.asarray(self.body_force) / (2.0 * (moduli.lame + 4.0 * moduli.shear))
         return np.asarray(height[:, None] * force)
+
+
+@dataclass(frozen=True)
+class PressurisedShell:
+    """Hollow sphere under pressure from inside, free outside; small strain (Lame).
+
+    The displacement is radial, u = A r + B / r^2, with A = p a^3 / ((b^3 - a^3) 3 K) and
+    B = p a^3 b^3 / ((b^3 - a^3) 4 mu), so that the radial stress 3 K A - 4 mu B / r^3 is -p at the
+    inner radius a and 0 at the outer radius b.
+
+    Attributes:
+        inner, outer: radii a and b [length].
+        pressure: p [stress].
+        material: its density does not count.
+    """
+
+    inner: float
+    outer: float
+    pressure: float
+    material: HenckyElastic
+
+    def displacement(self, radius: npt.ArrayLike) -> FloatArray:
+        """Returns the radial displacement at distances from the centre [length]."""
+        moduli, r = Moduli.of(self.material), np.asarray(radius, dtype=float)
+        bulk = moduli.lame + 2.0 / 3.0 * moduli.shear
+        share = self.pressure * self.inner**3 / (self.outer**3 - self.inner**3)
+        return np.asarray(share * (r / (3.0 * bulk) + self.outer**3 / (4.0 * moduli.shear * r**2)))
