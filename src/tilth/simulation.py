@@ -23,6 +23,7 @@ from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints, PointRange
 from tilth.predictor import Predictor
 from tilth.soil import Soil
@@ -153,6 +154,10 @@ class Simulation:
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
         return arrays
+
+    def surface_shapes(self) -> tuple[SurfaceShape, ...]:
+        """Returns the tracked surfaces as they are now."""
+        return ()
 
     def check(self) -> ActiveGrid:
         """Locates the points and checks the conditions of the first step; returns the grid.

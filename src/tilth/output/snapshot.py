@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One output of an analysis: the material points and the grid at one moment."""
+"""One output of an analysis: material points, grid and tracked surfaces at one moment."""
 
 from __future__ import annotations
 
@@ -12,6 +12,33 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceShape:
+    """A tracked surface at one output: ``n`` vertices, ``m`` cells, ``dim`` is 2 or 3.
+
+    The arrays belong to the shape: whoever makes one must not change them afterwards.
+    """
+
+    name: str
+    position: FloatArray
+    """Place of the vertices [length], shape (n, dim)."""
+    cells: IntArray
+    """Rows of ``position``: in 2D the segments of polylines, shape (m, 2), in order along the curve
+    with the soil on their left; in 3D triangles, shape (m, 3), whose normals by the right-hand rule
+    point into the soil."""
+    fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Fields of the vertices: ``normal`` [-], unit vectors into the soil, shape (n, dim), and in 2D
+    ``arc_length`` [length], shape (n,)."""
+
+    @property
+    def polylines(self) -> list[IntArray]:
+        """Vertices along each chain of a surface in 2D; a closed one ends with its first vertex."""
+        if len(self.cells) == 0:
+            return []
+        breaks = np.flatnonzero(self.cells[1:, 0] != self.cells[:-1, 1]) + 1
+        return [np.append(part[:, 0], part[-1, 1]) for part in np.split(self.cells, breaks)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +75,8 @@ class Snapshot:
     node_fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """Node fields by full name: ``displacement`` [length] of the last step (m, dim), ``reaction``
     [force] of the boundary on the soil (m, dim)."""
+    surfaces: tuple[SurfaceShape, ...] = ()
+    """Tracked surfaces, the same names in the same order in every snapshot of a run."""
 
     @property
     def dim(self) -> int:
