@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,21 @@ def test_a_later_state_replaces_the_earlier(tmp_path: Path, dim: int) -> None:
         assert set(table["step"].tolist()) <= {step}
         assert (len(table["step"]) > 0) == (step > 0 or dim == 2)
     assert [file.name for file in tmp_path.iterdir()] == ["surface.csv"]
+
+
+def test_the_documented_lines_read_a_profile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = Path(__file__).parents[2] / "docs" / "howto" / "read_results.md"
+    (block,) = re.findall(r"^```py\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    slope = line("slope", np.linspace([0.0, 1.0], [1.0 / 3.0, 2.0], 5))
+    (tmp_path / "run").mkdir()
+    shapes = (circle("pipe", 8), slope)
+    write(tmp_path / "run/surface.csv", replace(make_snapshot(2), surfaces=shapes), "m")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile(block, str(page), "exec"), names)
+    np.testing.assert_array_equal(names["profile"], slope.position)
 
 
 def test_another_file_is_bad_input(tmp_path: Path) -> None:
