@@ -13,13 +13,14 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
-from test_report import UNITS, snapshot
+from test_report import UNITS, make_setup, snapshot
 from tracked_shapes import circle, line, octahedron
 
 import tilth.report.html
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot, SurfaceShape
 from tilth.report.html import write_report
 from tilth.report.pictures import draw_frames
+from tilth.report.setup import draw_setup
 from tilth.report.tracked import TRACKED_COLOURS, colour_of
 
 
@@ -141,6 +142,30 @@ def test_edges_between_triangles_of_one_plane_are_thin() -> None:
     assert thin == {(0, 2)}
     from_below = SurfaceShape("top", position, down[:, ::-1], {"normal": -normal})
     assert drawn_in_space(from_below) == (set(), set())
+
+
+def test_the_setup_shows_the_surfaces_at_the_start() -> None:
+    top = line("top of the soil", np.linspace([9.0, 6.0], [0.0, 7.0], 5))
+    plain = make_setup((8, 6), 1.0)
+    figure = draw_setup(replace(plain, tracked=(top, circle("pipe", 8))))
+    (axes,) = figure.axes
+    drawn = [item for item in axes.lines if item.get_color() in TRACKED_COLOURS]
+    assert [item.get_color() for item in drawn] == [colour_of(0), colour_of(1)]
+    np.testing.assert_array_equal(drawn[0].get_xydata(), top.position)
+    assert axes.get_xlim()[0] < -1.0  # the circle reaches out of the soil
+    assert axes.get_xlim()[1] > 9.0
+    assert axes.get_ylim()[1] > 7.0
+    assert {"top of the soil\ntracked surface", "pipe\ntracked surface"} <= set(texts(figure))
+    assert not [text for text in texts(draw_setup(plain)) if "surface" in text]
+
+
+def test_the_setup_in_space_shows_the_surfaces_at_the_start() -> None:
+    shape = octahedron("ball", 1, 2.0)
+    figure = draw_setup(replace(make_setup((6, 5, 4), 1.0), tracked=(shape,)))
+    assert "ball\ntracked surface" in texts(figure)
+    (space,) = (axes for axes in figure.axes if axes.name == "3d")
+    assert [c for c in space.collections if isinstance(c, Line3DCollection)]
+    assert space.get_xlim()[0] < -2.0
 
 
 def test_the_report_of_a_folder_draws_its_surfaces(

@@ -83,7 +83,7 @@ def draw_frames(
             half, painted = snapshot.point_fields.get("domain"), colours.to_rgba(value)
             unit = units.get("length", "")
             draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05)
-            draw_space_tracked(axes, snapshot)
+            draw_space_tracked(axes, snapshot.surfaces)
         axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
         panels.append(axes)
     pad = 0.02 if dim == 2 else 0.12  # in space the labels of z stand outside the panels

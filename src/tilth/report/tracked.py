@@ -44,11 +44,16 @@ def draw_plane_tracked(axes: Axes, snapshot: Snapshot, initial: Snapshot | None)
     if initial is not None and initial.step != snapshot.step:
         for number, shape in enumerate(initial.surfaces):
             _draw_lines(axes, shape, color=colour_of(number), **_initial_line())
-    for number, shape in enumerate(snapshot.surfaces):
+    draw_tracked_lines(axes, snapshot.surfaces)
+
+
+def draw_tracked_lines(axes: Axes, surfaces: Sequence[SurfaceShape]) -> None:
+    """Lines along tracked surfaces in the plane."""
+    for number, shape in enumerate(surfaces):
         _draw_lines(axes, shape, color=colour_of(number), **_line())
 
 
-def draw_space_tracked(axes: Any, snapshot: Snapshot) -> None:
+def draw_space_tracked(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
     """Outline, border and creases of the tracked surfaces as seen from outside the soil.
 
     Of few triangles the edges are drawn too, thin. ``axes`` show the points already, so that limits
@@ -57,9 +62,9 @@ def draw_space_tracked(axes: Any, snapshot: Snapshot) -> None:
     """
     from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
-    if snapshot.surfaces:
+    if surfaces:
         axes.computed_zorder = False
-    for number, shape in enumerate(snapshot.surfaces):
+    for number, shape in enumerate(surfaces):
         cells = shape.cells[_faces_viewer(axes, shape.position[shape.cells])]
         edges, strong = _edges(shape.position, cells)
         colour = colour_of(number)
@@ -78,15 +83,21 @@ def draw_space_tracked(axes: Any, snapshot: Snapshot) -> None:
                 )
 
 
+def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
+    """Handles of a legend that names tracked surfaces."""
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=colour_of(number), label=f"surface: {shape.name}", **_line())
+        for number, shape in enumerate(surfaces)
+    ]
+
+
 def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | None) -> None:
     """Names the tracked surfaces above the panels; ``initial`` is given where it is drawn."""
     from matplotlib.lines import Line2D
 
-    handles: list[Any] = []
-    for number, shape in enumerate(snapshot.surfaces):
-        handles.append(
-            Line2D([], [], color=colour_of(number), label=f"surface: {shape.name}", **_line())
-        )
+    handles = tracked_handles(snapshot.surfaces)
     if initial is not None and initial.surfaces and snapshot.dim == 2:
         one = len(initial.surfaces) == 1
         label = f"surface{'' if one else 's'} at the start"
