@@ -187,9 +187,10 @@ def test_polylines_follow_the_chains() -> None:
     (line,) = ring.polylines
     assert line.tolist() == [0, 1, 2, 3, 0]
     cells = np.array([[5, 6], [6, 7], [0, 1], [1, 2], [2, 0]])
-    both = SurfaceShape("both", np.zeros((8, 2)), cells)
+    both = SurfaceShape("both", np.zeros((8, 2)), cells, {})
     assert [line.tolist() for line in both.polylines] == [[5, 6, 7], [0, 1, 2, 0]]
-    assert SurfaceShape("none", np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64)).polylines == []
+    none = SurfaceShape("none", np.zeros((0, 2)), np.zeros((0, 2), dtype=np.int64), {})
+    assert none.polylines == []
 
 
 def test_triangles_have_their_normals_into_the_soil() -> None:

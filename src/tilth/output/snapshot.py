@@ -28,7 +28,7 @@ class SurfaceShape:
     """Rows of ``position``: in 2D the segments of polylines, shape (m, 2), in order along the curve
     with the soil on their left; in 3D triangles, shape (m, 3), whose normals by the right-hand rule
     point into the soil."""
-    fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    fields: Mapping[str, NDArray[Any]]
     """Fields of the vertices: ``normal`` [-], unit vectors into the soil, shape (n, dim), and in 2D
     ``arc_length`` [length], shape (n,)."""
 
