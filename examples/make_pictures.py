@@ -25,6 +25,7 @@ def make_picture(name: str) -> None:
             model.output.colour_by,
             results.units,
             axisymmetric=model.analysis.kind == "axisymmetric",
+            initial=results.snapshot(0),
         )
         figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 

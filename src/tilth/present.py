@@ -60,6 +60,7 @@ def setup_of(model: Model) -> Setup:
         origin=simulation.grid.origin,
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
+        tracked=simulation.surface_shapes(),
         loads=[*_loads(model, simulation), *_surface_loads(model, simulation)],
         body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
         force_unit=model.units.force,

@@ -23,9 +23,11 @@ from tilth.output import (
     ResultsWriter,
     RunLog,
     Snapshot,
+    read_results,
     write_checkpoint,
+    write_surfaces,
 )
-from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS
+from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS, SURFACE
 from tilth.simulation import Simulation, StepResult, initial_points
 from tilth.track import Tracker
 
@@ -62,7 +64,7 @@ class Recorder:
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
-        recorder.results.append(snapshot(simulation, active, None, 0, 0.0))
+        recorder._output(snapshot(simulation, active, None, 0, 0.0))
         recorder.history.append(0, 0.0, 0, tracker.values(simulation, None, 0.0))
         return recorder
 
@@ -82,6 +84,9 @@ class Recorder:
             log=RunLog(folder / LOG, resume=True),
             work=meta["work"],
         )
+        kept = read_results(folder / RESULTS)
+        if kept.surfaces:
+            recorder._table_surfaces(kept.snapshot(-1))
         active = locate(simulation.points, simulation.grid, Buffers())
         recorder._header(len(active.cells()), threads, step)
         return recorder
@@ -143,9 +148,17 @@ class Recorder:
         if self._last is None:
             return
         clock, result = self._last
-        state = snapshot(self.simulation, result.active, result, clock.step, clock.time)
-        self.results.append(state)
+        self._output(snapshot(self.simulation, result.active, result, clock.step, clock.time))
         self._last = None
+
+    def _output(self, state: Snapshot) -> None:
+        self.results.append(state)
+        self._table_surfaces(state)
+
+    def _table_surfaces(self, state: Snapshot) -> None:
+        """Writes the table of the surfaces at the last output, where there are any."""
+        if state.surfaces:
+            write_surfaces(self.folder / SURFACE, state, self.simulation.model.units.length)
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""
@@ -210,6 +223,7 @@ def snapshot(
             "displacement": still if result is None else result.equilibrium.displacement,
             "reaction": still if result is None else result.reaction,
         },
+        surfaces=simulation.surface_shapes(),
     )
 
 

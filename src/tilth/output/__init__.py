@@ -6,7 +6,8 @@ from .folder import prepare_output_folder
 from .history import HistoryWriter, read_history
 from .log import RunLog, read_log
 from .progress import Progress
-from .snapshot import Snapshot
+from .snapshot import Snapshot, SurfaceShape
+from .surface_table import read_surface, write_surfaces
 from .vtkhdf import Results, ResultsWriter, read_results
 
 __all__ = [
@@ -16,10 +17,13 @@ __all__ = [
     "ResultsWriter",
     "RunLog",
     "Snapshot",
+    "SurfaceShape",
     "prepare_output_folder",
     "read_checkpoint",
     "read_history",
     "read_log",
     "read_results",
+    "read_surface",
     "write_checkpoint",
+    "write_surfaces",
 ]

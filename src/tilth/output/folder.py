@@ -12,6 +12,7 @@ from ..errors import BadInput
 
 RESULTS = "results.vtkhdf"
 HISTORY = "history.csv"
+SURFACE = "surface.csv"
 REPORT = "report.html"
 LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
@@ -23,6 +24,8 @@ OWN_FILES = (
     f".{Path(RESULTS).stem}.shadow*",
     HISTORY,
     f".{HISTORY}.new",
+    SURFACE,
+    f".{SURFACE}.new",
     REPORT,
     LOG,
     "checkpoint*",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One output of an analysis: the material points and the grid at one moment."""
+"""One output of an analysis: material points, grid and tracked surfaces at one moment."""
 
 from __future__ import annotations
 
@@ -16,18 +16,29 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class SurfaceShape:
-    """A tracked surface at one output."""
+    """A tracked surface at one output: ``n`` vertices, ``m`` cells, ``dim`` is 2 or 3.
+
+    The arrays belong to the shape: whoever makes one must not change them afterwards.
+    """
 
     name: str
-    """Name of the body that it is the surface of."""
     position: FloatArray
-    """Its vertices [length], shape (n, dim)."""
+    """Place of the vertices [length], shape (n, dim)."""
     cells: IntArray
-    """Segments in order along the curve, the soil on their left, shape (m, 2) in 2D; triangles with
-    their normal into the soil by the right-hand rule, shape (m, 3) in 3D."""
+    """Rows of ``position``: in 2D the segments of polylines, shape (m, 2), in order along the curve
+    with the soil on their left; in 3D triangles, shape (m, 3), whose normals by the right-hand rule
+    point into the soil."""
     fields: Mapping[str, NDArray[Any]]
-    """Per vertex: ``normal``, unit vectors into the soil (n, dim); in 2D ``arc_length`` [length]
-    along its chain (n,)."""
+    """Fields of the vertices: ``normal`` [-], unit vectors into the soil, shape (n, dim), and in 2D
+    ``arc_length`` [length], shape (n,)."""
+
+    @property
+    def polylines(self) -> list[IntArray]:
+        """Vertices along each chain of a surface in 2D; a closed one ends with its first vertex."""
+        if len(self.cells) == 0:
+            return []
+        breaks = np.flatnonzero(self.cells[1:, 0] != self.cells[:-1, 1]) + 1
+        return [np.append(part[:, 0], part[-1, 1]) for part in np.split(self.cells, breaks)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +75,8 @@ class Snapshot:
     node_fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     """Node fields by full name: ``displacement`` [length] of the last step (m, dim), ``reaction``
     [force] of the boundary on the soil (m, dim)."""
+    surfaces: tuple[SurfaceShape, ...] = ()
+    """Tracked surfaces, the same names in the same order in every snapshot of a run."""
 
     @property
     def dim(self) -> int:

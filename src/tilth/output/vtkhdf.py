@@ -19,7 +19,7 @@ from typing import Any
 from ..errors import BadInput
 from .files import exchange_durably, replace_durably
 from .snapshot import Snapshot
-from .vtkhdf_layout import append_snapshot, create_file, read_snapshot
+from .vtkhdf_layout import append_snapshot, create_file, read_snapshot, surface_names
 
 
 class ResultsWriter:
@@ -60,7 +60,7 @@ class ResultsWriter:
             path.unlink()
         elif keep < len(results.steps):
             with _open_to_write(writer._shadow) as file:
-                create_file(file, results.dim, results.title, results.units)
+                create_file(file, results.dim, results.title, results.units, results.surfaces)
                 for index in range(keep):
                     append_snapshot(file, results.snapshot(index))
             replace_durably(writer._shadow, path)
@@ -82,7 +82,8 @@ class ResultsWriter:
         self._behind = None
         with file:
             if "tilth" not in file:
-                create_file(file, snapshot.dim, self._title, self._units)
+                names = [surface.name for surface in snapshot.surfaces]
+                create_file(file, snapshot.dim, self._title, self._units, names)
             for each in [*missing, snapshot]:
                 append_snapshot(file, each)
         exchange_durably(self._shadow, self.path)
@@ -123,6 +124,8 @@ class Results:
     """Step number of each output."""
     times: list[float]
     """Time of each output."""
+    surfaces: tuple[str, ...] = ()
+    """Names of the tracked surfaces."""
 
     def snapshot(self, index: int) -> Snapshot:
         """Output number ``index`` (0 is the initial state, -1 the last), bit for bit."""
@@ -152,6 +155,7 @@ def read_results(path: Path | str) -> Results:
             units=json.loads(info.attrs["units"]),
             steps=[int(step) for step in info["step"]],
             times=[float(time) for time in file["VTKHDF/points/Steps/Values"]],
+            surfaces=surface_names(file),
         )
 
 

@@ -4,44 +4,55 @@
 Source: VTK documentation, "VTKHDF format specification". Each block is an unstructured grid whose
 arrays grow with every output; the group ``Steps`` holds, per output, where its rows begin. One
 output is one part. The points keep their count, so their vertices, ``point_id`` and ``body_id``
-are written once and all outputs refer to that part. Next to the group ``VTKHDF`` the group
-``tilth`` keeps the step numbers and the unit labels; VTK ignores it.
+are written once and all outputs refer to that part. Each tracked surface is a block of its own.
+Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels and the
+names of the surfaces as the user wrote them; VTK ignores it.
 
 The reader of VTK 9.7 asks the root of a collection for ``Steps/NSteps`` and shows the first output
 for every time where it finds none, although the format has the steps in the blocks only. The link
 ``Steps`` to the block ``grid``, which carries ``NSteps`` for that, makes all readers since VTK 9.4
-show the right output; the price is an empty third member of the collection.
+show the right output; the price is an empty last member of the collection.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .snapshot import Snapshot
+from .snapshot import Snapshot, SurfaceShape
 
-VTK_VERTEX, VTK_QUAD, VTK_HEXAHEDRON = 1, 9, 12
+VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_QUAD, VTK_HEXAHEDRON = 1, 3, 5, 9, 12
 VERSION = (2, 2)
 BLOCKS = ("points", "grid")
 STATIC_FIELDS = ("point_id", "body_id")
 
 
-def create_file(file: Any, dim: int, title: str, units: Mapping[str, str]) -> None:
-    """Lay out the empty results in the open, writable ``h5py.File``."""
+def create_file(
+    file: Any, dim: int, title: str, units: Mapping[str, str], surfaces: Sequence[str] = ()
+) -> None:
+    """Lay out the empty results in the open, writable ``h5py.File``.
+
+    ``surfaces`` are the names of the tracked surfaces. Raises ``ValueError`` where two are equal.
+    """
     import h5py
 
     info = file.create_group("tilth")
     info.attrs["dim"] = dim
     info.attrs["title"] = title
     info.attrs["units"] = json.dumps(dict(units))
+    of_surfaces = surface_blocks(surfaces)
+    if of_surfaces:
+        info.attrs["surfaces"] = json.dumps(of_surfaces)
+    blocks = (*BLOCKS, *of_surfaces.values())
     root = file.create_group("VTKHDF", track_order=True)
     _set_type(root, "PartitionedDataSetCollection")
     root["Steps"] = h5py.SoftLink("/VTKHDF/grid")
-    for index, name in enumerate(BLOCKS):
+    for index, name in enumerate(blocks):
         block = root.create_group(name)
         _set_type(block, "UnstructuredGrid")
         block.attrs["Index"] = index
@@ -51,12 +62,47 @@ def create_file(file: Any, dim: int, title: str, units: Mapping[str, str]) -> No
         steps.create_group("PointDataOffsets")
     root["grid"].attrs["NSteps"] = 0
     assembly = root.create_group("Assembly", track_order=True)
-    for name in BLOCKS:
+    for name in blocks:
         assembly.create_group(name, track_order=True)[name] = h5py.SoftLink(f"/VTKHDF/{name}")
 
 
+def surface_blocks(names: Sequence[str]) -> dict[str, str]:
+    """Name of the block of each tracked surface, in their order.
+
+    VTK allows letters, digits and underscores; other characters become underscores, and a number is
+    appended where two blocks would have the same name. Raises ``ValueError`` where two surfaces do.
+    """
+    if len(set(names)) != len(names):
+        raise ValueError(f"two tracked surfaces of the same name among {list(names)}")
+    blocks: dict[str, str] = {}
+    for name in names:
+        safe = "surface_" + re.sub(r"[^A-Za-z0-9_]", "_", name)
+        block, count = safe, 1
+        while block in blocks.values():
+            count += 1
+            block = f"{safe}_{count}"
+        blocks[name] = block
+    return blocks
+
+
+def surface_names(file: Any) -> tuple[str, ...]:
+    """Names of the tracked surfaces in the open ``h5py.File``."""
+    return tuple(_surface_blocks_of(file))
+
+
+def _surface_blocks_of(file: Any) -> dict[str, str]:
+    return dict(json.loads(file["tilth"].attrs.get("surfaces", "{}")))
+
+
 def append_snapshot(file: Any, snapshot: Snapshot) -> None:
-    """Append one output to the open, writable ``h5py.File``."""
+    """Append one output to the open, writable ``h5py.File``.
+
+    Raises ``ValueError`` where its fields or surfaces are not those of the first output.
+    """
+    blocks = _surface_blocks_of(file)
+    names = [surface.name for surface in snapshot.surfaces]
+    if names != list(blocks):
+        raise ValueError(f"surfaces {names} differ from the first output's {list(blocks)}")
     n = len(snapshot.position)
     point_fields = {
         "point_id": np.arange(n, dtype=np.int64),
@@ -77,6 +123,15 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
         cell_type,
         snapshot.node_fields,
     )
+    for surface in snapshot.surfaces:
+        _append_block(
+            root[blocks[surface.name]],
+            snapshot.time,
+            surface.position,
+            np.asarray(surface.cells, dtype=np.int64).reshape(-1, snapshot.dim),
+            VTK_LINE if snapshot.dim == 2 else VTK_TRIANGLE,
+            surface.fields,
+        )
     root["grid"].attrs["NSteps"] = root["grid/Steps"].attrs["NSteps"]
     _append(file["tilth"], "step", np.array([snapshot.step], dtype=np.int64))
 
@@ -87,9 +142,6 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
     points, grid = file["VTKHDF/points"], file["VTKHDF/grid"]
     position, point_fields = _read_block(points, index, dim)
     node_position, node_fields = _read_block(grid, index, dim)
-    part = grid["Steps/PartOffsets"][index]
-    first = grid["Steps/ConnectivityIdOffsets"][index, 0]
-    count = grid["NumberOfConnectivityIds"][part]
     body_id = point_fields.pop("body_id")
     del point_fields["point_id"]
     return Snapshot(
@@ -99,9 +151,18 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
         body_id=body_id,
         point_fields=point_fields,
         node_position=node_position,
-        cells=grid["Connectivity"][first : first + count].reshape(-1, 2**dim),
+        cells=_read_cells(grid, index).reshape(-1, 2**dim),
         node_fields=node_fields,
+        surfaces=tuple(
+            _read_surface(name, file["VTKHDF"][block], index, dim)
+            for name, block in _surface_blocks_of(file).items()
+        ),
     )
+
+
+def _read_surface(name: str, block: Any, index: int, dim: int) -> SurfaceShape:
+    position, fields = _read_block(block, index, dim)
+    return SurfaceShape(name, position, _read_cells(block, index).reshape(-1, dim), fields)
 
 
 def _append_block(
@@ -160,6 +221,14 @@ def _read_block(
         first = int(steps["PointDataOffsets"][name][index])
         fields[name] = _from_vtk(values[first : first + count], dim)
     return np.ascontiguousarray(position[:, :dim]), fields
+
+
+def _read_cells(block: Any, index: int) -> NDArray[np.int64]:
+    """Vertices of all cells of one output of one block, in one row."""
+    steps = block["Steps"]
+    first = int(steps["ConnectivityIdOffsets"][index, 0])
+    count = int(block["NumberOfConnectivityIds"][steps["PartOffsets"][index]])
+    return np.asarray(block["Connectivity"][first : first + count])
 
 
 def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:

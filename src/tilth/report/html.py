@@ -61,7 +61,7 @@ def write_report(
     parts.append(_section("Convergence", _convergence(history, log)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
-    parts.append(_section("Looking at the results", _HOW_TO_OPEN))
+    parts.append(_section("Looking at the results", _how_to_open(results)))
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -75,15 +75,26 @@ def write_report(
     return path
 
 
-_HOW_TO_OPEN = """<ul>
-<li><code>results.vtkhdf</code> holds all outputs. Open it in ParaView (5.13 or newer), press
-<em>Apply</em>, choose a block (<em>points</em> or <em>grid</em>) in the MultiBlock Inspector and
-<em>Point Gaussian</em> as representation of the points. The play button steps through the times.
+def _how_to_open(results: Results) -> str:
+    """What the files of the folder are."""
+    surfaces = _ABOUT_SURFACES if results.surfaces else ""
+    return f"<ul>\n{_HOW_TO_OPEN}{surfaces}</ul>"
+
+
+_ABOUT_SURFACES = """<li><code>surface.csv</code> has the points of the tracked surfaces at the last
+output with their normals; in the plane in order along each, with the arc length. In ParaView the
+surfaces are the blocks <em>surface_...</em> of <code>results.vtkhdf</code>, at all times.</li>
+"""
+
+_HOW_TO_OPEN = """<li><code>results.vtkhdf</code> holds all outputs. Open it in ParaView (5.13 or
+newer), press <em>Apply</em>, choose a block (<em>points</em> or <em>grid</em>) in the MultiBlock
+Inspector and <em>Point Gaussian</em> as representation of the points. The play button steps through
+the times.
 It can also be read with h5py, or with <code>tilth.output.read_results</code>.</li>
 <li><code>history.csv</code> has one row per step with all tracked quantities; any spreadsheet reads
 it.</li>
 <li><code>log.txt</code> has the residuals of all Newton iterations.</li>
-</ul>"""
+"""
 
 
 def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
@@ -134,6 +145,7 @@ def _frames(results: Results, kind: str, colour_by: str) -> str:
         colour_by,
         results.units,
         axisymmetric=kind == "axisymmetric",
+        initial=results.snapshot(0),
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):

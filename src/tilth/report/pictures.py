@@ -11,6 +11,12 @@ import numpy as np
 from ..output.snapshot import FloatArray, Snapshot
 from .fields import field_values, with_unit
 from .space import draw_space
+from .tracked import (
+    add_tracked_legend,
+    draw_plane_tracked,
+    draw_space_tracked,
+    tracked_places,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,12 +34,15 @@ def draw_frames(
     units: Mapping[str, str],
     *,
     axisymmetric: bool = False,
+    initial: Snapshot | None = None,
 ) -> Figure:
     """One panel per snapshot, all with the same axes and the same colours.
 
     ``colour_by`` is a name that :func:`tilth.report.fields.field_values` knows. In 2D the points'
     domains are filled, in 3D the points that can be seen from outside are drawn. Bodies more than
     seven times longer than wide are drawn with the narrow side stretched; the picture says so.
+    Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
+    of ``initial``, the first output of the run, are drawn dashed on all later ones.
     """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -42,7 +51,8 @@ def draw_frames(
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
     values = [pair[0] for pair in coloured]
     colours = _colours(values)
-    lower, upper = _extent(snapshots)
+    tracked = tracked_places(snapshots if initial is None else [initial, *snapshots])
+    lower, upper = _extent(snapshots, tracked)
     size = upper - lower
     rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
     stretch = 1.0
@@ -65,6 +75,7 @@ def draw_frames(
         if dim == 2:
             axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
             _draw_plane(axes, snapshot, value, colours)
+            draw_plane_tracked(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
             axes.label_outer()
         else:
@@ -72,6 +83,7 @@ def draw_frames(
             half, painted = snapshot.point_fields.get("domain"), colours.to_rgba(value)
             unit = units.get("length", "")
             draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05)
+            draw_space_tracked(axes, snapshot.surfaces)
         axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
         panels.append(axes)
     pad = 0.02 if dim == 2 else 0.12  # in space the labels of z stand outside the panels
@@ -83,6 +95,9 @@ def draw_frames(
         figure.supxlabel(f"horizontal scale stretched {stretch:.3g} times", fontsize=8)
     elif stretch < 0.999:
         figure.supxlabel(f"vertical scale stretched {1 / stretch:.3g} times", fontsize=8)
+    if initial is not None and all(snapshot.step == initial.step for snapshot in snapshots):
+        initial = None
+    add_tracked_legend(figure, snapshots[0], initial)
     return figure
 
 
@@ -102,9 +117,11 @@ def _colours(values: Sequence[FloatArray]) -> ScalarMappable:
     return ScalarMappable(Normalize(low, high), "viridis")
 
 
-def _extent(snapshots: Sequence[Snapshot]) -> tuple[FloatArray, FloatArray]:
-    """Corners that hold all frames with a small margin."""
-    corners = []
+def _extent(
+    snapshots: Sequence[Snapshot], places: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Corners that hold all frames and ``places``, each (n, dim), with a small margin."""
+    corners = list(places)
     for snapshot in snapshots:
         half = snapshot.point_fields.get("domain", 0.0)
         corners += [snapshot.position - half, snapshot.position + half]

@@ -12,6 +12,7 @@ from .setup_data import Condition, Load, Setup, Surface
 from .setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from .surface_view import LINE_STYLES, LINE_WIDTH
 from .symbols import arrow, hatching, support
+from .tracked import tracked_handles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -131,6 +132,9 @@ def _legend(setup: Setup) -> list[Any]:
     for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
         handles.append(_surface_handle(surface, colour, setup.length_unit))
+    for shape, handle in zip(setup.tracked, tracked_handles(setup.tracked), strict=True):
+        handle.set_label(f"{shape.name}\ntracked surface")
+        handles.append(handle)
     for load in setup.loads:
         total = load.force.sum(axis=0)
         amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()

@@ -12,6 +12,7 @@ from .setup_data import Setup
 from .setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
 from .space import draw_space
 from .surface_lines import clip_triangles
+from .tracked import draw_space_tracked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,6 +42,7 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     unit = setup.length_unit
     draw_space(space, setup.position, setup.half_lengths, colours, lower, upper, unit, 0.2)
     _draw_surfaces(space, setup, lower, upper)
+    draw_space_tracked(space, setup.tracked)
     true = bool(size.min() >= 0.2 * size.max())
     space.set_title("in space" if true else "in space (thickness exaggerated)", fontsize=9)
     return figure

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray, IntArray
+from ..output.snapshot import FloatArray, IntArray, SurfaceShape
 from .surface_lines import clip_segments, clip_triangles, moved_corners
 
 _NEAR = 0.08
@@ -92,6 +92,8 @@ class Setup:
     conditions: Sequence[Condition] = field(default_factory=tuple)
     loads: Sequence[Load] = field(default_factory=tuple)
     surfaces: Sequence[Surface] = ()
+    tracked: Sequence[SurfaceShape] = ()
+    """Surfaces of bodies that are tracked."""
     body_force: FloatArray | None = None
     """Acceleration at factor 1, shape (dim,), or None."""
     force_unit: str = ""
@@ -113,6 +115,7 @@ class Setup:
             places += [self.position - self.half_lengths, self.position + self.half_lengths]
         places += [condition.position for condition in self.conditions if len(condition.position)]
         places += [load.position for load in self.loads if len(load.position)]
+        places += [shape.position for shape in self.tracked if len(shape.position)]
         everything = np.concatenate(places)
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         longest = float((upper - lower).max())

@@ -13,6 +13,7 @@ from .fields import with_unit
 from .setup_data import Condition, Setup
 from .surface_view import draw_surface
 from .symbols import arrows, support
+from .tracked import draw_tracked_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,6 +60,8 @@ def draw_view(
     for number, surface in enumerate(setup.surfaces):
         colour = CONDITION_COLOURS[(len(setup.conditions) + number) % len(CONDITION_COLOURS)]
         draw_surface(axes, surface, chosen, lower, upper, colour, symbols)
+    if setup.dim == 2:
+        draw_tracked_lines(axes, setup.tracked)
     if not symbols:
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Tracked surfaces over the deformed points: as they are, and as they were at the start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..output.snapshot import FloatArray, IntArray, Snapshot, SurfaceShape
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+TRACKED_COLOURS = ("#e6007e", "#111111", "#ff7f0e", "#0077ff", "#7a4a1e", "#8a2be2")
+"""Told apart on both colour scales of the fields; a white margin helps where one comes close."""
+LINE_WIDTH = 1.5
+INITIAL_WIDTH = 0.9
+INITIAL_STYLE = (0.0, (4.0, 2.5))
+MOST_EDGED = 3_000
+"""Triangles up to which their edges are drawn."""
+_CREASE = 0.8
+"""Cosine of the angle between two triangles below which the edge between them is a crease."""
+_HANDLE, _CHARACTER, _ROW = 0.75, 0.075, 0.2
+"""Room in the legend for a handle, a character of its text, and a row [inch]."""
+
+
+def colour_of(number: int) -> str:
+    """Colour of the surface with this number in its snapshot."""
+    return TRACKED_COLOURS[number % len(TRACKED_COLOURS)]
+
+
+def tracked_places(snapshots: Sequence[Snapshot]) -> list[FloatArray]:
+    """Vertices of all tracked surfaces, those that have any, shapes (n, dim)."""
+    shapes = [shape for snapshot in snapshots for shape in snapshot.surfaces]
+    return [shape.position for shape in shapes if len(shape.position)]
+
+
+def draw_plane_tracked(axes: Axes, snapshot: Snapshot, initial: Snapshot | None) -> None:
+    """Lines along the tracked surfaces; those of ``initial``, another output, dashed and thin."""
+    if initial is not None and initial.step != snapshot.step:
+        for number, shape in enumerate(initial.surfaces):
+            _draw_lines(axes, shape, color=colour_of(number), **_initial_line())
+    draw_tracked_lines(axes, snapshot.surfaces)
+
+
+def draw_tracked_lines(axes: Axes, surfaces: Sequence[SurfaceShape]) -> None:
+    """Lines along tracked surfaces in the plane."""
+    for number, shape in enumerate(surfaces):
+        _draw_lines(axes, shape, color=colour_of(number), **_line())
+
+
+def draw_space_tracked(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
+    """Outline, border and creases of the tracked surfaces as seen from outside the soil.
+
+    Of few triangles the edges are drawn too, thin. ``axes`` show the points already, so that limits
+    and direction of view are set. The lines are in front of everything, also of soil that would
+    hide them: matplotlib sorts whole collections, not what is in them.
+    """
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+
+    if surfaces:
+        axes.computed_zorder = False
+    for number, shape in enumerate(surfaces):
+        cells = shape.cells[_faces_viewer(axes, shape.position[shape.cells])]
+        edges, strong = _edges(shape.position, cells)
+        colour = colour_of(number)
+        for chosen, width, opacity in ((edges[strong], 1.2, 1.0), (edges[~strong], 0.35, 0.6)):
+            if len(chosen) and (width > 1.0 or len(cells) <= MOST_EDGED):
+                axes.add_collection3d(
+                    Line3DCollection(
+                        shape.position[chosen],
+                        colors=colour,
+                        linewidths=width,
+                        alpha=opacity,
+                        capstyle="round",
+                        zorder=3 + number,
+                    ),
+                    autolim=False,
+                )
+
+
+def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
+    """Handles of a legend that names tracked surfaces."""
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=colour_of(number), label=f"surface: {shape.name}", **_line())
+        for number, shape in enumerate(surfaces)
+    ]
+
+
+def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | None) -> None:
+    """Names the tracked surfaces above the panels; ``initial`` is given where it is drawn."""
+    from matplotlib.lines import Line2D
+
+    handles = tracked_handles(snapshot.surfaces)
+    if initial is not None and initial.surfaces and snapshot.dim == 2:
+        one = len(initial.surfaces) == 1
+        label = f"surface{'' if one else 's'} at the start"
+        colour = colour_of(0) if one else "0.3"
+        handles.append(Line2D([], [], color=colour, label=label, **_initial_line()))
+    if not handles:
+        return
+    width, height = figure.get_size_inches()
+    longest = max(len(handle.get_label()) for handle in handles)
+    columns = int(np.clip(width / (_HANDLE + _CHARACTER * longest), 1, len(handles)))
+    figure.set_size_inches(width, height + _ROW * -(-len(handles) // columns))
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=columns,
+        fontsize=8.5,
+        frameon=False,
+        handlelength=2.6,
+    )
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)  # below a high legend the layout needs more rounds than its own
+
+
+def _line() -> dict[str, Any]:
+    return {"linewidth": LINE_WIDTH, "path_effects": _margin(LINE_WIDTH + 1.4)}
+
+
+def _initial_line() -> dict[str, Any]:
+    return {
+        "linewidth": INITIAL_WIDTH,
+        "linestyle": INITIAL_STYLE,
+        "path_effects": _margin(INITIAL_WIDTH + 0.9),
+    }
+
+
+def _margin(width: float) -> list[Any]:
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=width, foreground="white")]
+
+
+def _draw_lines(axes: Axes, shape: SurfaceShape, **style: Any) -> None:
+    for line in shape.polylines:
+        axes.plot(*shape.position[line].T, solid_capstyle="round", solid_joinstyle="round", **style)
+
+
+def _faces_viewer(axes: Any, corner: FloatArray) -> NDArray[np.bool_]:
+    """Which triangles, shape (n, 3, 3), are seen from outside the soil; shape (n,)."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
+
+    x, y, _ = proj_transform(*corner.reshape(-1, 3).T, axes.get_proj())
+    seen = np.stack([x, y], axis=1).reshape(-1, 3, 2)
+    first, second = seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0]
+    # The normal points into the soil: away from a viewer who sees the corners clockwise.
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0.0)
+
+
+def _edges(position: FloatArray, cells: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Edges of triangles, shape (m, 3), as pairs of vertices, shape (k, 2).
+
+    The second array says which are strong, shape (k,): edges of one triangle only, and creases.
+    """
+    corner = position[cells]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    ends = np.sort(np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]]), axis=1)
+    edges, group = np.unique(ends, axis=0, return_inverse=True)
+    total = np.zeros((len(edges), 3))
+    np.add.at(total, group.reshape(-1), np.tile(normal, (3, 1)))
+    # |n1 + n2|^2 = 2 + 2 cos for two triangles at an edge, 1 for one
+    return edges, np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE
