@@ -16,6 +16,7 @@ from tilth.verification import (
     rigid_footing_elastic,
     self_weight_column,
     slope,
+    square_footing,
     strip_footing,
     thick_cylinder,
     upsetting,
@@ -35,6 +36,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "inclined_column": inclined_column.comparisons,
     "slope": slope.comparisons,
     "strip_footing": strip_footing.comparisons,
+    "square_footing": square_footing.comparisons,
     "upsetting": upsetting.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

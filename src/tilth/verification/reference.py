@@ -82,8 +82,24 @@ def strip_footing(cell_size: float) -> PressureCurve:
 
     Small strains, bilinear elements, B-bar. The head of the file says more.
     """
-    head = ("strip", 0.5, cell_size, "b_bar")
-    rows = [line.split(",") for line in _lines("strip_footing_fe.csv")]
+    return _footing_on_clay("strip_footing_fe.csv", ("strip", 0.5, cell_size, "b_bar"))
+
+
+def square_footing(
+    half_width: float, cell_size: float, formulation: str = "b_bar"
+) -> PressureCurve:
+    """Smooth square footing on 5 m of the same clay, quarter model, edges between elements.
+
+    Small strains, trilinear elements, "b_bar" or "standard": half-width 0.4 or 0.6 m on elements
+    of 0.2 m (standard: 0.6 m), 0.5 m on elements of 0.25 m (both) or 0.125 m.
+    """
+    head = ("square", half_width, cell_size, formulation)
+    return _footing_on_clay("square_footing_fe.csv", head)
+
+
+def _footing_on_clay(file: str, head: tuple[str, float, float, str]) -> PressureCurve:
+    """The curve of one shape, half-width, element size and formulation."""
+    rows = [line.split(",") for line in _lines(file)]
     numbers = [row[4:] for row in rows if (row[0], float(row[1]), float(row[2]), row[3]) == head]
     table = np.array(numbers, dtype=np.float64)
     return PressureCurve(table[:, 0], table[:, 1])
