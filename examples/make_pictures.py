@@ -2,17 +2,25 @@
 """Makes the picture of each example's README: `python examples/make_pictures.py [NAME]...`.
 
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
+Of the examples in `SURFACES` it draws the surface after every step, for the case files named there.
 """
 
 import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+from matplotlib.figure import Figure
+
 import tilth
 from tilth.output.vtkhdf import read_results
 from tilth.report.pictures import draw_frames
+from tilth.surface import LocalCubicSpline
+from tilth.verification.march import march
+from tilth.verification.reference import pressure_cantilever
 
 EXAMPLES = Path(__file__).parent
+SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
 
 
 def make_picture(name: str) -> None:
@@ -30,7 +38,44 @@ def make_picture(name: str) -> None:
         figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
+    """The surface after every step, the points at the end and the reference, on the grid."""
+    figure = Figure(figsize=(5.2 * len(files), 5.0), layout="constrained")
+    axes_of = figure.subplots(1, len(files), sharex=True, sharey=True, squeeze=False)[0]
+    cells = []
+    for axes, file in zip(axes_of, files, strict=True):
+        model = tilth.load_case(EXAMPLES / name / file)
+        cells.append(model.cell_size)
+        lines = []
+
+        def after_step(simulation, result, time, lines=lines):
+            (chain,) = simulation.surfaces["beam"].chains
+            lines.append(LocalCubicSpline(chain.now).polyline(8))
+
+        place = march(model, after_step).points.position
+        axes.plot(*place.T, ".", color="#d8b070", markersize=30.0 / len(place) ** 0.5)
+        for line in lines[:-1]:
+            axes.plot(*line.T, color="#3b6ea5", linewidth=0.5)
+        axes.plot(*lines[-1].T, color="#12304f", linewidth=1.6)
+        modulus = model.materials["rubber"].parameter("young_modulus")
+        for outline in pressure_cantilever(modulus).outlines.values():
+            axes.plot(*outline.T, color="#c0392b", linewidth=1.0, linestyle=(0, (2, 3)))
+        axes.set_aspect("equal")
+        axes.set_title(f"E {modulus / 1e3:g} kPa, h {model.cell_size[0]:g} m", fontsize=9)
+        axes.set_xlabel("x [m]")
+    lower, upper = np.transpose([axes_of[0].get_xlim(), axes_of[0].get_ylim()])
+    for axes, cell in zip(axes_of, cells, strict=True):
+        for k, draw in enumerate((axes.axvline, axes.axhline)):
+            for line in range(int(np.ceil(lower[k] / cell[k])), int(upper[k] / cell[k]) + 1):
+                draw(line * cell[k], color="0.85", linewidth=0.4, zorder=0)
+    axes_of[0].set_ylabel("y [m]")
+    figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
 if __name__ == "__main__":
     folders = sorted(case.parent.name for case in EXAMPLES.glob("*/case.toml"))
     for name in sys.argv[1:] or folders:
-        make_picture(name)
+        if name in SURFACES:
+            draw_surfaces(name, SURFACES[name])
+        else:
+            make_picture(name)

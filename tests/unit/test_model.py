@@ -135,6 +135,18 @@ def test_a_model_survives_json_to_the_bit() -> None:
     assert pickle.loads(pickle.dumps(model)) == model
 
 
+def test_a_surface_with_its_defaults_survives_json() -> None:
+    """What `to_dict` writes for it, `closed` among it, is no vertex of the user's."""
+    entries = declared().to_dict()
+    entries["bodies"][0]["surface"] = {"spacing": 0.1}
+    model = Model.from_dict(entries)
+    assert Model.from_dict(json.loads(json.dumps(model.to_dict()))) == model
+    entries["bodies"][0]["surface"] = {"closed": False}
+    with pytest.raises(BadInput, match="for `vertices` only") as error:
+        Model.from_dict(entries)
+    assert key_of(error.value) == ["bodies[0].surface.closed"]
+
+
 def test_a_model_cannot_be_changed() -> None:
     model = declared()
     with pytest.raises(Exception, match="frozen"):

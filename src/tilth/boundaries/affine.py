@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from tilth.boundaries.protocol import Floats, Prescribed
@@ -25,9 +27,15 @@ class Affine:
         identity = np.eye(len(self._end))
         if self._declared.path == "linear":
             return np.asarray(identity + factor * (self._end - identity))
-        from scipy.linalg import expm, logm
+        from scipy.linalg import expm
 
-        return np.asarray(expm(factor * logm(self._end).real))
+        return np.asarray(expm(factor * self._logarithm))
+
+    @cached_property
+    def _logarithm(self) -> Floats:
+        from scipy.linalg import logm
+
+        return np.asarray(logm(self._end).real)
 
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
         """Returns the increment of all nodes from time `before` to `after`."""

@@ -13,6 +13,7 @@ from tilth.verification import (
     oedometer,
     plane_strain_block,
     pressurised_sphere,
+    pressure_cantilever,
     rigid_footing_elastic,
     self_weight_column,
     slope,
@@ -38,5 +39,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "strip_footing": strip_footing.comparisons,
     "square_footing": square_footing.comparisons,
     "upsetting": upsetting.comparisons,
+    "pressure_cantilever": pressure_cantilever.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -117,6 +117,35 @@ def collapse_by_ample() -> CollapsePoints:
     return CollapsePoints(initial, _table("collapse_ample_h1.csv"))
 
 
+@dataclass(frozen=True)
+class PressureCantilever:
+    """Under a follower pressure; places are those of (10, 1) and (10, 2) m in the end face.
+
+    Attributes:
+        load_fraction: share of the full pressure, shape (n,).
+        displacement: of the two places, x and y [m], shape (n, 2, 2).
+        outlines: load fraction -> places along the bottom, the end face and the top [m], (m, 2).
+    """
+
+    load_fraction: FloatArray
+    displacement: FloatArray
+    outlines: Mapping[float, FloatArray]
+
+
+def pressure_cantilever(young_modulus: float) -> PressureCantilever:
+    """Cantilever 10 x 2 m, 1500 Pa normal to its top throughout, Young's modulus [Pa].
+
+    Plane strain, Hencky elastic, nu 0.3, root face fixed; body-fitted nine-node elements, 40 or
+    80 along the beam, for the outlines 60 x 12. The heads of the files say more.
+    """
+    kilopascal = round(young_modulus / 1e3)
+    table = _table(f"pressure_cantilever_fe_E{kilopascal}kPa.csv")
+    rows = _table("pressure_cantilever_fe_surfaces.csv")
+    rows = rows[rows[:, 0] == kilopascal]
+    outlines = {float(f): rows[rows[:, 1] == f, 4:] for f in np.unique(rows[:, 1])}
+    return PressureCantilever(table[:, 0], table[:, 1:].reshape(-1, 2, 2), outlines)
+
+
 def _table(name: str) -> FloatArray:
     """The numbers of a data file, below its comments and the line of column names."""
     return np.loadtxt(_lines(name), delimiter=",", ndmin=2)

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A cantilever under a pressure that stays normal to its top, against finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import Model, SurfaceLoad
+from tilth.simulation import Simulation, StepResult
+from tilth.surface import Chain, LocalCubicSpline
+from tilth.surface.nearest import NearestPlaces
+from tilth.surface.spline import left
+from tilth.surface.tracked import TrackedSurface
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, absolute, at_least, vanishing
+from tilth.verification.march import march
+from tilth.verification.reference import pressure_cantilever
+
+Floats = npt.NDArray[np.float64]
+
+PROBLEM = "pressure_cantilever"
+LENGTH = 10.0
+END_FACE = np.array([[10.0, 1.0], [10.0, 2.0]])
+"""Its middle and its top corner [m]: the places of the reference."""
+ROOT_TOP = np.array([0.0, 2.0])
+"""Upper corner of the root [m], where the pressure ends."""
+MODULI = (1e6, 5e5, 2.5e5)
+"""Young's moduli [Pa]."""
+COARSE_TOLERANCE = {1e6: 0.02, 5e5: 0.06, 2.5e5: 0.06}
+"""Largest distances to the reference over the length on cells of 0.5 m, by Young's modulus."""
+TOLERANCE = 0.02
+"""The same on cells of 0.25 m."""
+PAPER_GRID = 0.06
+"""The same on the paper's cells of 1.5 m, of which 1.3 span the depth: a guard, not a claim."""
+SAME_TIME = 1e-9
+"""Times that differ by less are one."""
+BALANCE = 1e-4
+"""Round-off while the surface is in cells with soil; in an empty cell the displacement is that of
+the nearest one, extrapolated, and jumps between two of them."""
+ORDER = 1.5
+"""Least order between two grids of a second-order method."""
+SOURCE = "FE, nine-node"
+
+
+@dataclass(frozen=True)
+class Bending:
+    """How far a bent beam is from the reference.
+
+    Attributes:
+        distance: largest one of the end face's two places at all loads of the reference, over the
+            length [-]; not a number if the beam was not at one of these loads.
+        end: displacement of the middle of the end face under full load [m], shape (2,).
+        reference_end: the same of the reference.
+        balance: largest sum of root reaction and pressure on the top's chord, over the latter [-].
+        gap: load fraction -> area between the surface and the reference's outline, over the
+            length of the outline and that of the beam [-].
+    """
+
+    distance: float
+    end: Floats
+    reference_end: Floats
+    balance: float
+    gap: dict[float, float]
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """The paper's grid, cells of 0.5 m with all moduli, cells of 0.25 m with the softest beam."""
+    yield from compare("E 1000 kPa, h 1.5 m", bend(example(PROBLEM)), PAPER_GRID)
+    coarse = {}
+    for modulus in MODULI:
+        coarse[modulus] = bend(finer(modulus, 0.5))
+        at = f"E {modulus / 1e3:g} kPa, h 0.5 m"
+        yield from compare(at, coarse[modulus], COARSE_TOLERANCE[modulus])
+    for modulus in MODULI if long else MODULI[-1:]:
+        fine = bend(finer(modulus, 0.25))
+        at = f"E {modulus / 1e3:g} kPa, h 0.25 m"
+        yield from compare(at, fine, TOLERANCE)
+        yield from orders(f"E {modulus / 1e3:g} kPa, h 0.5 and 0.25 m", coarse[modulus], fine)
+        if long and modulus != MODULI[1]:
+            finest = bend(finer(modulus, 0.125))
+            yield from compare(f"E {modulus / 1e3:g} kPa, h 0.125 m", finest, 0.25 * TOLERANCE)
+            yield from orders(f"E {modulus / 1e3:g} kPa, h 0.25 and 0.125 m", fine, finest)
+
+
+def compare(at: str, bending: Bending, tolerance: float) -> Iterator[Comparison]:
+    """The end face in every step, its middle at the end, and the whole surface at two times."""
+    quantity = f"largest distance of the end face over the length, {at}"
+    yield vanishing(quantity, bending.distance, tolerance, SOURCE)
+    ends = zip("xy", bending.end, bending.reference_end, strict=True)
+    for axis, computed, expected in ends:
+        quantity = f"displacement {axis} of the end face's middle, {at}"
+        yield absolute(quantity, float(computed), float(expected), tolerance * LENGTH, SOURCE, "m")
+    for fraction, gap in bending.gap.items():
+        quantity = f"mean distance of the surface over the length, load {fraction:g}, {at}"
+        yield vanishing(quantity, gap, tolerance, SOURCE)
+    quantity = f"root reaction less the pressure on the top's chord, over it, {at}"
+    yield vanishing(quantity, bending.balance, BALANCE, "equilibrium")
+
+
+def orders(at: str, coarse: Bending, fine: Bending) -> Iterator[Comparison]:
+    """Of what is between the beam and the reference, on cells half as large."""
+    order = float(np.log2(coarse.distance / fine.distance))
+    yield at_least(f"order of the end face's distance, {at}", order, ORDER, 0.0, "second order")
+    for fraction, gap in fine.gap.items():
+        order = float(np.log2(coarse.gap[fraction] / gap))
+        quantity = f"order of the surface's distance, load {fraction:g}, {at}"
+        yield at_least(quantity, order, ORDER, 0.0, "second order")
+
+
+def finer(young_modulus: float, cell_size: float) -> Model:
+    """Returns the model with GIMP points on another grid."""
+    changes = {"materials.rubber.young_modulus": young_modulus, "grid.cell_size": cell_size}
+    return varied(example(PROBLEM, "fine.toml"), changes)
+
+
+def bend(model: Model) -> Bending:
+    """Bends a beam, comparing with the reference of its Young's modulus."""
+    reference = pressure_cantilever(model.materials["rubber"].parameter("young_modulus"))
+    load = model.loads[0]
+    assert isinstance(load, SurfaceLoad)
+    pressure = load.pressure
+    end = np.full((len(reference.load_fraction), 2, 2), np.nan)
+    gap: dict[float, float] = {}
+    balance = 0.0
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        nonlocal balance
+        surface = simulation.surfaces["beam"]
+        assert isinstance(surface, TrackedSurface)
+        (beam,) = surface.chains
+        places = moved_places(beam.initial, beam.now)
+        # a step that was halved adds times that the reference does not have
+        end[np.isclose(reference.load_fraction, time, rtol=0.0, atol=SAME_TIME)] = places - END_FACE
+        force = model.factor(load, time) * pressure * left(ROOT_TOP - places[1])
+        rest = np.linalg.norm(result.resultant("root") + force)
+        balance = max(balance, float(rest / np.linalg.norm(force)))
+        for fraction, outline in reference.outlines.items():
+            if abs(time - fraction) < SAME_TIME:
+                gap[fraction] = mean_distance(beam.now, outline) / LENGTH
+
+    march(model, after_step)
+    distance = np.linalg.norm(end - reference.displacement, axis=2).max() / LENGTH
+    return Bending(float(distance), end[-1, 0], reference.displacement[-1, 0], balance, gap)
+
+
+def moved_places(initial: Chain, now: Chain) -> Floats:
+    """Returns where the end face's two places are now [m], shape (2, 2)."""
+    at = NearestPlaces(LocalCubicSpline(initial)).find(END_FACE)
+    return LocalCubicSpline(now).position(at.segment, at.parameter)
+
+
+def mean_distance(surface: Chain, outline: Floats) -> float:
+    """Returns the area between a spline and an outline over the outline's length [length].
+
+    The distances of the outline's places, shape (n, 2), are integrated along it by the trapezoidal
+    rule; for curves that are close to each other this is the area between them.
+    """
+    arm = NearestPlaces(LocalCubicSpline(surface)).find(outline).arm
+    distance = np.linalg.norm(arm, axis=1)
+    chord = np.linalg.norm(np.diff(outline, axis=0), axis=1)
+    return float(0.5 * (distance[1:] + distance[:-1]) @ chord / chord.sum())
