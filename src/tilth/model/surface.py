@@ -47,8 +47,9 @@ class Surface(Declared):
     def _chain(self) -> Any:
         problems = []
         if self.vertices is None:
-            for key in ("corners", "closed"):
-                if key in self.model_fields_set:
+            # a value that is the default one passes: written models hold it
+            for key, given in (("corners", self.corners is not None), ("closed", not self.closed)):
+                if given:
                     remedy = "leave it out: the outline of the body knows"
                     problems.append(Problem(key, "is for `vertices` only", remedy))
         else:

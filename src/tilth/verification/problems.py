@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from tilth.verification import (
     collapse,
+    cooks_membrane,
     cube_on_inclined_plane,
     end_loaded_cantilever,
     inclined_column,
@@ -16,6 +17,7 @@ from tilth.verification import (
     self_weight_column,
     slope,
     strip_footing,
+    submerged_block,
     thick_cylinder,
     upsetting,
 )
@@ -34,5 +36,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "slope": slope.comparisons,
     "strip_footing": strip_footing.comparisons,
     "upsetting": upsetting.comparisons,
+    "cooks_membrane": cooks_membrane.comparisons,
+    "submerged_block": submerged_block.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
