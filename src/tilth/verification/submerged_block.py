@@ -71,7 +71,7 @@ def pulled(steps: int, points_per_cell: int = 6) -> Iterator[Comparison]:
     rows: list[tuple[float, float, float, float]] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        if time < 1.0 - 1e-9:
+        if time < 0.5 - 1e-9:
             return  # water and weight are not whole yet
         volume = simulation.points.volume.sum()
         weight = gravity * simulation.points.initial_volume.sum()  # density 1
