@@ -12,6 +12,7 @@ import pytest
 from small_problems import affine, material_entries
 
 from tilth import Model
+from tilth.errors import BadInput
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.simulation import Simulation
 from tilth.surface import LocalCubicSpline
@@ -246,3 +247,10 @@ def test_loads_add_up():
     upper = {"pressure": PRESSURE, **TOP}
     loaded = Loaded.by(BOX, upper, {"traction": [1.0, 0.0], **TOP}, {"pressure": 7.0})
     np.testing.assert_allclose(loaded.resultant(), [1.66, -1.66 * PRESSURE], rtol=1e-12)
+
+
+def test_a_model_with_a_surface_survives_being_written():
+    model = Loaded.by(BOX, {"pressure": PRESSURE, **TOP}).simulation.model
+    assert Model.from_dict(model.to_dict()) == model
+    with pytest.raises(BadInput, match="vertices"):
+        Loaded.by(BOX, {"pressure": PRESSURE}, closed=False)
