@@ -7,18 +7,20 @@ from collections.abc import Callable, Iterator
 
 from tilth.verification import (
     collapse,
+    cooks_membrane,
     cube_on_inclined_plane,
     end_loaded_cantilever,
     inclined_column,
     oedometer,
     plane_strain_block,
-    pressurised_sphere,
     pressure_cantilever,
+    pressurised_sphere,
     rigid_footing_elastic,
     self_weight_column,
     slope,
     square_footing,
     strip_footing,
+    submerged_block,
     thick_cylinder,
     upsetting,
 )
@@ -40,5 +42,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "square_footing": square_footing.comparisons,
     "upsetting": upsetting.comparisons,
     "pressure_cantilever": pressure_cantilever.comparisons,
+    "cooks_membrane": cooks_membrane.comparisons,
+    "submerged_block": submerged_block.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
