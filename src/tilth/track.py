@@ -64,6 +64,9 @@ class Tracker:
                 return _component(chosen, track.component or "")
 
             return of_points
+        if track.quantity == "enclosed":
+            name = track.body or ""
+            return lambda simulation, result, work: simulation.surfaces[name].enclosed()
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
             return lambda simulation, result, work: _extent(track, simulation.points, axis)
@@ -80,6 +83,8 @@ def unit_of(track: Track, model: Model) -> str:
         return units.force + per_length
     if track.quantity == "stress":
         return units.stress
+    if track.quantity == "enclosed":
+        return f"{units.length}^{model.dimension}"
     if track.quantity in ("energy", "moment"):
         return f"{units.force} {units.length}{per_length}"
     return units.length

@@ -13,6 +13,7 @@ from tilth.coupling import LinearForces
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.simulation import Simulation
 from tilth.surface.loads import SurfaceLoads
+from tilth.track import Tracker
 
 OCTAGON = [
     [2.0 + 1.13 * np.cos(a), 2.1 + 1.13 * np.sin(a)] for a in (np.arange(8) + 0.3) * np.pi / 4.0
@@ -139,6 +140,35 @@ def test_a_load_on_a_body_without_boundary_points() -> None:
     with pytest.raises(BadInput, match="no boundary points that could carry a load") as caught:
         Model.from_dict(entries)
     assert "add `surface = {}` to bodies[0]" in str(caught.value)
+
+
+def test_an_open_chain_encloses_nothing() -> None:
+    entries = blob(WHOLE, vertices=[[1.0, 1.0], [3.0, 1.0], [3.0, 2.0]], closed=False)
+    entries["track"] = [{"name": "area", "quantity": "enclosed", "body": "blob"}]
+    with pytest.raises(BadInput, match="needs a closed chain") as caught:
+        Simulation(Model.from_dict(entries))
+    assert "track[0].body" in str(caught.value)
+    del entries["bodies"][0]["surface"], entries["loads"]
+    with pytest.raises(BadInput, match="no boundary points that could enclose anything"):
+        Model.from_dict(entries)
+
+
+def test_enclosed_area_and_volume_are_tracked() -> None:
+    entries = blob({"pressure": 1.0, "factor": [[0.0, 0.0], [1.0, 1.0]]})
+    entries["track"] = [{"name": "inside", "quantity": "enclosed", "body": "blob"}]
+    model = Model.from_dict(entries)
+    simulation = Simulation(model)
+    tracker = Tracker(model, simulation.points)
+    octagon = 0.5 * 8.0 * 1.13**2 * np.sin(np.pi / 4.0)  # the spline rounds its corners
+    (area,) = tracker.values(simulation, None, 0.0)
+    assert octagon < area < np.pi * 1.13**2 * 1.01
+    assert tracker.columns == [("inside", "m^2")]
+    entries = shell({"pressure": 1.0})
+    entries["track"] = [{"name": "inside", "quantity": "enclosed", "body": "blob"}]
+    model = Model.from_dict(entries)
+    simulation = Simulation(model)
+    (volume,) = Tracker(model, simulation.points).values(simulation, None, 0.0)
+    assert volume == pytest.approx(np.pi / 6.0 * 7.0, rel=0.1)
 
 
 def test_the_ends_of_an_open_chain_are_not_joined() -> None:

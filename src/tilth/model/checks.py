@@ -69,6 +69,12 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         if track.body is not None and track.body not in bodies:
             words = unknown_name("body", track.body, bodies)
             yield Problem(f"track[{i}].body", *words, track.body)
+        elif track.quantity == "enclosed" and track.body is not None:
+            number = bodies.index(track.body)
+            if model.bodies[number].surface is None:
+                what = f"the body {track.body!r} has no boundary points that could enclose anything"
+                remedy = f"add `surface = {{}}` to bodies[{number}]"
+                yield Problem(f"track[{i}].body", what, remedy, track.body)
         if track.boundary is not None and track.boundary not in boundaries:
             words = unknown_name("boundary", track.boundary, boundaries)
             yield Problem(f"track[{i}].boundary", *words, track.boundary)

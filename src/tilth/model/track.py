@@ -20,6 +20,7 @@ Quantity = Literal[
     "stress",
     "top_height",
     "run_out",
+    "enclosed",
     "energy",
 ]
 
@@ -38,6 +39,7 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "stress": ("at", "component"),
     "top_height": ("of",),
     "run_out": ("axis", "of"),
+    "enclosed": ("body",),
     "energy": ("kind",),
 }
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
@@ -61,6 +63,7 @@ class Track(Declared):
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy); optional `body` |
     | top_height | `of` "points" or "domains": greatest coordinate upwards; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
+    | enclosed | `body`: area, in 3D volume, that its closed tracked surface encloses |
     | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
     """
 
@@ -75,7 +78,7 @@ class Track(Declared):
     at: Vector | None = None
     """Place [length], shape (dimension,): the material point nearest to it at the start."""
     body: Name | None = None
-    """Body that the points belong to; any if not given."""
+    """Body that the points or the surface belong to; any if not given."""
     component: Name | None = None
     """Component; tension positive."""
     axis: Axis | None = None

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from tilth.errors import BadInput
 from tilth.model import Model
 from tilth.points import MaterialPoints
+from tilth.surface.chain import BadChain
 from tilth.surface.protocol import BodySurface
 from tilth.surface.tracked import TrackedSurface
 from tilth.surface.tracked_triangles import TrackedSolidSurface
@@ -18,10 +20,19 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
     Raises:
         BadInput: a surface cannot be made, or a load finds no part of it.
     """
-    return {
+    surfaces: dict[str, BodySurface] = {
         body.name: TrackedSurface(model, number, points)
         if model.dimension == 2
         else TrackedSolidSurface(model, number)
         for number, body in enumerate(model.bodies)
         if body.surface is not None
     }
+    for number, track in enumerate(model.track):
+        if track.quantity == "enclosed":
+            try:
+                surfaces[track.body or ""].enclosed()
+            except BadChain as error:
+                raise BadInput(
+                    error.problem, error.remedy, key=f"track[{number}].body", value=track.body
+                ) from error
+    return surfaces

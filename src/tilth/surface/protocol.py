@@ -46,6 +46,14 @@ class BodySurface(Protocol):
         """Takes on a state that `moved` returned."""
         ...
 
+    def enclosed(self) -> float:
+        """Returns the area, in space the volume, that it encloses [length^dim].
+
+        Raises:
+            BadChain: the curve is open.
+        """
+        ...
+
     def shape(self) -> SurfaceShape:
         """Returns the surface as it is written."""
         ...

@@ -209,6 +209,10 @@ class TrackedSurface:
             point_id=tracked.point_id,
         )
 
+    def enclosed(self) -> float:
+        """As `BodySurface.enclosed`; holes have none."""
+        return sum(LocalCubicSpline(tracked.now).area for tracked in self.chains)
+
     def shape(self) -> SurfaceShape:
         """Returns the surface as it is written: the boundary points and the chords."""
         position, cells, normal, arc, first = [], [], [], [], 0

@@ -108,6 +108,10 @@ class TrackedSolidSurface:
         """As `BodySurface.commit`."""
         self.triangles = state
 
+    def enclosed(self) -> float:
+        """As `BodySurface.enclosed`."""
+        return self.triangles.now.volume
+
     def shape(self) -> SurfaceShape:
         """As `BodySurface.shape`."""
         now = self.triangles.now
