@@ -17,7 +17,7 @@ FOLDERS = sorted(folder for folder in EXAMPLES.iterdir() if folder.is_dir())
 STEPS = 3
 
 MOVES = (
-    r'^(type = "(?:body_force|point_force|affine)"|condition = "prescribed"'
+    r'^(type = "(?:body_force|point_force|surface|affine)"|condition = "prescribed"'
     r'|condition = "\w+"(?=\n(?:displacement|rotation|radius_change|motion) = ))$'
 )
 """Lines of what follows a load factor; an implicit boundary's motion stands below its condition."""

@@ -22,7 +22,8 @@ CYLINDER = {
     "type": "cylinder", "centre": [0, 0, 1], "axis": "z", "radius": 0.3, "soil": "outside",
 }  # fmt: skip
 SPLINE = {
-    "type": "spline", "vertices": [[0, 0], [1, 0.1], [2, 0], [2, 1]], "corners": [2], "soil": "left",
+    "type": "spline", "vertices": [[0, 0], [1, 0.1], [2, 0], [2, 1]], "corners": [2],
+    "soil": "left",
 }  # fmt: skip
 SPHERE = {"type": "sphere", "centre": [0, 0, 1], "radius": 0.3, "soil": "inside"}
 POLYLINE = {"type": "polyline", "vertices": [[0, 0], [1, 0.1], [2, 0]], "soil": "left"}

@@ -47,8 +47,8 @@ class Surface(Declared):
     def _chain(self) -> Any:
         problems = []
         if self.vertices is None:
-            for key in ("corners", "closed"):
-                if key in self.model_fields_set:
+            for key, given in (("corners", self.corners is not None), ("closed", not self.closed)):
+                if given:
                     remedy = "leave it out: the outline of the body knows"
                     problems.append(Problem(key, "is for `vertices` only", remedy))
         else:

@@ -12,6 +12,7 @@ from tilth.verification import (
     inclined_column,
     oedometer,
     plane_strain_block,
+    pressurised_ring,
     rigid_footing_elastic,
     self_weight_column,
     slope,
@@ -34,5 +35,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "slope": slope.comparisons,
     "strip_footing": strip_footing.comparisons,
     "upsetting": upsetting.comparisons,
+    "pressurised_ring": pressurised_ring.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
