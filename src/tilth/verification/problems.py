@@ -9,6 +9,7 @@ from tilth.verification import (
     collapse,
     cube_on_inclined_plane,
     end_loaded_cantilever,
+    footing_on_spline,
     inclined_column,
     oedometer,
     plane_strain_block,
@@ -36,5 +37,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "strip_footing": strip_footing.comparisons,
     "upsetting": upsetting.comparisons,
     "pressurised_ring": pressurised_ring.comparisons,
+    "footing_on_spline": footing_on_spline.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
