@@ -13,6 +13,7 @@ from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms import (
     HeldBall,
     Moduli,
+    PlasticRing,
     PressurisedShell,
     SelfWeightColumn,
     ThickCylinder,
@@ -350,3 +351,30 @@ def test_pressurised_shell_balances_the_pressure():
     radial, hoop = stress(1.7)
     slope = (stress(1.7 + 1e-3)[0] - stress(1.7 - 1e-3)[0]) / 2e-3
     assert slope == pytest.approx(-2.0 * (radial - hoop) / 1.7, rel=1e-4)
+
+
+@pytest.mark.parametrize("front", [100.0, 130.0, 180.0])
+def test_plastic_ring_in_equilibrium_with_its_elastic_part(front):
+    """d sigma_rr / dr = (hoop - rr) / r; the difference falls with 1 / r^2 where elastic."""
+    ring = PlasticRing(100.0, 200.0, von_mises(yield_stress=0.24, young_modulus=210.0))
+    strength = 2.0 * 0.24 / math.sqrt(3.0)
+    inside = quad(lambda r: strength / r, 100.0, front)[0]
+    outside = quad(lambda r: strength * front**2 / r**3, front, 200.0)[0]
+    part = ThickCylinder(front, 200.0, 1.0, elastic(210.0, 0.3))
+    expected = outside / part.pressure * float(part.radial_displacement(200.0))
+    pressure = (inside + outside) * (1.0 + 1e-12)
+    assert ring.outer_displacement(pressure) == pytest.approx(expected, rel=1e-8)
+
+
+def test_plastic_ring_has_the_published_limit():
+    ring = PlasticRing(100.0, 200.0, von_mises(yield_stress=0.24, young_modulus=210.0))
+    assert ring.limit_pressure == pytest.approx(0.19209, abs=5e-6)
+    assert PlasticRing(1.0, 2.0, ring.material).limit_pressure == ring.limit_pressure
+
+
+def test_plastic_ring_is_elastic_up_to_its_first_yield():
+    ring = PlasticRing(100.0, 200.0, von_mises(yield_stress=0.24, young_modulus=210.0))
+    first = 0.5 * 2.0 * 0.24 / math.sqrt(3.0) * (1.0 - 0.25)
+    after = ring.outer_displacement(first * (1.0 + 1e-9))
+    assert ring.outer_displacement(first) == pytest.approx(after, rel=1e-7)
+    assert ring.outer_displacement(0.5 * first) == pytest.approx(0.5 * after, rel=1e-7)

@@ -20,6 +20,7 @@ from test_model_implicit import (
     POLYLINE,
     SLAB,
     SPHERE,
+    SPLINE,
     STL,
     boundary,
     entries,
@@ -53,6 +54,7 @@ def stl(triangles: list[list[list[float]]]) -> str:
 
 
 HALF = math.sqrt(0.5)
+ANGLE = [[0, 0], [1, 0], [2, 0], [2, 3]]  # turns at vertex 2, the corner of SPLINE
 DISTANCES: list[tuple[dict[str, Any], list[float], float]] = [
     ({**PLANE, "normal": [0, 3]}, [7, 0.6], 0.5),
     (CIRCLE, [0.5, 1], 0.2),
@@ -64,6 +66,14 @@ DISTANCES: list[tuple[dict[str, Any], list[float], float]] = [
     ({**POLYLINE, "vertices": [[0, 0], [2, 0], [4, 0]]}, [1, 0.3], 0.3),
     ({**POLYLINE, "vertices": [[0, 0], [2, 0], [4, 0]], "soil": "right"}, [1, 0.3], -0.3),
     ({**POLYLINE, "vertices": [[0, 0], [4, 0], [0, 4]], "closed": True}, [1, 2.5], 0.5 * HALF),
+    ({**SPLINE, "vertices": [[0, 0], [2, 0], [4, 0]]}, [1, 0.3], 0.3),
+    ({**SPLINE, "vertices": [[0, 0], [2, 0], [4, 0]], "soil": "right"}, [1, 0.3], -0.3),
+    (
+        {**SPLINE, "vertices": [[0, 0], [4, 0], [0, 4]], "closed": True, "corners": [0, 1, 2]},
+        [1, 2.5], 0.5 * HALF,
+    ),
+    ({**SPLINE, "vertices": ANGLE}, [5, -4], -5.0),  # 3 and 4 away from the corner at (2, 0)
+    ({**SPLINE, "vertices": ANGLE, "soil": "right"}, [5, -4], 5.0),
     (BOX, [0.9, 1], 0.1),
     ({**BOX, "angle": 90}, [-1.5, 0.7], 0.3),
     (CUBE, [0.5, 2.2, 0.5], 0.2),
@@ -74,7 +84,7 @@ DISTANCES: list[tuple[dict[str, Any], list[float], float]] = [
     (FUNCTION, [3, 0.75], 0.5),
     (STL, [-0.5, 0.2, 0.2], 0.5),
     ({**STL, "soil": "inside"}, [0.1, 0.2, 0.2], 0.1),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("geometry", "place", "distance"), DISTANCES)
@@ -106,3 +116,24 @@ def test_a_function_that_cannot_be_loaded_names_its_key(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="did you mean `distance`") as caught:
         make_geometry(model.boundaries[1], model)
     assert caught.value.key == "boundaries[1].geometry.function"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"vertices": [[0, 0], [1, 0], [1, 0], [2, 1]]}, "the same point: points 1, 2"),
+        ({"vertices": [[0, 0], [1, 0], [1, 1], [0, 0]], "closed": True}, "points 0, 3"),
+        ({"vertices": [[0, 0], [2, 0], [2, 2], [1, -1]]}, "crosses itself at (1.333, 0)"),
+        ({"vertices": [[0, 0], [1, 1], [1, 0], [0, 1]], "closed": True}, "crosses itself"),
+        ({"vertices": [[0, 0]], "corners": []}, "too few for a chain that is open"),
+        ({"vertices": [[0, 0], [1, 0]], "closed": True, "corners": []}, "a chain that is closed"),
+    ],
+)
+def test_vertices_that_make_no_spline(wrong: dict[str, Any], words: str) -> None:
+    given = boundary({**SPLINE, **wrong})
+    model = Model.from_dict(entries(boundary(name="first"), given))
+    with pytest.raises(BadInput) as caught:
+        make_geometry(model.boundaries[1], model)
+    assert caught.value.key == "boundaries[1].geometry.vertices"
+    assert words in str(caught.value)
+    assert "give" in str(caught.value) or "close" in str(caught.value)

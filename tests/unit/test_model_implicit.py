@@ -21,6 +21,10 @@ CIRCLE = {"type": "circle", "centre": [0, 1], "radius": 0.3, "soil": "outside"}
 CYLINDER = {
     "type": "cylinder", "centre": [0, 0, 1], "axis": "z", "radius": 0.3, "soil": "outside",
 }  # fmt: skip
+SPLINE = {
+    "type": "spline", "vertices": [[0, 0], [1, 0.1], [2, 0], [2, 1]], "corners": [2],
+    "soil": "left",
+}  # fmt: skip
 SPHERE = {"type": "sphere", "centre": [0, 0, 1], "radius": 0.3, "soil": "inside"}
 POLYLINE = {"type": "polyline", "vertices": [[0, 0], [1, 0.1], [2, 0]], "soil": "left"}
 BOX = {"type": "box", "lower": [0, 0], "upper": [1, 2], "soil": "inside"}
@@ -33,7 +37,7 @@ SLAB = {
 FUNCTION = {"type": "function", "function": "shape.py:distance"}
 STL = {"type": "stl", "file": "blade.stl", "soil": "outside"}
 
-FLAT = [PLANE, CIRCLE, POLYLINE, BOX, FOOTING, FUNCTION]
+FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, FUNCTION]
 SOLID = [{**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]}, CYLINDER, SPHERE, CUBE, SLAB]
 SOLID += [FUNCTION, STL]
 
@@ -145,6 +149,8 @@ def test_what_is_just_right_is_taken() -> None:
         ("plane_strain", boundary(rotation=TURN)),
         ("plane_strain", boundary({**POLYLINE, "closed": True})),
         ("plane_strain", boundary({**POLYLINE, "vertices": [[0, 0], [1, 0]]})),
+        ("plane_strain", boundary({**SPLINE, "corners": [], "closed": True})),
+        ("axisymmetric", boundary({**SPLINE, "soil": "right"}, displacement={"y": 1})),
         ("plane_strain", boundary({**BOX, "faces": ["x-", "y+"], "angle": 30})),
         ("plane_strain", boundary(CIRCLE, radius_change=-0.3, factor=[[0, 0], [1, 0.99]])),
         ("3d", boundary(CUBE | {"angle": 30, "axis": "x", "faces": ["z-"]})),
@@ -207,6 +213,13 @@ WRONG_GEOMETRIES = [
         {**POLYLINE, "vertices": [[0, 0], [1, 1], [1, 0], [0, 1]], "closed": True},
         "plane_strain", ".vertices", "cross or touch",
     ),
+    (SPLINE, "3d", ".type", "does not exist"),
+    ({**SPLINE, "vertices": [[0, 0, 0], [1, 0, 0]]}, "plane_strain", ".vertices", "places in 2D"),
+    ({**SPLINE, "corners": [1, 4]}, "plane_strain", ".corners", "numbered from 0 to 3"),
+    ({**SPLINE, "corners": [-1]}, "plane_strain", ".corners", "must not be negative"),
+    ({**SPLINE, "corners": 2}, "plane_strain", ".corners", "must be a list of whole numbers"),
+    ({**SPLINE, "soil": "inside"}, "plane_strain", ".soil", '"left", "right"'),
+    ({"type": "spline", "soil": "left"}, "plane_strain", ".vertices", "missing"),
     ({**BOX, "upper": [1, 0]}, "plane_strain", ".upper", "must exceed `lower`"),
     ({**BOX, "axis": "z"}, "plane_strain", ".axis", "3D only"),
     ({**CUBE, "angle": 5}, "3d", ".axis", "missing"),
@@ -379,6 +392,7 @@ FULL = [
     ("plane_strain", boundary({**BOX, "faces": ["x-"], "angle": 5}, motion="m.py:f", delta=0.1)),
     ("plane_strain", boundary({**POLYLINE, "closed": True}, condition="direction",
                               direction=[1, 1])),
+    ("plane_strain", boundary(SPLINE)),
     ("plane_strain", boundary(FOOTING)),
     ("plane_strain", boundary(FUNCTION)),
     ("3d", boundary(SLAB, rotation={"angle": 1, "centre": [0, 0, 0], "axis": "x"})),

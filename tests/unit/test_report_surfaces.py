@@ -258,8 +258,12 @@ def test_a_footing_in_space_has_its_outline_in_plan_and_is_hatched_on_top() -> N
 def test_clipping_keeps_length_and_area_inside() -> None:
     lower, upper = np.zeros(2), np.ones(2)
     segment = np.array(
-        [[[-1, -1], [2, 2]], [[0.2, 0.5], [0.4, 0.5]], [[0, 2], [1, 2]]], dtype=float
-    )
+        [
+            [[-1, -1], [2, 2]], [[0.2, 0.5], [0.4, 0.5]], [[0, 2], [1, 2]],
+            [[0.5, 1], [0.6, 2]], [[0, 2], [2, 0]],  # these touch in one place
+        ],
+        dtype=float,
+    )  # fmt: skip
     part, own = clip_segments(segment, lower, upper)
     np.testing.assert_allclose(part, [[[0, 0], [1, 1]], [[0.2, 0.5], [0.4, 0.5]]])
     np.testing.assert_array_equal(own, [0, 1])

@@ -121,6 +121,13 @@ def _vector_of(item: Callable[[Any], _Item]) -> Callable[[Any], tuple[_Item, ...
     return vector
 
 
+def _whole_numbers(value: Any) -> tuple[int, ...]:
+    entries = as_list(value)
+    if entries is None:
+        raise reject("must be a list of whole numbers", "such as [0, 3]")
+    return tuple(_count_or_zero(entry) for entry in entries)
+
+
 def _per_direction_of(item: Callable[[Any], _Item]) -> Callable[[Any], _Item | tuple[_Item, ...]]:
     def per_direction(value: Any) -> _Item | tuple[_Item, ...]:
         return item(value) if as_list(value) is None else _vector_of(item)(value)
@@ -241,7 +248,7 @@ Text = Annotated[str, PlainValidator(_text)]
 Name = Annotated[str, PlainValidator(_name)]
 Vector = Annotated[Sequence[float], PlainValidator(_vector_of(_real))]
 CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
-WholeNumbers = Annotated[Sequence[int], PlainValidator(_vector_of(_count_or_zero))]
+WholeNumbers = Annotated[Sequence[int], PlainValidator(_whole_numbers)]
 PositivePerDirection = Annotated[
     float | Sequence[float], PlainValidator(_per_direction_of(_positive))
 ]

@@ -31,7 +31,7 @@ def clip_segments(
     enter = np.where(level, 0.0, np.minimum(low, high)).max(axis=1, initial=0.0)
     leave = np.where(level, 1.0, np.maximum(low, high)).min(axis=1, initial=1.0)
     outside = np.any(level & ((start < lower) | (start > upper)), axis=1)
-    seen = np.flatnonzero((enter <= leave) & ~outside)
+    seen = np.flatnonzero((enter < leave) & ~outside)  # not what touches in one place
     part = np.stack([enter[seen], leave[seen]], axis=1)[:, :, None]
     return start[seen, None, :] + part * step[seen, None, :], seen
 

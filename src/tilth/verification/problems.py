@@ -10,10 +10,12 @@ from tilth.verification import (
     cooks_membrane,
     cube_on_inclined_plane,
     end_loaded_cantilever,
+    footing_on_spline,
     inclined_column,
     oedometer,
     plane_strain_block,
     pressure_cantilever,
+    pressurised_ring,
     pressurised_sphere,
     rigid_footing_elastic,
     self_weight_column,
@@ -44,5 +46,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "pressure_cantilever": pressure_cantilever.comparisons,
     "cooks_membrane": cooks_membrane.comparisons,
     "submerged_block": submerged_block.comparisons,
+    "pressurised_ring": pressurised_ring.comparisons,
+    "footing_on_spline": footing_on_spline.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

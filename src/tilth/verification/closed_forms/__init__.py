@@ -12,11 +12,13 @@ from tilth.verification.closed_forms.homogeneous import (
     proportional_von_mises,
 )
 from tilth.verification.closed_forms.moduli import Moduli
+from tilth.verification.closed_forms.plastic_ring import PlasticRing
 from tilth.verification.closed_forms.widened_cylinder import WidenedCylinder
 
 __all__ = [
     "HeldBall",
     "Moduli",
+    "PlasticRing",
     "PressurisedShell",
     "SelfWeightColumn",
     "ThickCylinder",

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Essential conditions on splines against the same on circles and polylines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import Model
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, at_least, vanishing
+from tilth.verification.march import march
+
+Floats = npt.NDArray[np.float64]
+
+PROBLEM = "footing_on_spline"
+RADIUS, CENTRE = 0.5, (0.0, 1.5)
+"""Of the round footing [m]."""
+CIRCLE = "the same on a circle"
+POLYLINE = "the same on a polyline"
+DIVISIONS: Mapping[float, tuple[int, ...]] = MappingProxyType(
+    {0.1: (24, 48, 96), 0.05: (38, 95, 190)}
+)
+"""Cell size [m] -> numbers of points whose spans are cut into the facets of the circle itself."""
+OTHER_FACETS = (20, 64, 128)
+"""Numbers of points for which the facets are others than the circle's."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is compared: forces on the footing after each step, (steps, 2), and the points' state.
+
+    Attributes:
+        force: on the footing [force per length].
+        moved: displacements of the material points [length], shape (n, 2), by their numbers.
+        depth: how far the deepest material point is behind the footing [length].
+    """
+
+    force: Floats
+    moved: Floats
+    depth: float
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """A smooth and a rough round footing, then a keel with corners."""
+    yield from geometry_error("roller", 0.1)
+    yield from geometry_error("fixed", 0.1)
+    if long:
+        yield from geometry_error("roller", 0.05)
+    yield from other_facets(long)
+    yield from keel()
+
+
+def geometry_error(condition: str, h: float) -> Iterator[Comparison]:
+    """Where only the spline's geometry is another: its error, and the rate.
+
+    The normals are third order in the distance of the points, the places fourth.
+    """
+    reference = press(round_footing(circle(), condition, h))
+    errors = []
+    for points in DIVISIONS[h]:
+        outcome = press(round_footing(spline(points), condition, h))
+        at = f"{condition}, {points} points on the circle, h {h:g} m"
+        yield force_row(f"force, change, {at}", outcome, reference, 2e-4)
+        errors.append(displacement_change(outcome, reference))
+        yield vanishing(f"displacements, change, {at}", errors[-1], 5e-4, CIRCLE)
+        behind = outcome.depth / h
+        yield vanishing(f"deepest point behind it, in cells, {at}", behind, 0.03, "none passes")
+    rate = math.log(errors[0] / errors[-1]) / math.log(DIVISIONS[h][-1] / DIVISIONS[h][0])
+    quantity = f"rate of the displacements, {condition}, h {h:g} m"
+    yield at_least(quantity, rate, 3.0, 0.0, "the spline's normals")
+
+
+def other_facets(long: bool) -> Iterator[Comparison]:
+    """With quadrature points elsewhere the boundary's own error shows, as it does on circles."""
+    for h in (0.1, 0.05) if long else (0.1,):
+        reference = press(round_footing(circle(), "roller", h))
+        outcomes = [press(round_footing(spline(n), "roller", h)) for n in OTHER_FACETS]
+        for points, outcome in zip(OTHER_FACETS, outcomes, strict=True):
+            quantity = f"force, change, {points} points on the circle, other facets, h {h:g} m"
+            yield force_row(quantity, outcome, reference, 0.05 * h)
+
+
+def keel() -> Iterator[Comparison]:
+    """An edge with corners that holds the soil and moves: straight between them, to round-off."""
+    model = example(PROBLEM, "keel.toml")
+    geometry = dict(model.to_dict()["boundaries"][0]["geometry"])
+    corners = {key: geometry[key] for key in ("vertices", "soil")}
+    reference = press(varied(model, {"boundaries.0.geometry": {"type": "polyline", **corners}}))
+    outcome = press(model)
+    yield force_row("force on the keel, change", outcome, reference, 1e-10, POLYLINE)
+    change = displacement_change(outcome, reference)
+    yield vanishing("displacements around the keel, change", change, 1e-10, POLYLINE)
+    smooth = press(varied(model, {"boundaries.0.geometry.corners": []}))
+    change = force_change(smooth, reference)
+    yield at_least("force on the keel without corners, change", change, 1e-3, 0.0, "a round keel")
+
+
+def force_row(
+    quantity: str, outcome: Outcome, reference: Outcome, tolerance: float, source: str = CIRCLE
+) -> Comparison:
+    """The greatest change of the force over the steps."""
+    return vanishing(quantity, force_change(outcome, reference), tolerance, source)
+
+
+def force_change(outcome: Outcome, reference: Outcome) -> float:
+    """Returns the greatest change of the force in a step, over its size in that step."""
+    size = np.linalg.norm(reference.force, axis=1)
+    return float((np.linalg.norm(outcome.force - reference.force, axis=1) / size).max())
+
+
+def displacement_change(outcome: Outcome, reference: Outcome) -> float:
+    """Returns the greatest change of a point's displacement over the greatest displacement."""
+    size = np.linalg.norm(reference.moved, axis=1).max()
+    return float(np.linalg.norm(outcome.moved - reference.moved, axis=1).max() / size)
+
+
+def circle() -> dict[str, Any]:
+    """The implicit circle."""
+    return {"type": "circle", "centre": CENTRE, "radius": RADIUS, "soil": "outside"}
+
+
+def spline(points: int) -> dict[str, Any]:
+    """A closed spline through this number of points of the circle."""
+    angle = 2.0 * np.pi * np.arange(points) / points
+    place = np.array(CENTRE) + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return {"type": "spline", "vertices": place.tolist(), "closed": True, "soil": "right"}
+
+
+def round_footing(geometry: Mapping[str, Any], condition: str, h: float) -> Model:
+    """The round footing with another geometry, condition and cell size [m]."""
+    changes = {
+        "boundaries.0.geometry": dict(geometry),
+        "boundaries.0.condition": condition,
+        "grid.cell_size": h,
+        "grid.origin": [-0.3 * h, -0.4 * h],
+        "schedule.outputs": 1,
+    }
+    return varied(example(PROBLEM), changes)
+
+
+def press(model: Model) -> Outcome:
+    """Moves the first boundary of a model as it says."""
+    name, forces = model.boundaries[0].name, []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        forces.append(result.resultant(name))
+
+    simulation = march(model, after_step)
+    points = simulation.points
+    footing = simulation.implicit[0]
+    return Outcome(
+        force=np.array(forces),
+        moved=points.displacement[np.argsort(points.point_id)],
+        depth=footing.penetration(points.position, model.schedule.end),
+    )
