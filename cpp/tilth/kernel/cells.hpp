@@ -11,8 +11,8 @@
 
 namespace tilth::kernel {
 
-/// Adds volume, and volume times the points' `weight`, to `filled` (cells, 2); `cell_keys` are the sorted keys
-/// of the cells' lowest nodes and hold every cell that a group's support covers.
+/// Adds volume, and volume times the points' `weight`, to `filled` (cells, 2); `cell_keys` are the
+/// sorted keys of the cells' lowest nodes and hold every cell that a group's support covers.
 template <int Dim>
 void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                 const double* position, const double* half_length, const double* volume,
