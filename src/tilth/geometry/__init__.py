@@ -29,7 +29,7 @@ from tilth.model.geometry import (
 )
 from tilth.model.geometry import SplineGeometry as Splined
 from tilth.surface.chain import BadChain, Chain
-from tilth.surface.crossing import find_crossings
+from tilth.surface.crossing import require_no_crossing
 from tilth.surface.spline import LocalCubicSpline
 from tilth.user_function import UserFunction
 
@@ -82,12 +82,5 @@ def _spline(declared: Splined, key: str) -> SplineGeometry:
         chain = Chain(points, declared.closed, corner)
     except BadChain as error:
         raise BadInput(error.problem, error.remedy, key=key) from error
-    crossings = find_crossings([chain])
-    if len(crossings.place):
-        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
-        raise BadInput(
-            f"the curve crosses itself at ({where})",
-            "give the vertices in order along the boundary",
-            key=key,
-        )
+    require_no_crossing(chain, key)
     return SplineGeometry(LocalCubicSpline(chain))

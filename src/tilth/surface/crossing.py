@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.errors import BadInput
 from tilth.surface.chain import Chain, Flags, Floats, Integers
 
 
@@ -27,6 +28,18 @@ class Crossings:
 
     def __len__(self) -> int:
         return len(self.place)
+
+
+def require_no_crossing(chain: Chain, key: str) -> None:
+    """Raises BadInput at `key` of the model where a declared chain crosses itself."""
+    crossings = find_crossings([chain])
+    if len(crossings.place):
+        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
+        raise BadInput(
+            f"the curve crosses itself at ({where})",
+            "give the vertices in order along it",
+            key=key,
+        )
 
 
 def find_crossings(chains: Sequence[Chain]) -> Crossings:

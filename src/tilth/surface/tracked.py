@@ -16,7 +16,7 @@ from tilth.output.snapshot import SurfaceShape
 from tilth.place import locate_places, near_soil
 from tilth.points import MaterialPoints
 from tilth.surface.chain import BadChain, Chain, Floats, Integers, sharp_corners
-from tilth.surface.crossing import find_crossings
+from tilth.surface.crossing import find_crossings, require_no_crossing
 from tilth.surface.nearest import NearestPlaces
 from tilth.surface.outline import outline
 from tilth.surface.pieces import cut_at_grid, gauss_points
@@ -289,14 +289,7 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
         chain = Chain(vertices, surface.closed, corner)
     except BadChain as error:
         raise BadInput(error.problem, error.remedy, key=key) from error
-    crossings = find_crossings([chain])
-    if len(crossings.place):
-        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
-        raise BadInput(
-            f"the chain of boundary points crosses itself at ({where})",
-            "give the vertices in order along the surface",
-            key=key,
-        )
+    require_no_crossing(chain, key)
     return [chain]
 
 
