@@ -31,7 +31,7 @@ from tilth.solvers import linear_solver
 from tilth.step import Equilibrium, Newton, solve_step
 from tilth.support import Springs
 from tilth.surface.loads import SurfaceLoads
-from tilth.surface.make import make_surfaces
+from tilth.surface.make import make_surfaces, require_near_soil
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -194,6 +194,7 @@ class Simulation:
             boundary.require_soil(self.points.position)
         require_agreement(self.model, self.boundaries, contacts)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
+        require_near_soil(self.model, self.surfaces, active)
         self._note_untouched(conditions, contacts)
         return active
 

@@ -11,9 +11,12 @@ import pytest
 from test_resume import assert_same_results, run_until
 
 from tilth import Model, resume, run
+from tilth.errors import BadInput, StepFailed
 from tilth.simulation import Simulation
+from tilth.surface.chain import Chain
 from tilth.surface.spline import LocalCubicSpline
 from tilth.surface.tracked import LONGEST, SHORTEST, TrackedSurface
+from tilth.surface.upkeep import upkeep
 from tilth.verification.march import march
 
 STEPS = 8
@@ -122,3 +125,30 @@ def test_a_crossing_is_reported() -> None:
     _, warning = surface.moved(active, displacement, simulation.points, simulation.points.position)
     assert warning is not None
     assert "'square' touches or crosses itself at (" in warning
+
+
+def test_a_boundary_point_that_leaves_the_soil_fails_the_step() -> None:
+    """A chain of the user's own that begins far from the body."""
+    vertices = [[3.9, 0.2], [4.1, 1.0], [3.9, 2.2]]
+    entries = stretched([[1.0, 0.0], [0.0, 1.0]]).to_dict()
+    entries["bodies"][0]["surface"] = {"vertices": vertices, "closed": False}
+    entries["loads"] = []
+    simulation = Simulation(Model.from_dict(entries))
+    with pytest.raises(BadInput, match=r"boundary point at \(3.9, 0.2\) is more than a cell away"):
+        simulation.check()
+    with pytest.raises(StepFailed, match="a boundary point of 'square' left the soil"):
+        simulation.advance(0.0, 0.1)
+    entries["loads"] = [{"type": "surface", "body": "square", "pressure": 1.0}]
+    simulation = Simulation(Model.from_dict(entries))
+    with pytest.raises(StepFailed, match="the loaded surface of 'square' left the soil"):
+        simulation.advance(0.0, 0.1)
+
+
+def test_upkeep_never_takes_a_kept_point_away() -> None:
+    points = [[0.0, 0.0], [1.0, 0.0], [1.05, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0]]
+    chain = Chain(points, closed=False)
+    kept = np.array([False, False, True, False, False, False])
+    for marks, expected in ((None, 1.025), (kept, 1.05)):
+        new = upkeep(chain, 2.0, 0.2, marks).chain
+        assert len(new) == 5
+        assert new.points[1, 0] == pytest.approx(expected, abs=1e-12)

@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from tilth.errors import BadInput
+from tilth.grid import ActiveGrid
 from tilth.model import Model
+from tilth.place import near_soil
 from tilth.points import MaterialPoints
 from tilth.surface.chain import BadChain
 from tilth.surface.protocol import BodySurface
@@ -36,3 +40,23 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
                     error.problem, error.remedy, key=f"track[{number}].body", value=track.body
                 ) from error
     return surfaces
+
+
+def require_near_soil(model: Model, surfaces: dict[str, BodySurface], active: ActiveGrid) -> None:
+    """Refuses boundary points that no soil is near to at the start, shape (n, dim) [length].
+
+    Raises:
+        BadInput: a boundary point is more than a cell away from any cell with soil.
+    """
+    for number, body in enumerate(model.bodies):
+        if body.name not in surfaces:
+            continue
+        position = surfaces[body.name].shape().position
+        far = np.flatnonzero(~near_soil(active, position))
+        if len(far):
+            where = ", ".join(f"{x:.4g}" for x in position[far[0]])
+            raise BadInput(
+                f"the boundary point at ({where}) is more than a cell away from the soil",
+                "give boundary points on the edge of the body",
+                key=f"bodies[{number}].surface",
+            )
