@@ -50,7 +50,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     quantity = "P / c at 2 mm, implicit boundaries off the grid lines, h 0.1 m"
     yield relative(quantity, implicit[-1], LIMIT, 0.07, "2 + pi")
     if long:
-        yield from surface_in_cell()
+        yield from surface_in_cell(pressure[-1])
         yield from edge_in_cell()
         yield from towards_the_limit()
 
@@ -75,17 +75,18 @@ def standard_formulation(limit: float) -> Iterator[Comparison]:
     yield at_least(quantity, slope, 2.0 * PLATEAU, 0.0, "keeps rising")
 
 
-def surface_in_cell() -> Iterator[Comparison]:
+def surface_in_cell(flush: float) -> Iterator[Comparison]:
     """The surface hardly above a grid line, and GIMP, whose domains heave into the cells above.
 
-    Stabilisation of hardly filled cells must not bear load where the soil yields.
+    Stabilisation of hardly filled cells must not bear load where the soil yields: `flush` is P / c
+    with the surface on a grid line.
     """
     height = example(PROBLEM, "implicit.toml").cell_size[1]
     for share in (0.1, 0.4):
         origin = 5.0 - (50.0 + share) * height
         _, pressure = press("implicit.toml", {"grid.origin": [HALF_WIDTH, origin]})
         quantity = f"P / c at 2 mm, surface {share:g} of a cell above a grid line, h 0.1 m"
-        yield relative(quantity, pressure[-1], LIMIT, 0.08, "2 + pi")
+        yield relative(quantity, pressure[-1], flush, 0.03, "surface on a grid line")
     _, pressure = press("case.toml", {"bodies.0.basis": "gimp"})
     yield relative("P / c at 2 mm, GIMP, h 0.1 m", pressure[-1], LIMIT, 0.07, "2 + pi")
 
