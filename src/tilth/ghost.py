@@ -55,9 +55,18 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
+        softness = 1.0 / (body.young_modulus * share)
+        if body.has_corners:
+            for column, weight in enumerate((volume[s], volume[s] * softness)):
+                *_, moment = _core.share_corner_domains(
+                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
+                    grid.cell_size, key,
+                )  # fmt: skip
+                filled[:, column] += moment[:, 0]
+            continue
         _core.fill_cells(
-            stencil, soil.points.position[s], soil.points.half_length[s], volume[s],
-            1.0 / (body.young_modulus * share), grid.origin, grid.cell_size, key, filled,
+            stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
+            grid.origin, grid.cell_size, key, filled,
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":

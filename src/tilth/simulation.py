@@ -250,6 +250,7 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
+        self.soil.moved_corners(active, equilibrium.displacement)  # fails before anything changes
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
@@ -381,6 +382,7 @@ def initial_points(model: Model) -> MaterialPoints:
                 parameters=np.array([material.parameter(name) for name in names]),
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
+                frame=part.frame,
             )
         )
         parts.append(part)
