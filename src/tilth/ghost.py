@@ -221,6 +221,19 @@ class Ghost:
             found.append(faces.coupling(moved))
         return found
 
+    def holds(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Returns the nodes that the current faces tie in all components not `held`, (nodes,).
+
+        A face beside a held node leaves components out (`ghost_faces`), of all its nodes.
+        """
+        tied = held.copy()
+        reached = np.zeros(active.nodes, dtype=bool)
+        for _, faces, _ in self._current:
+            diagonal = np.einsum("eaaii->eai", faces.matrix) > 0.0
+            np.logical_or.at(tied, faces.node, diagonal)
+            reached[faces.node] = True
+        return np.asarray(reached & tied.all(axis=1))
+
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Remembers a converged step's nodal displacement, shape (nodes, dim)."""
         names, moves = [self.face[:0]], [self.moved[:0]]

@@ -158,7 +158,9 @@ class MaterialPoints:
         frame = self.bodies[0].frame
         if frame is not None:
             corner = corner @ frame.T
-        return np.asarray(np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner))
+        return np.asarray(
+            np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner)
+        )
 
     def __len__(self) -> int:
         return len(self.point_id)

@@ -15,7 +15,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearForces
+from tilth.coupling import LinearForces, reached
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
@@ -224,12 +224,14 @@ class Simulation:
         with self.timers.measure("boundaries"):
             couplings = contacts.couplings()
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
+            coupled = reached(active, couplings)
             couplings += self._ghost.couplings(
                 self.soil, active, conditions.held, contacts.behind()
             )
+            coupled |= self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
-        springs = Springs.of(self.soil, active)
+        springs = Springs.of(self.soil, active, coupled)
         guess = None
         if self.model.analysis.predictor:
             guess = self._predictor.guess(self.soil, active, after - before)
