@@ -13,9 +13,12 @@ from small_problems import (
     KINDS,
     Floats,
     Laboratory,
+    assert_same_bits,
     block_entries,
     by_number,
     dimension,
+    rollers,
+    weight,
 )
 
 from tilth import Model, _core
@@ -267,3 +270,23 @@ def test_turned_boxes_have_turned_domains() -> None:
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     expected = sides(2) * points.half_length[0] @ np.array([[c, s], [-s, c]])
     np.testing.assert_allclose(points.corner, np.tile(expected, (len(points), 1, 1)), atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@every_basis
+def test_restored_domains_go_on_as_they_were(kind: str, basis: str) -> None:
+    entries = block_entries(
+        kind, basis, boundaries=rollers(kind, sides=False), loads=[weight(kind, 40.0)],
+        schedule={"steps": 4},
+    )  # fmt: skip
+    model = Model.from_dict(entries)
+    whole = Simulation(model)
+    whole.advance(0.0, 0.25)
+    whole.advance(0.25, 0.5)
+    arrays = {name: np.array(array) for name, array in whole.arrays().items()}
+    resumed = Simulation.restored(model, arrays)
+    for simulation in (whole, resumed):
+        simulation.advance(0.5, 0.75)
+    assert_same_bits(whole.points, resumed.points)
+    edge = np.ptp(whole.points.corner, axis=1)
+    assert np.ptp(edge, axis=0).max() > 1e-4  # domains differ by now
