@@ -123,8 +123,9 @@ def ghost_faces(
     """Returns all faces of hardly filled cells at the edges of bodies, by the axis of the normal.
 
     `gamma` is the penalty's dimensionless factor; 0 gives none.
-    Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
-    they need no support, and would tie the soil to the boundary.
+    Where a far node of the emptier cell has a `held` component (nodes, dim), this component of the
+    jump at its corner of the face is left out: it needs no support, and would tie the soil to the
+    boundary. The other corners keep theirs.
     """
     if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
@@ -163,12 +164,16 @@ def ghost_faces(
         offset, matrix = _face(tuple(grid.cell_size), axis)
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
-        free = ~(held[node] & far[..., None]).any(axis=1)
+        left_out = held[node] & far[..., None]  # (faces, nodes, dim)
+        across = offset - offset * np.eye(3, dtype=np.int64)[axis]
+        same = (across[:, None] == across[None]).all(axis=2)  # nodes on one line along the normal
+        free = np.einsum("ab,ebi->eai", same.astype(float), left_out.astype(float)) == 0.0
         scalar = weight[:, None, None] * matrix
         faces.append(
             Faces(
                 node=node.astype(np.int32),
-                matrix=scalar[..., None, None] * (free[:, None] * np.eye(dim))[:, None, None],
+                matrix=scalar[..., None, None]
+                * ((free[:, :, None] & free[:, None])[..., None] * np.eye(dim)),
                 modulus=stiff,
             )
         )
@@ -224,7 +229,7 @@ class Ghost:
     def holds(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         """Returns the nodes that the current faces tie in all components not `held`, (nodes,).
 
-        A face beside a held node leaves components out (`ghost_faces`), of all its nodes.
+        Faces leave components out behind which a node is held (`ghost_faces`).
         """
         tied = held.copy()
         reached = np.zeros(active.nodes, dtype=bool)

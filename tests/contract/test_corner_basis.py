@@ -17,6 +17,7 @@ from small_problems import (
     block_entries,
     by_number,
     dimension,
+    plane,
     rollers,
     weight,
 )
@@ -290,3 +291,22 @@ def test_restored_domains_go_on_as_they_were(kind: str, basis: str) -> None:
     assert_same_bits(whole.points, resumed.points)
     edge = np.ptp(whole.points.corner, axis=1)
     assert np.ptp(edge, axis=0).max() > 1e-4  # domains differ by now
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_slivers_behind_rollers_do_not_run_away(kind: str) -> None:
+    """CPDI1 domains lean across the rollers; the nodes behind move no farther than the platen."""
+    up = "xyz"[dimension(kind) - 1]
+    platen = plane("top", up, 2.0, condition="prescribed", displacement={up: -0.2})
+    entries = block_entries(
+        kind, "cpdi1", loads=[weight(kind, 2.0)], schedule={"steps": 10},
+        boundaries=[*rollers(kind, sides=False), platen],
+    )  # fmt: skip
+    entries["analysis"] |= {"tolerance": 1e-10, "predictor": False}
+    simulation = Simulation(Model.from_dict(entries))
+    for k in range(6):
+        result = simulation.advance(k / 10, (k + 1) / 10)
+        assert np.abs(result.equilibrium.displacement).max() < 0.025
+        assert result.equilibrium.iterations <= 4
+    assert result.active.position.min() < -0.5  # nodes behind a roller are in use
+    assert not simulation.warnings
