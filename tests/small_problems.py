@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 
 KINDS = ("plane_strain", "axisymmetric", "3d")
 BASES = tuple(_core.basis_names())
+CORNER_BASES = tuple(_core.corner_basis_names())
 MATERIALS = tuple(_core.materials())
 
 TYPICAL = {

@@ -49,6 +49,32 @@ def basis_values(basis: str, start: Annotated[NDArray[numpy.int64], dict(order='
 def colour_groups(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
     """Order of parallel assembly: colour_start, slab_start, order."""
 
+def corner_basis_names() -> list[str]:
+    """Names of the bases whose points' domains have corners."""
+
+def corner_supports(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], int]:
+    """
+    Key (-1: out of reach, -2: too wide) and words of each support; number of failures.
+    """
+
+def group_corner_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], words: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
+    """
+    Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, node keys.
+    """
+
+def corner_basis_values(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills basis values and gradients of all points."""
+
+def move_corners(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moved: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shift: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
+    """
+    Fills the moved corners and the points' motions; first folded domain or -1.
+    """
+
+def share_corner_domains(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """
+    Cells and their places in the groups, shares, moments of the cells (see f_bar.py).
+    """
+
 def materials() -> dict[str, tuple[list[str], int]]:
     """Name -> (parameter names, number of state variables)."""
 

@@ -30,6 +30,14 @@ class Coupling:
     force: Floats
 
 
+def reached(active: ActiveGrid, couplings: list[Coupling]) -> npt.NDArray[np.bool_]:
+    """Returns the nodes that a coupling reaches, shape (nodes,)."""
+    found = np.zeros(active.nodes, dtype=bool)
+    for coupling in couplings:
+        found[coupling.node] = True
+    return found
+
+
 class LinearForces:
     """The sum of all couplings of a step, in the matrix's pattern.
 

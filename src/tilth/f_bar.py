@@ -33,6 +33,8 @@ class Centres:
         group_start: first point of each group of the stencil, shape (groups + 1,).
         count, cell_start, cell, share_start, share: which cells each group covers, and each
             point's shares of them (kernel/f_bar.hpp).
+        corner_node: places of the corners of each group's cells in its list of nodes, shape
+            (cells of groups, 2^dim); empty where the nodes fill a box.
         node: corners of each cell, x fastest, shape (cells, 2^dim).
         value: shape functions at the centres [-], shape (cells, 2^dim).
         gradient: [1/length], shape (cells, 2^dim, dim).
@@ -49,6 +51,7 @@ class Centres:
     count: npt.NDArray[np.int32]
     cell_start: Integers
     cell: npt.NDArray[np.int32]
+    corner_node: npt.NDArray[np.int32]
     share_start: Integers
     share: Floats
     node: npt.NDArray[np.int32]
@@ -70,10 +73,18 @@ class Centres:
         """
         grid, n = active.grid, len(points)
         weight = np.ones(n) if points.bodies[0].basis == "linear" else points.volume
-        cell_start, cell, share_start, share, moment = _core.share_among_cells(
-            stencil, points.position, points.half_length, weight, grid.origin, grid.cell_size,
-            active.cell_keys,
-        )  # fmt: skip
+        if points.bodies[0].has_corners:
+            cell_start = stencil.cell_start
+            cell, corner_node, share_start, share, moment = _core.share_corner_domains(
+                stencil, points.position, points.corner, weight, grid.origin, grid.cell_size,
+                active.cell_keys,
+            )  # fmt: skip
+        else:
+            cell_start, cell, share_start, share, moment = _core.share_among_cells(
+                stencil, points.position, points.half_length, weight, grid.origin, grid.cell_size,
+                active.cell_keys,
+            )  # fmt: skip
+            corner_node = np.zeros(0, dtype=np.int32)
         lattice = np.asarray(_core.lattice(active.cell_keys))
         own = moment[:, 0] > 0.0
         middle = lattice[:, : grid.dim] + 0.5  # of cells without a part of this body
@@ -87,6 +98,7 @@ class Centres:
             count=stencil.count,
             cell_start=np.asarray(cell_start),
             cell=np.asarray(cell),
+            corner_node=np.asarray(corner_node),
             share_start=np.asarray(share_start),
             share=np.asarray(share),
             node=active.corners(lattice),

@@ -55,9 +55,18 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
+        softness = 1.0 / (body.young_modulus * share)
+        if body.has_corners:
+            for column, weight in enumerate((volume[s], volume[s] * softness)):
+                *_, moment = _core.share_corner_domains(
+                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
+                    grid.cell_size, key,
+                )  # fmt: skip
+                filled[:, column] += moment[:, 0]
+            continue
         _core.fill_cells(
-            stencil, soil.points.position[s], soil.points.half_length[s], volume[s],
-            1.0 / (body.young_modulus * share), grid.origin, grid.cell_size, key, filled,
+            stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
+            grid.origin, grid.cell_size, key, filled,
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":
@@ -114,8 +123,9 @@ def ghost_faces(
     """Returns all faces of hardly filled cells at the edges of bodies, by the axis of the normal.
 
     `gamma` is the penalty's dimensionless factor; 0 gives none.
-    Components that are `held` (nodes, dim) on the far nodes of the emptier cell are left out:
-    they need no support, and would tie the soil to the boundary.
+    Where a far node of the emptier cell has a `held` component (nodes, dim), this component of the
+    jump at its corner of the face is left out: it needs no support, and would tie the soil to the
+    boundary. The other corners keep theirs.
     """
     if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
@@ -154,12 +164,16 @@ def ghost_faces(
         offset, matrix = _face(tuple(grid.cell_size), axis)
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
-        free = ~(held[node] & far[..., None]).any(axis=1)
+        left_out = held[node] & far[..., None]  # (faces, nodes, dim)
+        across = offset - offset * np.eye(3, dtype=np.int64)[axis]
+        same = (across[:, None] == across[None]).all(axis=2)  # nodes on one line along the normal
+        free = np.einsum("ab,ebi->eai", same.astype(float), left_out.astype(float)) == 0.0
         scalar = weight[:, None, None] * matrix
         faces.append(
             Faces(
                 node=node.astype(np.int32),
-                matrix=scalar[..., None, None] * (free[:, None] * np.eye(dim))[:, None, None],
+                matrix=scalar[..., None, None]
+                * ((free[:, :, None] & free[:, None])[..., None] * np.eye(dim)),
                 modulus=stiff,
             )
         )
@@ -211,6 +225,19 @@ class Ghost:
             self._current.append((face, faces, moved))
             found.append(faces.coupling(moved))
         return found
+
+    def holds(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        """Returns the nodes that the current faces tie in all components not `held`, (nodes,).
+
+        Faces leave components out behind which a node is held (`ghost_faces`).
+        """
+        tied = held.copy()
+        reached = np.zeros(active.nodes, dtype=bool)
+        for _, faces, _ in self._current:
+            diagonal = np.einsum("eaaii->eai", faces.matrix) > 0.0
+            np.logical_or.at(tied, faces.node, diagonal)
+            reached[faces.node] = True
+        return np.asarray(reached & tied.all(axis=1))
 
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Remembers a converged step's nodal displacement, shape (nodes, dim)."""

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.errors import StepFailed
+from tilth.groups import Groups, group
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
@@ -51,8 +52,10 @@ class Stencil:
 
     Attributes:
         start: first point of each group, shape (groups + 1,).
-        first: lattice place of each group's first node, shape (groups, 3).
-        count: nodes per direction of each group, shape (groups, 3).
+        first, count: lattice place of the first node and nodes per direction of the box around
+            each group's nodes, shape (groups, 3).
+        cell_start, cell: keys of each group's cells; empty where they fill the box.
+        node_key: keys of each group's nodes; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
         value_start: offset of each group's first value, shape (groups + 1,).
         value: basis values S [-], flat: per point one value per node.
@@ -63,6 +66,9 @@ class Stencil:
     start: Integers
     first: Integers
     count: npt.NDArray[np.int32]
+    cell_start: Integers
+    cell: Integers
+    node_key: Integers
     node_start: Integers
     node: npt.NDArray[np.int32]
     value_start: Integers
@@ -82,6 +88,8 @@ class ActiveGrid:
         key: sorted keys of the active nodes, shape (nodes,); x fastest.
         stencils: one per body, in the order of the bodies.
         points: the points that are located.
+        cell_keys: sorted keys of the cells that a point's support covers, each that of its lowest
+            node.
         couplings: further nodes that the matrix must couple, see `couple`.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
@@ -90,6 +98,7 @@ class ActiveGrid:
     key: Integers
     stencils: list[Stencil]
     points: MaterialPoints
+    cell_keys: Integers
     couplings: list[npt.NDArray[np.int32]] = field(default_factory=list)
     owned: tuple[int, int] = field(default=(0, 0))
 
@@ -116,13 +125,6 @@ class ActiveGrid:
         """
         place = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
         return np.unique(lattice_keys(place.astype(np.int64)))
-
-    @cached_property
-    def cell_keys(self) -> Integers:
-        """Sorted keys of the cells that a point's support covers, each that of its lowest node."""
-        first = np.concatenate([stencil.first for stencil in self.stencils])
-        count = np.concatenate([stencil.count for stencil in self.stencils])
-        return np.asarray(_core.active_nodes(first, np.maximum(count - 1, 1)))
 
     def find(self, lattice: Integers) -> Integers:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
@@ -251,39 +253,27 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     The basis values stand in `buffers` and are valid until these are used again.
 
     Raises:
-        StepFailed: if a point is beyond the limits or the reach of the grid.
+        StepFailed: if a point is beyond the limits or the reach of the grid, or its domain
+            reaches over too many cells.
     """
     outside = grid.first_point_outside(points.position)
     if outside is not None:
         raise StepFailed("a point left the limits of the grid", point=int(points.point_id[outside]))
-    supports = []
-    for body in points.bodies:
-        keys = np.empty(body.stop - body.start, dtype=np.int64)
-        part = points.part(body)
-        beyond = _core.support_keys(
-            body.basis, part.position, part.half_length, grid.origin, grid.cell_size, keys
-        )
-        if beyond:
-            first = int(part.point_id[int((keys == -1).argmax())])
-            raise StepFailed("a point is too far from the grid's origin", point=first)
-        if not (keys[1:] >= keys[:-1]).all():
-            order = np.argsort(keys, kind="stable")
-            points.permute(body, order)
-            keys = keys[order]
-        supports.append(_core.group_points(grid.dim, keys))
-    firsts = [first for _, first, _ in supports]
-    counts = [count for _, _, count in supports]
-    key = np.asarray(_core.active_nodes(np.concatenate(firsts), np.concatenate(counts)))
-    stencils = [
-        _stencil(points, i, grid, key, buffers, *support) for i, support in enumerate(supports)
-    ]
+    found = [group(points, body, grid) for body in points.bodies]
+    key = _union([groups.active_nodes() for groups in found])
+    stencils = [_stencil(points, i, grid, key, buffers, groups) for i, groups in enumerate(found)]
     return ActiveGrid(
         grid=grid,
         key=key,
         stencils=stencils,
         points=points,
+        cell_keys=_union([groups.active_cells() for groups in found]),
         owned=(0, len(key)),
     )
+
+
+def _union(keys: list[Integers]) -> Integers:
+    return keys[0] if len(keys) == 1 else np.unique(np.concatenate(keys))
 
 
 def _row_starts(node: npt.NDArray[np.int32]) -> Integers:
@@ -310,27 +300,40 @@ def _stencil(
     grid: Grid,
     key: Integers,
     buffers: Buffers,
-    start: Integers,
-    first: Integers,
-    count: npt.NDArray[np.int32],
+    groups: Groups,
 ) -> Stencil:
-    nodes = count.prod(axis=1, dtype=np.int64)
-    node_start = np.concatenate([[0], np.cumsum(nodes)])
-    value_start = np.concatenate([[0], np.cumsum(nodes * np.diff(start))])
+    start, first, count = groups.start, groups.first, groups.count
+    if groups.boxed:
+        node_start = np.concatenate([[0], np.cumsum(count.prod(axis=1, dtype=np.int64))])
+        node = np.asarray(_core.group_nodes(first, count, key, node_start))
+    else:
+        node_start = groups.node_start
+        node = np.searchsorted(key, groups.node_key).astype(np.int32)
+    values = np.diff(node_start) * np.diff(start)
+    value_start = np.concatenate([[0], np.cumsum(values)])
     value = buffers.take(f"value {body}", int(value_start[-1]))
     gradient = buffers.take(f"gradient {body}", int(value_start[-1]) * grid.dim)
     part = points.part(points.bodies[body])
-    _core.basis_values(
-        points.bodies[body].basis, start, first, count, value_start, part.position,
-        part.half_length, grid.origin, grid.cell_size, value, gradient,
-    )  # fmt: skip
+    if groups.boxed:
+        _core.basis_values(
+            points.bodies[body].basis, start, first, count, value_start, part.position,
+            part.half_length, grid.origin, grid.cell_size, value, gradient,
+        )  # fmt: skip
+    else:
+        _core.corner_basis_values(
+            start, node_start, groups.node_key, value_start, part.position, part.corner,
+            grid.origin, grid.cell_size, value, gradient,
+        )  # fmt: skip
     colour_start, slab_start, order = _core.colour_groups(first, count)
     return Stencil(
         start=start,
         first=first,
         count=count,
+        cell_start=groups.cell_start,
+        cell=groups.cell,
+        node_key=groups.node_key,
         node_start=node_start,
-        node=_core.group_nodes(first, count, key, node_start),
+        node=node,
         value_start=value_start,
         value=value,
         gradient=gradient,

@@ -8,6 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from tilth import _core
+
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
@@ -21,6 +23,8 @@ class PointRange:
         start, stop: range of the points.
         basis: name of the basis.
         anti_locking: "none" or "f_bar".
+        frame: directions of the domains' axes at the start in its columns, shape (dim, dim);
+            None where they are the grid's.
         domain_update: rule by which domains follow the deformation; None without domains.
         material: name of the constitutive model.
         parameters: its parameters in the order of the core's list, shape (count,).
@@ -36,6 +40,12 @@ class PointRange:
     parameters: Floats
     density: float
     anti_locking: str = "none"
+    frame: Floats | None = None
+
+    @property
+    def has_corners(self) -> bool:
+        """Whether the points' domains have corners (CPDI)."""
+        return self.basis in _core.corner_basis_names()
 
     @property
     def young_modulus(self) -> float:
@@ -77,6 +87,8 @@ class MaterialPoints:
         initial_half_length, half_length: half the side lengths of the points' domains along
             the grid's axes [length], shape (n, dim); with the linear basis, which does not use
             them, of the box that a point stands for.
+        corner: corners of the points' domains, seen from the point, x fastest [length], shape
+            (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
     """
 
     bodies: list[PointRange]
@@ -95,6 +107,7 @@ class MaterialPoints:
     state: Floats
     initial_half_length: Floats
     half_length: Floats
+    corner: Floats
 
     @classmethod
     def at_rest(
@@ -106,8 +119,9 @@ class MaterialPoints:
         state_columns: int,
     ) -> MaterialPoints:
         """Returns undeformed, stress-free points numbered in the order given."""
-        n = len(position)
-        return cls(
+        n, dim = position.shape
+        corners = 2**dim if any(body.has_corners for body in bodies) else 0
+        points = cls(
             bodies=bodies,
             point_id=np.arange(n),
             position=np.array(position, dtype=np.float64, order="C"),
@@ -124,6 +138,28 @@ class MaterialPoints:
             state=np.zeros((n, state_columns)),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
+            corner=np.zeros((n, corners, dim)),
+        )
+        points.set_corners()
+        return points
+
+    def set_corners(self) -> None:
+        """Gives domains that have corners their initial shape, carried by F."""
+        for body in self.bodies:
+            if body.has_corners:
+                part = self.part(body)
+                part.corner[:] = part.carried_corners()
+
+    def carried_corners(self) -> Floats:
+        """Returns the corners of one body's initial domains carried by F, (n, 2^dim, dim)."""
+        dim = self.position.shape[1]
+        side = 2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0
+        corner = side * self.initial_half_length[:, None]
+        frame = self.bodies[0].frame
+        if frame is not None:
+            corner = corner @ frame.T
+        return np.asarray(
+            np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner)
         )
 
     def __len__(self) -> int:

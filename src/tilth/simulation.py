@@ -15,7 +15,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearForces
+from tilth.coupling import LinearForces, reached
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
@@ -225,12 +225,14 @@ class Simulation:
         with self.timers.measure("boundaries"):
             couplings = contacts.couplings()
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
+            coupled = reached(active, couplings)
             couplings += self._ghost.couplings(
                 self.soil, active, conditions.held, contacts.behind()
             )
+            coupled |= self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
-        springs = Springs.of(self.soil, active)
+        springs = Springs.of(self.soil, active, coupled)
         guess = None
         if self.model.analysis.predictor:
             guess = self._predictor.guess(self.soil, active, after - before)
@@ -251,6 +253,7 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
+        self.soil.moved_corners(active, equilibrium.displacement)  # fails before anything changes
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
@@ -382,6 +385,7 @@ def initial_points(model: Model) -> MaterialPoints:
                 parameters=np.array([material.parameter(name) for name in names]),
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
+                frame=part.frame,
             )
         )
         parts.append(part)

@@ -24,6 +24,8 @@ _FAILURES = {
     2: "the return mapping of a material point did not converge",
 }
 
+_FOLDED = "the domain of a material point folded or inverted"
+
 
 class Soil:
     """Material points together with the trial state of the current step.
@@ -162,7 +164,12 @@ class Soil:
                         part.position, active.key, displacement, active.grid.origin,
                         active.grid.cell_size, part.half_length,
                     )  # fmt: skip
+            corners = self.moved_corners(active, displacement)
             moved = self.interpolate(active, displacement)
+            for number, (corner, shift) in corners.items():
+                body = points.bodies[number]
+                points.corner[body.start : body.stop] = corner
+                moved[body.start : body.stop] = shift
             points.position += moved
             points.displacement += moved
             points.last_displacement[:] = moved
@@ -184,7 +191,10 @@ class Soil:
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
             for body in points.bodies:
-                # the linear basis has no domain; its points' boxes are followed for the eye
+                if body.basis == "cpdi1":
+                    part = points.part(body)
+                    part.corner[:] = part.carried_corners()
+                # the boxes of points without rule are followed for the eye only
                 rule = body.domain_update or "right_stretch"
                 if rule not in ("fixed", "corners"):
                     part = points.part(body)
@@ -192,6 +202,32 @@ class Soil:
                         self.kind, rule, part.deformation_gradient,
                         part.initial_half_length, part.half_length,
                     )  # fmt: skip
+
+    def moved_corners(
+        self, active: ActiveGrid, displacement: Floats
+    ) -> dict[int, tuple[Floats, Floats]]:
+        """Returns the domains of bodies whose corners move with the grid (CPDI2), by body.
+
+        Corners seen from the point, shape (n, 2^dim, dim), and the motion of the points, which
+        stay the centroids of their domains, shape (n, dim) [length].
+
+        Raises:
+            StepFailed: if a domain folds or inverts.
+        """
+        found = {}
+        for number, body in enumerate(self.points.bodies):
+            if body.basis != "cpdi2":
+                continue
+            part = self.points.part(body)
+            moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
+            folded = _core.move_corners(
+                part.position, part.corner, active.key, displacement, active.grid.origin,
+                active.grid.cell_size, moved, shift,
+            )  # fmt: skip
+            if folded >= 0:
+                raise StepFailed(_FOLDED, point=int(part.point_id[folded]))
+            found[number] = (moved, shift)
+        return found
 
     def _elastic_share(self) -> Floats:
         """Returns what share of the points' deviatoric strain increment is elastic [-], (n,)."""

@@ -64,14 +64,16 @@ class Springs:
     shift: Floats
 
     @classmethod
-    def of(cls, soil: Soil, active: ActiveGrid) -> Springs:
-        """Returns the springs of a step; zero at well supported and at coupled nodes."""
+    def of(
+        cls, soil: Soil, active: ActiveGrid, coupled: npt.NDArray[np.bool_] | None = None
+    ) -> Springs:
+        """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
         cell = active.grid.cell_size
         stiffness = _circumference(soil, active) * np.prod(cell) / cell.max() ** 2
         stiffness *= max(body.young_modulus for body in soil.points.bodies)
         badly = ~well_supported(soil, active)
-        for node in active.couplings:
-            badly[node] = False
+        if coupled is not None:
+            badly &= ~coupled
         return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
     def force(self, displacement: Floats) -> Floats:

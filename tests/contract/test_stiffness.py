@@ -95,6 +95,7 @@ def test_stiffness_near_the_axis(basis: str, material: str, radius: float) -> No
     inner = points.position[:, 0] < 0.3
     points.position[inner, 0] = radius
     points.initial_half_length[inner, 0] = points.half_length[inner, 0] = min(0.5 * radius, 0.25)
+    points.set_corners()
     laboratory.locate()
     laboratory.step(laboratory.random_displacement(random, 0.05))
     assert laboratory.active.position[:, 0].min() == 0.0  # no node beyond the axis

@@ -21,6 +21,7 @@ def two_cells() -> Centres:
         count=np.full((2, 3), 2, dtype=np.int32),
         cell_start=np.array([0, 1, 2]),
         cell=np.array([0, 1], dtype=np.int32),
+        corner_node=np.zeros(0, dtype=np.int32),
         share_start=np.array([0, 3]),
         share=np.ones(5),
         node=empty.astype(np.int32),

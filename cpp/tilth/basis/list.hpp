@@ -6,12 +6,17 @@
 #include <string>
 #include <tuple>
 
+#include "corners.hpp"
 #include "gimp.hpp"
 #include "linear.hpp"
 
 namespace tilth::basis {
 
+/// Products of one-dimensional functions, whose supports are boxes of nodes.
 using List = std::tuple<Linear, Gimp>;
+
+/// Bases whose points' domains have corners (kernel/corners.hpp).
+using CornerList = std::tuple<Cpdi1, Cpdi2>;
 
 /// Calls `function(Basis{})` for the basis of that name, once per batch of points.
 template <class Function>

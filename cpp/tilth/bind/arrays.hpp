@@ -47,6 +47,7 @@ nb::ndarray<nb::numpy, T> give(std::vector<T>&& vector) {
 }
 
 void bind_stencil(nb::module_& module);
+void bind_corners(nb::module_& module);
 void bind_points(nb::module_& module);
 void bind_sparse(nb::module_& module);
 void bind_implicit(nb::module_& module);

@@ -17,6 +17,7 @@ NB_MODULE(_core, module) {
       "parallel_from", [] { return tilth::parallel_from; },
       "Number of points from which loops use more than one thread.");
   tilth::bind::bind_stencil(module);
+  tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);
   tilth::bind::bind_sparse(module);
   tilth::bind::bind_implicit(module);

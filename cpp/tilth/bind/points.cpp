@@ -14,7 +14,7 @@ namespace {
 /// Reads tilth.f_bar.Centres; without one (None) there is no F-bar.
 struct CentresView : kernel::Centres {
   ConstIntegers arrays64[2];
-  ConstShorts arrays32[2];
+  ConstShorts arrays32[3];
   ConstDoubles read[4];
   Doubles written[2];
   bool given;
@@ -23,6 +23,7 @@ struct CentresView : kernel::Centres {
     if (!given) return;
     arrays32[0] = nb::cast<ConstShorts>(centres.attr("count"));
     arrays32[1] = nb::cast<ConstShorts>(centres.attr("cell"));
+    arrays32[2] = nb::cast<ConstShorts>(centres.attr("corner_node"));
     arrays64[0] = nb::cast<ConstIntegers>(centres.attr("cell_start"));
     arrays64[1] = nb::cast<ConstIntegers>(centres.attr("share_start"));
     const char* names[4] = {"share", "ratio", "trace", "before"};
@@ -31,6 +32,7 @@ struct CentresView : kernel::Centres {
     written[1] = nb::cast<Doubles>(centres.attr("jacobian"));
     count = arrays32[0].data();
     cell = arrays32[1].data();
+    corner_node = arrays32[2].size() > 0 ? arrays32[2].data() : nullptr;
     cell_start = arrays64[0].data();
     share_start = arrays64[1].data();
     share = read[0].data();

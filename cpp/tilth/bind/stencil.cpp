@@ -98,7 +98,9 @@ auto colour_groups(ConstIntegers first, ConstShorts count) {
 
 auto basis_names() {
   nb::list names;
-  std::apply([&](auto... each) { (names.append(decltype(each)::name), ...); }, basis::List{});
+  const auto append = [&](auto... each) { (names.append(decltype(each)::name), ...); };
+  std::apply(append, basis::List{});
+  std::apply(append, basis::CornerList{});
   return names;
 }
 

@@ -22,6 +22,8 @@ struct Centres {
   const std::int32_t* count;        // (groups, 3) nodes per direction
   const std::int64_t* cell_start;   // (groups + 1)
   const std::int32_t* cell;         // cells that each group covers, x fastest
+  const std::int32_t* corner_node;  // (cells of groups, 2^dim) places of their nodes in the group's
+                                    // list; null where this is a box, which `count` describes
   const std::int64_t* share_start;  // (groups + 1)
   const double* share;              // per point one for each cell of its group; sum 1
   const double* ratio;              // (cells) J0 - 1
@@ -132,6 +134,18 @@ void add_centre_trace(const Centres& centres, std::int64_t group, const double* 
                       std::int64_t p, double difference[Dim][Capacity]) {
   const std::int32_t* count = centres.count + 3 * group;
   const std::int32_t* cell = centres.cell + centres.cell_start[group];
+  if (centres.corner_node != nullptr) {
+    const std::int32_t* place = centres.corner_node + centres.cell_start[group] * (1 << Dim);
+    for (int c = 0; c < centres.cells_of(group); ++c, place += 1 << Dim) {
+      if (shares[c] == 0.0) continue;
+      const double factor = shares[c] * (1.0 + centres.ratio[cell[c]]) / centres.jacobian[p];
+      const double* trace = centres.trace + std::int64_t{cell[c]} * (1 << Dim) * Dim;
+      for (int corner = 0; corner < (1 << Dim); ++corner)
+        for (int d = 0; d < Dim; ++d)
+          difference[d][place[corner]] += factor * trace[corner * Dim + d];
+    }
+    return;
+  }
   int c = 0;
   for (int k = 0; k < (Dim == 3 ? count[2] - 1 : 1); ++k)
     for (int j = 0; j < count[1] - 1; ++j)

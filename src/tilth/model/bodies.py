@@ -28,12 +28,15 @@ class Body(Declared):
     """Name of its material, as declared in `materials`."""
     shape: Shape
     """Shape in the undeformed state: a box, polygon, circle, cylinder, sphere or mesh."""
-    basis: Literal["linear", "gimp"]
-    """Basis functions of its points: "linear" (standard MPM) or "gimp"."""
+    basis: Literal["linear", "gimp", "cpdi1", "cpdi2"]
+    """Basis functions of its points: "linear" (standard MPM), "gimp", or "cpdi1" and "cpdi2" (GIMP
+    whose domains are parallelograms carried by F, or quadrilaterals whose corners move with the
+    grid; in 3D parallelepipeds and hexahedra).
+    """
     domain_update: DomainUpdate | None = None
     """How the domains of "gimp" points follow the deformation; "right_stretch" if not given.
 
-    None with the linear basis, whose points have no domain.
+    None with the other bases: linear points have no domain, cpdi names its own rule.
     """
     anti_locking: Literal["none", "f_bar"] = "none"
     """Remedy against volumetric locking: "none", or "f_bar" (the volumetric part of the
@@ -67,11 +70,10 @@ class Body(Declared):
         elif self.points is not None and not isinstance(self.shape, Box):
             remedy = "give `points_per_cell` or `spacing` instead"
             problems.append(Problem("points", "is for a box only", remedy, self.points))
-        if self.basis == "linear" and self.domain_update is not None:
+        if self.basis != "gimp" and self.domain_update is not None:
             remedy = 'leave it out, or choose basis = "gimp"'
-            problems.append(
-                Problem("domain_update", "the linear basis has none", remedy, self.domain_update)
-            )
+            what = f"the {self.basis} basis has none"
+            problems.append(Problem("domain_update", what, remedy, self.domain_update))
         if self.basis == "gimp" and self.domain_update is None:
             remedy = "leave the key out for right_stretch"
             problems.append(Problem("domain_update", "gimp needs a rule", remedy, None))

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../kernel/corners.hpp"
+
+#include "../basis/list.hpp"
+#include "../kind.hpp"
+#include "stencil_view.hpp"
+
+namespace tilth::bind {
+
+namespace {
+
+/// Calls `function(kind, n)` for the dimension of `position` (n, dim); checks the corners' size.
+template <class Function>
+void with_corners(const ConstDoubles& position, const ConstDoubles& corner, Function&& function) {
+  const auto points = static_cast<std::int64_t>(position.shape(0));
+  const int dim = static_cast<int>(position.shape(1));
+  require_size(corner, points * dim * (1 << dim), "corner");
+  with_dimension(dim, [&](auto kind) { function(kind, points); });
+}
+
+auto corner_supports(ConstDoubles position, ConstDoubles corner, ConstDoubles origin,
+                     ConstDoubles cell_size) {
+  const std::size_t n = position.shape(0), words_each = position.shape(1) == 3 ? 2 : 1;
+  std::vector<std::int64_t> keys(n), words(n * words_each);
+  std::int64_t failures = 0;
+  const kernel::Cells cells{origin.data(), cell_size.data()};
+  with_corners(position, corner, [&](auto kind, std::int64_t points) {
+    nb::gil_scoped_release release;
+    failures = kernel::corner_supports<decltype(kind)::dim>(points, position.data(), corner.data(),
+                                                            cells, keys.data(), words.data());
+  });
+  return std::make_tuple(give(std::move(keys)), give(std::move(words), {n, words_each}), failures);
+}
+
+auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers words) {
+  require_size(words, static_cast<std::int64_t>(keys.size()) * (dim == 3 ? 2 : 1), "words");
+  kernel::CornerGroups groups;
+  with_dimension(dim, [&](auto kind) {
+    groups = kernel::group_corner_points<decltype(kind)::dim>(
+        static_cast<std::int64_t>(keys.size()), keys.data(), words.data());
+  });
+  const std::size_t n = groups.start.size() - 1;
+  return std::make_tuple(give(std::move(groups.start)), give(std::move(groups.first), {n, 3}),
+                         give(std::move(groups.count), {n, 3}), give(std::move(groups.cell_start)),
+                         give(std::move(groups.cell)), give(std::move(groups.node_start)),
+                         give(std::move(groups.node)));
+}
+
+void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstIntegers node_keys,
+                         ConstIntegers value_start, ConstDoubles position, ConstDoubles corner,
+                         ConstDoubles origin, ConstDoubles cell_size, Doubles value,
+                         Doubles gradient) {
+  const auto groups = static_cast<std::int64_t>(start.size()) - 1;
+  const kernel::Cells cells{origin.data(), cell_size.data()};
+  require_size(gradient, static_cast<std::int64_t>(value.size() * position.shape(1)), "gradient");
+  with_corners(position, corner, [&](auto kind, std::int64_t) {
+    nb::gil_scoped_release release;
+    kernel::corner_basis_values<decltype(kind)::dim>(
+        groups, start.data(), node_start.data(), node_keys.data(), value_start.data(),
+        position.data(), corner.data(), cells, value.data(), gradient.data());
+  });
+}
+
+std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstIntegers node_keys,
+                          ConstDoubles displacement, ConstDoubles origin, ConstDoubles cell_size,
+                          Doubles moved, Doubles shift) {
+  const auto nodes = static_cast<std::int64_t>(node_keys.size());
+  const kernel::Cells cells{origin.data(), cell_size.data()};
+  require_size(moved, static_cast<std::int64_t>(corner.size()), "moved");
+  require_size(shift, static_cast<std::int64_t>(position.size()), "shift");
+  std::int64_t folded = -1;
+  with_corners(position, corner, [&](auto kind, std::int64_t points) {
+    nb::gil_scoped_release release;
+    folded = kernel::move_corners<decltype(kind)::dim>(points, position.data(), corner.data(),
+                                                       nodes, node_keys.data(), displacement.data(),
+                                                       cells, moved.data(), shift.data());
+  });
+  return folded;
+}
+
+auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, ConstDoubles corner,
+                          ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
+                          ConstIntegers cell_keys) {
+  const StencilView stencil(stencil_handle);
+  const auto own_start = nb::cast<ConstIntegers>(stencil_handle.attr("cell_start"));
+  const auto own_cell = nb::cast<ConstIntegers>(stencil_handle.attr("cell"));
+  const auto node_key = nb::cast<ConstIntegers>(stencil_handle.attr("node_key"));
+  require_size(weight, stencil.points(), "weight");
+  const kernel::CornerCells supports{stencil.node_start, node_key.data(), own_start.data(),
+                                     own_cell.data()};
+  const kernel::Cells grid{origin.data(), cell_size.data()};
+  const std::size_t dim = position.shape(1), cells = cell_keys.size();
+  std::vector<std::int64_t> share_start(stencil.groups + 1, 0);
+  for (std::int64_t g = 0; g < stencil.groups; ++g)
+    share_start[g + 1] = share_start[g] + (own_start.data()[g + 1] - own_start.data()[g]) *
+                                              (stencil.start[g + 1] - stencil.start[g]);
+  std::vector<std::int32_t> cell(own_cell.size());
+  std::vector<std::int32_t> corner_node(own_cell.size() << dim);
+  std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
+  with_corners(position, corner, [&](auto kind, std::int64_t) {
+    kernel::share_corner_domains<decltype(kind)::dim>(
+        stencil, supports, position.data(), corner.data(), weight.data(), grid,
+        static_cast<std::int64_t>(cells), cell_keys.data(), cell.data(), corner_node.data(),
+        share_start.data(), share.data(), moment.data());
+  });
+  return std::make_tuple(give(std::move(cell)), give(std::move(corner_node)),
+                         give(std::move(share_start)), give(std::move(share)),
+                         give(std::move(moment), {cells, 1 + dim}));
+}
+
+auto corner_basis_names() {
+  nb::list names;
+  std::apply([&](auto... each) { (names.append(decltype(each)::name), ...); }, basis::CornerList{});
+  return names;
+}
+
+}  // namespace
+
+void bind_corners(nb::module_& module) {
+  using namespace nb::literals;
+  module.def("corner_basis_names", &corner_basis_names,
+             nb::sig("def corner_basis_names() -> list[str]"),
+             "Names of the bases whose points' domains have corners.");
+  module.def("corner_supports", &corner_supports, "position"_a, "corner"_a, "origin"_a,
+             "cell_size"_a,
+             "Key (-1: out of reach, -2: too wide) and words of each support; number of failures.");
+  module.def("group_corner_points", &group_corner_points, "dim"_a, "keys"_a, "words"_a,
+             "Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, "
+             "node keys.");
+  module.def("corner_basis_values", &corner_basis_values, "start"_a, "node_start"_a, "node_keys"_a,
+             "value_start"_a, "position"_a, "corner"_a, "origin"_a, "cell_size"_a, "value"_a,
+             "gradient"_a, "Fills basis values and gradients of all points.");
+  module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
+             "displacement"_a, "origin"_a, "cell_size"_a, "moved"_a, "shift"_a,
+             "Fills the moved corners and the points' motions; first folded domain or -1.");
+  module.def("share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
+             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
+             "Cells and their places in the groups, shares, moments of the cells (see f_bar.py).");
+}
+
+}  // namespace tilth::bind
