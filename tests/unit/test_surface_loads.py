@@ -68,21 +68,27 @@ def loads_of(entries: dict[str, Any]) -> tuple[SurfaceLoads, ActiveGrid, LinearF
     return loads, active, LinearForces(active, [])
 
 
+def require_derivative(
+    loads: SurfaceLoads, active: ActiveGrid, linear: LinearForces, size: float
+) -> None:
+    """The stiffness at random displacements [length] agrees with central differences."""
+    random = np.random.default_rng(4)
+    u = size * random.normal(size=(active.nodes, active.grid.dim))
+    direction = random.normal(size=u.shape)
+    step = 1e-5
+    ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
+    loads.add_stiffness(u, linear.blocks)
+    product = (linear._matrix @ direction.ravel()).reshape(u.shape)
+    scale = np.abs(loads.force(u)).max()
+    assert scale > 0.1
+    np.testing.assert_allclose(product, (behind - ahead) / (2.0 * step), rtol=0, atol=1e-7 * scale)
+
+
 @pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric"])
 @pytest.mark.parametrize("name", LOADS)
 def test_derivative_against_differences(kind: str, name: str) -> None:
     loads, active, linear = loads_of(blob(LOADS[name], kind))
-    random = np.random.default_rng(4)
-    u = 0.03 * random.normal(size=(active.nodes, 2))
-    direction = random.normal(size=u.shape)
-    step = 1e-5
-    ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
-    expected = (behind - ahead) / (2.0 * step)
-    loads.add_stiffness(u, linear.blocks)
-    product = linear._matrix @ direction.ravel()
-    scale = np.abs(loads.force(u)).max()
-    assert scale > 0.1
-    np.testing.assert_allclose(product.reshape(u.shape), expected, rtol=0, atol=1e-7 * scale)
+    require_derivative(loads, active, linear, 0.03)
     if name == "dead":
         assert not linear.blocks.any()
 
@@ -201,16 +207,7 @@ def test_derivative_in_space(name: str, part: str | None) -> None:
     if name == "hydrostatic":
         load = {"hydrostatic": {"level": 0.8, "unit_weight": 12.0}}
     loads, active, linear = loads_of(shell({**load, **({"part": part} if part else {})}))
-    random = np.random.default_rng(4)
-    u = 0.01 * random.normal(size=(active.nodes, 3))
-    direction = random.normal(size=u.shape)
-    step = 1e-5
-    ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
-    expected = (behind - ahead) / (2.0 * step)
-    loads.add_stiffness(u, linear.blocks)
-    product = (linear._matrix @ direction.ravel()).reshape(u.shape)
-    scale = np.abs(loads.force(u)).max()
-    np.testing.assert_allclose(product, expected, rtol=0, atol=1e-7 * scale)
+    require_derivative(loads, active, linear, 0.01)
 
 
 def test_resultants_in_space() -> None:
