@@ -23,7 +23,7 @@ from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
 from tilth.report.domains import corners_of_boxes, sides_towards
 from tilth.report.fields import field_values
 from tilth.report.html import write_report
-from tilth.report.outer import outer_points
+from tilth.report.outer import free_sides, outer_points
 from tilth.report.pictures import draw_frames
 from tilth.report.setup import Condition, Load, Setup, draw_setup
 from tilth.report.tables import model_tables
@@ -412,3 +412,14 @@ def test_import_of_the_report_is_light() -> None:
     code = "import sys, tilth.report; print('matplotlib' in sys.modules, 'h5py' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout.split() == ["False", "False"], result.stderr
+
+
+def test_points_with_a_free_side_are_the_shell_of_a_body_that_leans_and_is_strained() -> None:
+    counts = (6, 7, 8)
+    place = lattice(counts, 0.1)
+    index = np.round(place / 0.1 - 0.5).astype(int)
+    shell = np.any((index == 0) | (index == np.array(counts) - 1), axis=1)
+    gradient = np.array([[1.3, 0.5, 0.0], [0.0, 0.8, -0.2], [0.6, 0.0, 0.4]])
+    corners = corners_of_boxes(np.full_like(place, 0.05)) @ gradient.T
+    found = free_sides(place @ gradient.T, corners)
+    np.testing.assert_array_equal(found, np.flatnonzero(shell))

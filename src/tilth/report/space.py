@@ -10,7 +10,7 @@ import numpy as np
 from ..output.snapshot import FloatArray
 from .domains import corners_of_boxes, sides_towards
 from .fields import with_unit
-from .outer import outer_points
+from .outer import free_sides, outer_points
 
 MOST_SOLIDS = 8_000
 """Outer points up to which the sides of the domains are drawn, beyond it markers."""
@@ -52,7 +52,10 @@ def draw_space(
         getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8)
         axes.locator_params(axis=name, nbins=4 if shown[k] > 0.4 * shown.max() else 2)
     axes.tick_params(labelsize=7)
-    seen = outer_points(position, half_lengths)
+    if corners is None:
+        seen = outer_points(position, half_lengths)
+    else:
+        seen = free_sides(position, corners)
     if half_lengths is not None and len(seen) <= MOST_SOLIDS:
         own = corners_of_boxes(half_lengths[seen]) if corners is None else corners[seen]
         _draw_sides(axes, position[seen], own, colours[seen])
