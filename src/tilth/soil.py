@@ -26,6 +26,7 @@ _FAILURES = {
 }
 
 _FOLDED = "the domain of a material point folded or inverted"
+_UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
 
 
 class Soil:
@@ -234,7 +235,8 @@ class Soil:
                 active.grid.cell_size, self.kind == "axisymmetric", moved, shift,
             )  # fmt: skip
             if folded >= 0:
-                raise StepFailed(_FOLDED, point=int(part.point_id[folded]))
+                remedy = _UNFOLDED.format(body.name)
+                raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
             found[number] = (moved, shift)
         return found
 

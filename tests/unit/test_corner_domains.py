@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,12 @@ from small_problems import (
     weight,
 )
 
-from tilth import Model
+from tilth import AnalysisFailed, Model, resume, run
 from tilth.domains import half_edges, keep_off_axis, upper_edges
+from tilth.output import read_results
 from tilth.points import MaterialPoints, corner_signs
 from tilth.simulation import Simulation, initial_points
+from tilth.verification.cases import example, varied
 
 every_basis = pytest.mark.parametrize("basis", CORNER_BASES)
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -147,6 +150,20 @@ def test_a_wall_is_felt_by_domains_longer_than_its_cells(basis: str) -> None:
 # --- the axis of symmetry ----------------------------------------------------------------------
 
 
+@every_basis
+def test_turned_domains_beside_the_axis_are_whole(basis: str) -> None:
+    """Long ones turned upright: their length is not one along the radius."""
+    entries = block_entries("axisymmetric", basis)
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body["shape"] = {"type": "box", "lower": [2.0, 0.0], "upper": [4.0, 2.0], "angle": 90.0}
+    body["points"] = [2, 8]
+    points = initial_points(Model.from_dict(entries))
+    np.testing.assert_allclose(points.half_length, np.tile([0.125, 0.5], (16, 1)), rtol=1e-12)
+    radius = points.position[:, None, 0] + points.corner[..., 0]
+    assert radius.min() == pytest.approx(0.0, abs=1e-12)
+
+
 def test_domains_that_lean_across_the_axis_end_at_it() -> None:
     entries = block_entries("axisymmetric", "cpdi1")
     points = initial_points(Model.from_dict(entries))
@@ -207,3 +224,27 @@ def test_corners_that_would_cross_the_axis_stay_on_it() -> None:
     )
     at_axis = before["position"][:, 0] < 0.5
     np.testing.assert_allclose(after["position"][at_axis, 0], 0.225, rtol=1e-12)  # the middle
+
+
+# --- folding -----------------------------------------------------------------------------------
+
+
+def test_a_run_whose_domain_folds_says_so_and_can_be_resumed(tmp_path: Path) -> None:
+    """A block between rough platens: the domains at their edges fold, however small the step."""
+    changes = {
+        "bodies.0.basis": "cpdi2", "bodies.0.domain_update": None, "bodies.0.points_per_cell": 2,
+        "grid.cell_size": 0.25, "schedule.steps": 6, "schedule.outputs": 1,
+        "schedule.minimum_step": 0.01, "output.report": False,
+    }  # fmt: skip
+    model = varied(example("upsetting"), changes)
+    with pytest.raises(AnalysisFailed, match="the domain of a material point folded") as failure:
+        run(model, tmp_path / "out", quiet=True)
+    text = str(failure.value)
+    assert "worst point: number" in text
+    assert "residuals: none" not in text
+    assert 'cpdi1" and "gimp" cannot fold: choose one of them for \'block\'' in text
+    assert "smaller steps" not in text
+    last = read_results(tmp_path / "out" / "results.vtkhdf").snapshot(-1)
+    assert 0.5 < last.time < 0.7
+    with pytest.raises(AnalysisFailed, match="folded"):  # in the same way
+        resume(tmp_path / "out", quiet=True)
