@@ -174,6 +174,6 @@ def _failed(
         f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
         f" (step size {size:.2g}; relative residuals: {residuals}{where})",
         f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
-        "try smaller steps, a smaller schedule.minimum_step, or see where the soil fails "
-        f"(`tilth report` writes {REPORT})",
+        f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
+        f"or see where the soil fails (`tilth report` writes {REPORT})",
     )

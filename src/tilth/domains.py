@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bounds on the domains of GIMP points, and a word when they act."""
+"""Bounds on domains, a word when they act, and how far domains reach."""
 
 from __future__ import annotations
 
+import numpy as np
+import numpy.typing as npt
+
 from tilth.grid import Grid
-from tilth.points import MaterialPoints
+from tilth.points import MaterialPoints, corner_signs
+
+Floats = npt.NDArray[np.float64]
 
 LEAST_HALF_LENGTH = 1e-3
 """Half lengths stay above this share of a cell; only a degenerate update comes so far."""
@@ -30,3 +35,38 @@ def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
         held["cap"] += int((half > high * (1.0 + round_off)).any(axis=1).sum())
         half.clip(low, high, out=half)
     return held
+
+
+def keep_off_axis(part: MaterialPoints) -> None:
+    """Shrinks the domains of one body that F carried across the axis of symmetry.
+
+    Their corners' distances from the point, along the radius, are reduced in one proportion, so
+    that the domain ends at the axis: it stays a parallelogram with the point in its middle.
+    """
+    radius, inwards = part.position[:, 0], -part.corner[:, :, 0].min(axis=1)
+    across = inwards > radius
+    part.corner[across, :, 0] *= (np.maximum(radius, 0.0) / inwards)[across, None]
+
+
+def half_edges(points: MaterialPoints) -> Floats | None:
+    """Returns half the edges of parallelepipeds that stand for the domains, shape (n, dim, dim).
+
+    Row k of a matrix is an edge, the one along x first [length]. Of CPDI1 they are the domain's
+    own; of CPDI2 their mean directions, so long that the ellipsoid through the corners of the
+    parallelepiped holds those of the domain. None if no body's basis has corners.
+    """
+    corners = points.all_corners()
+    if corners is None:
+        return None
+    dim = corners.shape[2]
+    edges = np.asarray(np.einsum("ck,nci->nki", corner_signs(dim), corners) / 2**dim)
+    place = np.einsum("nci,nik->nck", corners, np.linalg.inv(edges))
+    farthest = np.sqrt((place**2).sum(axis=2).max(axis=1) / dim)
+    return np.asarray(edges * np.maximum(farthest, 1.0)[:, None, None])
+
+
+def upper_edges(points: MaterialPoints) -> Floats:
+    """Returns the greatest coordinates of the points' domains [length], shape (n, dim)."""
+    corners = points.all_corners()
+    reach = points.half_length if corners is None else corners.max(axis=1)
+    return np.asarray(points.position + reach)

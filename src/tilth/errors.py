@@ -145,16 +145,22 @@ def shown(value: Any, width: int = 80) -> str:
 class StepFailed(TilthError):
     """A load step that found no equilibrium and is to be undone: why, and at which point.
 
-    `residuals` holds the relative residual after each Newton iteration, `point` the permanent
-    number of the point that failed (None if no point is to blame).
+    `remedy` (may be empty) is what helps where smaller steps do not, `residuals` holds the relative
+    residual after each Newton iteration, `point` is the permanent number of the point that failed
+    (None if no point is to blame).
     """
 
     exit_code = EXIT_ANALYSIS_FAILED
 
     def __init__(
-        self, reason: str, *, point: int | None = None, residuals: Sequence[float] = ()
+        self,
+        reason: str,
+        remedy: str = "",
+        *,
+        point: int | None = None,
+        residuals: Sequence[float] = (),
     ) -> None:
-        super().__init__(reason)
+        super().__init__(reason, remedy)
         self.reason = reason
         self.point = point
         self.residuals = list(residuals)

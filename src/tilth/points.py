@@ -14,6 +14,11 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
+def corner_signs(dim: int) -> Floats:
+    """Returns the corners of [-1, 1]^dim, x fastest, shape (2^dim, dim)."""
+    return np.asarray(2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0)
+
+
 @dataclass(frozen=True)
 class PointRange:
     """One body's points: a contiguous range of the arrays, with one basis and one material.
@@ -86,7 +91,9 @@ class MaterialPoints:
         state: further internal variables of the materials, shape (n, columns).
         initial_half_length, half_length: half the side lengths of the points' domains along
             the grid's axes [length], shape (n, dim); with the linear basis, which does not use
-            them, of the box that a point stands for.
+            them, of the box that a point stands for. Of a domain with corners `half_length` is
+            that of the least box around the point that holds it; its initial half lengths are
+            those along its own axes, the body's `frame`.
         corner: corners of the points' domains, seen from the point, x fastest [length], shape
             (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
     """
@@ -149,18 +156,40 @@ class MaterialPoints:
             if body.has_corners:
                 part = self.part(body)
                 part.corner[:] = part.carried_corners()
+        self.box_corners()
+
+    def box_corners(self) -> None:
+        """Gives domains that have corners the half lengths of the least box that holds them."""
+        for body in self.bodies:
+            if body.has_corners:
+                part = self.part(body)
+                part.half_length[:] = np.abs(part.corner).max(axis=1)
 
     def carried_corners(self) -> Floats:
         """Returns the corners of one body's initial domains carried by F, (n, 2^dim, dim)."""
         dim = self.position.shape[1]
-        side = 2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0
-        corner = side * self.initial_half_length[:, None]
+        corner = corner_signs(dim) * self.initial_half_length[:, None]
         frame = self.bodies[0].frame
         if frame is not None:
             corner = corner @ frame.T
         return np.asarray(
             np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner)
         )
+
+    def all_corners(self) -> Floats | None:
+        """Returns the corners of all domains, seen from the points [length], (n, 2^dim, dim).
+
+        Of points whose domains have none, those of the box with their half lengths; None if no
+        body's basis has corners.
+        """
+        if self.corner.shape[1] == 0:
+            return None
+        corners = self.corner.copy()
+        for body in self.bodies:
+            if not body.has_corners:
+                s = slice(body.start, body.stop)
+                corners[s] = corner_signs(self.position.shape[1]) * self.half_length[s, None]
+        return corners
 
     def __len__(self) -> int:
         return len(self.point_id)

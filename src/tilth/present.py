@@ -54,6 +54,7 @@ def setup_of(model: Model) -> Setup:
         length_unit=model.units.length,
         position=points.position,
         half_lengths=points.half_length,
+        corners=points.all_corners(),
         body_id=points.body_id,
         body_names=[body.name for body in model.bodies],
         cell_size=simulation.grid.cell_size,

@@ -208,6 +208,9 @@ def snapshot(
         "volume": points.volume[order],
         "domain": points.half_length[order],
     }
+    corners = points.all_corners()
+    if corners is not None:
+        fields["domain_corners"] = corners[order]
     if simulation.model.output.deformation_gradient:
         fields["deformation_gradient"] = points.deformation_gradient[order]
     still = np.zeros(active.position.shape)

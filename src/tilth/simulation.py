@@ -253,7 +253,7 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
-        self.soil.moved_corners(active, equilibrium.displacement)  # fails before anything changes
+        self._require_unfolded(active, equilibrium)
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement)
@@ -308,6 +308,13 @@ class Simulation:
                 point=int(self.points.point_id[outside]),
                 residuals=equilibrium.residuals,
             )
+
+    def _require_unfolded(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+        try:
+            self.soil.moved_corners(active, equilibrium.displacement)
+        except StepFailed as failure:
+            failure.residuals = equilibrium.residuals
+            raise
 
     def _note(self, key: str, text: str) -> None:
         if key not in self._said:

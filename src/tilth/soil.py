@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.domains import keep_off_axis
 from tilth.errors import StepFailed
 from tilth.f_bar import Centres
 from tilth.grid import ActiveGrid
@@ -25,6 +26,7 @@ _FAILURES = {
 }
 
 _FOLDED = "the domain of a material point folded or inverted"
+_UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
 
 
 class Soil:
@@ -191,10 +193,11 @@ class Soil:
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
             for body in points.bodies:
-                if body.basis == "cpdi1":
-                    part = points.part(body)
-                    part.corner[:] = part.carried_corners()
-                # the boxes of points without rule are followed for the eye only
+                if body.has_corners:
+                    if body.basis == "cpdi1":
+                        self._carry_corners(body)
+                    continue
+                # the boxes of linear points are followed for the eye, and for what they touch
                 rule = body.domain_update or "right_stretch"
                 if rule not in ("fixed", "corners"):
                     part = points.part(body)
@@ -202,6 +205,13 @@ class Soil:
                         self.kind, rule, part.deformation_gradient,
                         part.initial_half_length, part.half_length,
                     )  # fmt: skip
+            points.box_corners()
+
+    def _carry_corners(self, body: PointRange) -> None:
+        part = self.points.part(body)
+        part.corner[:] = part.carried_corners()
+        if self.kind == "axisymmetric":
+            keep_off_axis(part)
 
     def moved_corners(
         self, active: ActiveGrid, displacement: Floats
@@ -222,10 +232,11 @@ class Soil:
             moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
             folded = _core.move_corners(
                 part.position, part.corner, active.key, displacement, active.grid.origin,
-                active.grid.cell_size, moved, shift,
+                active.grid.cell_size, self.kind == "axisymmetric", moved, shift,
             )  # fmt: skip
             if folded >= 0:
-                raise StepFailed(_FOLDED, point=int(part.point_id[folded]))
+                remedy = _UNFOLDED.format(body.name)
+                raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
             found[number] = (moved, shift)
         return found
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from tilth.domains import upper_edges
 from tilth.loads import nearest_points
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
@@ -127,10 +128,8 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     if track.body is not None:
         body = next(b for b in points.bodies if b.name == track.body)
         chosen = slice(body.start, body.stop)
-    reach = points.position[chosen, axis]
-    if track.of == "domains":
-        reach = reach + points.half_length[chosen, axis]
-    return float(reach.max())
+    reach = upper_edges(points) if track.of == "domains" else points.position
+    return float(reach[chosen, axis].max())
 
 
 def _energy(track: Track, simulation: Simulation, work: float) -> float:

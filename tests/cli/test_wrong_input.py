@@ -52,6 +52,14 @@ WRONG = {
         ("at = [0.5, 4]", "at = [4]"),
         ["track[0].at = [4.0]", "must have 2 components, not 1"],
     ),
+    "a rule for domains that have their own": (
+        ('basis = "gimp"', 'basis = "cpdi2"\ndomain_update = "corners"'),
+        [
+            'bodies[0].domain_update = "corners"',
+            "cpdi2's domains always move with the grid",
+            "leave it out",
+        ],
+    ),
     "number as text": (
         ("density = 1800", 'density = "1800"'),
         ['materials.clay.density = "1800"', "must be a number", "without quotes"],

@@ -21,16 +21,29 @@ def _restore_threads():
     _core.set_parallel_from(points)
 
 
-def touching(place, position, half_length, normal=None):
-    """Without normals the ellipsoids alone decide."""
+def touching(place, position, half_length, normal=None, edge=None, around=1):
+    """Without normals the ellipsoids alone decide; `edge`: half edges in the rows."""
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
     grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
     return np.asarray(
         _core.touching_points(
-            np.array([0, len(place)]), place, normal, position, half_length, *grid
+            np.array([0, len(place)]),
+            place,
+            normal,
+            position,
+            half_length,
+            np.zeros((0, dim, dim)) if edge is None else edge,
+            np.zeros((0, dim, dim)) if edge is None else inverse_of(edge),
+            np.full(dim, around),
+            *grid,
         )
     )
+
+
+def inverse_of(edge):
+    """Inverse of the matrices with the edges in their columns."""
+    return np.ascontiguousarray(np.linalg.inv(edge.transpose(0, 2, 1)))
 
 
 def measure(place, position, half_length):
@@ -90,6 +103,46 @@ def test_boxes_up_to_half_a_width_away_along_the_normal_are_touched(dim):
     assert (expected != nearest_touched(place, position, half_length)).sum() > 10
     found = touching(place, position, half_length, normal)
     np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_boxes_given_by_their_edges_touch_the_same(dim):
+    place, position, half_length = cloud(dim, 7, places=3000)
+    half_length = np.minimum(half_length, 0.3 * CELL[:dim])
+    edge = half_length[:, :, None] * np.eye(dim)
+    normal = np.random.default_rng(8).normal(size=place.shape)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    expected = touching(place, position, half_length, normal)
+    found = touching(place, position, half_length, normal, edge)
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_slanted_domains_over_several_cells(dim):
+    """By looking at all pairs: ellipsoids first, then feet along the normal."""
+    rng = np.random.default_rng(9 + dim)
+    place, position, half_length = cloud(dim, 7, places=3000, points=20)
+    edge = rng.normal(size=(20, dim, dim)) * 0.5 * CELL[:dim]
+    normal = rng.normal(size=place.shape)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    around = np.ceil(2.0 * np.abs(edge).sum(axis=1) / CELL[:dim]).astype(int).max()
+    assert around >= 3
+    offset = place[:, None] - position
+    height = np.einsum("qpi,qi->qp", offset, normal)
+    foot = offset - height[..., None] * normal[:, None]
+    squares = (np.einsum("pki,qpi->qpk", inverse_of(edge), offset) ** 2).sum(axis=2)
+    beside = (np.abs(np.einsum("pki,qpi->qpk", inverse_of(edge), foot)) <= 1.0).all(axis=2)
+    beside &= np.abs(height) <= 2.0 * np.abs(np.einsum("pki,qi->qpk", edge, normal)).sum(axis=2)
+    by_ellipsoid = (squares <= dim).any(axis=1)
+    cell = np.floor((place - ORIGIN[:dim]) / CELL[:dim])
+    reached = (cell[:, None] == cell[by_ellipsoid]).all(axis=2).any(axis=1)
+    touched = np.where(reached[:, None], squares <= dim, beside)
+    expected = np.where(touched.any(axis=1), np.where(touched, squares, np.inf).argmin(axis=1), -1)
+    assert (expected != np.where(by_ellipsoid, squares.argmin(axis=1), -1)).sum() > 10
+    found = touching(place, position, half_length, normal, edge, around)
+    np.testing.assert_array_equal(found, expected)
+    # one cell around a place is not enough
+    assert (touching(place, position, half_length, normal, edge) != expected).any()
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -39,7 +39,9 @@ def filled_box(
     return Simulation(Model.from_dict(entries))
 
 
-@pytest.mark.parametrize(("basis", "points"), [("linear", 1), ("linear", 2), ("gimp", 2)])
+@pytest.mark.parametrize(
+    ("basis", "points"), [("linear", 1), ("linear", 2), ("gimp", 2), ("cpdi1", 2), ("cpdi2", 2)]
+)
 @pytest.mark.parametrize("angle", [0.0, 30.0])
 def test_no_piece_of_a_box_is_lost(basis: str, points: int, angle: float) -> None:
     """50 positions through a cell: the whole perimeter acts, and carries the weight exactly."""

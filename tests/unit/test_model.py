@@ -185,8 +185,15 @@ def test_only_gimp_points_have_a_domain_update() -> None:
     column, wedge = declared().bodies
     assert column.domain_update == "right_stretch"
     assert wedge.domain_update is None
-    with pytest.raises(BadInput, match=r"Body\.domain_update"):
-        Body(**{**wedge.model_dump(exclude_none=True), "domain_update": "corners"})
+    entries = wedge.model_dump(exclude_none=True)
+    for basis, reason in (
+        ("linear", "have no domains"),
+        ("cpdi1", "always carried by the deformation gradient"),
+        ("cpdi2", "always move with the grid"),
+    ):
+        assert Body(**{**entries, "basis": basis}).domain_update is None
+        with pytest.raises(BadInput, match=rf"Body\.domain_update.*{reason}"):
+            Body(**{**entries, "basis": basis, "domain_update": "corners"})
 
 
 def test_deviatoric_radius_is_another_name_of_the_uniaxial_yield_stress() -> None:

@@ -16,12 +16,14 @@ import numpy as np
 import pytest
 from matplotlib.collections import EllipseCollection, PolyCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
+from scipy.spatial.transform import Rotation
 
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
+from tilth.report.domains import corners_of_boxes, sides_towards
 from tilth.report.fields import field_values
 from tilth.report.html import write_report
-from tilth.report.outer import outer_points
+from tilth.report.outer import free_sides, outer_points
 from tilth.report.pictures import draw_frames
 from tilth.report.setup import Condition, Load, Setup, draw_setup
 from tilth.report.tables import model_tables
@@ -235,6 +237,48 @@ def test_domains_in_space_close_the_surface_that_is_seen() -> None:
     assert faces[normal == 2, 0, 2].max() == (state.position + domain)[:, 2].max()
 
 
+@pytest.mark.parametrize("few", [True, False])
+def test_domains_with_corners_are_drawn_as_they_are(
+    few: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(4)
+    if not few:
+        monkeypatch.setattr("tilth.report.setup_view.MOST_DOMAINS", 10)
+    state, setup = snapshot(2), replace(make_setup((6, 4)), conditions=[], loads=[])
+    corners = random.uniform(0.2, 0.3, (24, 4, 2)) * [[-1, -1], [1, -1], [-1, 1], [1, 1]]
+    expected = corners[:, [0, 1, 3, 2]]
+    state = replace(state, point_fields={**state.point_fields, "domain_corners": corners})
+    axes = draw_frames([state], "displacement", UNITS).axes[0]
+    (filled,) = (c for c in axes.collections if type(c) is PolyCollection)
+    drawn = np.array([path.vertices[:4] for path in filled.get_paths()])
+    np.testing.assert_array_equal(drawn, state.position[:, None] + expected)
+    axes = draw_setup(replace(setup, corners=corners)).axes[0]
+    (filled,) = (c for c in axes.collections if type(c) is PolyCollection)
+    drawn = np.array([path.vertices[:4] for path in filled.get_paths()])
+    if few:
+        np.testing.assert_array_equal(drawn, setup.position[:, None] + expected)
+    else:  # rectangles that cover many points
+        assert len(np.unique(np.ptp(drawn, axis=1).round(9), axis=0)) == 1
+
+
+def test_sides_of_turned_domains_in_space_face_the_viewer() -> None:
+    """Of a domain in any position the three sides that are seen hide it: their outline is its."""
+    random = np.random.default_rng(5)
+    box = corners_of_boxes(np.array([[0.5, 0.3, 0.2]]))[0]
+    turns = Rotation.random(20, random_state=random).as_matrix()
+    corners = box @ turns
+    viewer = np.array([0.6, -0.48, 0.64])
+    sides, normals = sides_towards(np.zeros((20, 3)), corners, viewer)
+    assert sides.shape == (3, 20, 4, 3)
+    assert (np.einsum("kni,nji->knj", normals, turns) ** 2 > 0.9).any(2).all()
+    assert (normals @ viewer > -0.05).all()
+    for n in range(20):
+        nearest = corners[n] @ viewer
+        # the nearest corner is there, the farthest is not
+        assert np.isclose((sides[:, n] @ viewer).max(), nearest.max())
+        assert not np.isclose((sides[:, n] @ viewer).min(), nearest.min())
+
+
 def test_markers_of_many_points_are_as_large_as_their_domains(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -368,3 +412,14 @@ def test_import_of_the_report_is_light() -> None:
     code = "import sys, tilth.report; print('matplotlib' in sys.modules, 'h5py' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert result.stdout.split() == ["False", "False"], result.stderr
+
+
+def test_points_with_a_free_side_are_the_shell_of_a_body_that_leans_and_is_strained() -> None:
+    counts = (6, 7, 8)
+    place = lattice(counts, 0.1)
+    index = np.round(place / 0.1 - 0.5).astype(int)
+    shell = np.any((index == 0) | (index == np.array(counts) - 1), axis=1)
+    gradient = np.array([[1.3, 0.5, 0.0], [0.0, 0.8, -0.2], [0.6, 0.0, 0.4]])
+    corners = corners_of_boxes(np.full_like(place, 0.05)) @ gradient.T
+    found = free_sides(place @ gradient.T, corners)
+    np.testing.assert_array_equal(found, np.flatnonzero(shell))

@@ -43,6 +43,7 @@ def make_snapshot(step: int, dim: int = 2, points: int = 7) -> Snapshot:
             "plastic_strain": rng.random(points),
             "volume": rng.random(points),
             "domain": rng.random((points, dim)),
+            "domain_corners": rng.random((points, 2**dim, dim)),
             "deformation_gradient": rng.random((points, 3, 3)),
         },
         node_position=node_position,
@@ -128,7 +129,7 @@ def test_vtk_reads_every_step(
             columns = values.reshape(7, -1) if values.ndim > 1 else values
             width = columns.shape[-1]
             np.testing.assert_array_equal(read[:, :width] if values.ndim > 1 else read, columns)
-            assert read.ndim == 1 or read.shape[1] in (3, 6, 9)
+            assert read.ndim == 1 or read.shape[1] in (3, 6, 9, dim * 2**dim)
         assert points.GetPointData().GetArray("cauchy_stress").GetComponentName(3) in (None, "XY")
         grid = output.GetPartition(1, 0)
         count = 0 if grid is None else grid.GetNumberOfCells()

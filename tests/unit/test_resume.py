@@ -16,22 +16,22 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from small_problems import block_entries, material_entries, plane, rollers, weight
+from small_problems import CORNER_BASES, block_entries, material_entries, plane, rollers, weight
 
 import tilth.analysis
 from tilth import BadInput, Model, resume, run
 from tilth.cli import run_command
-from tilth.output import read_checkpoint
+from tilth.output import read_checkpoint, read_results
 from tilth.record import Recorder
 from tilth.simulation import StepResult
 
 STEPS = 8
 
 
-def entries_of(kind: str = "plane_strain") -> dict[str, Any]:
+def entries_of(kind: str = "plane_strain", basis: str = "gimp") -> dict[str, Any]:
     """A plastic block that is squeezed, with one step that has to be cut on the way."""
     entries = block_entries(
-        kind, "gimp", "von_mises", cells=1, loads=[weight(kind, 2.0)],
+        kind, basis, "von_mises", cells=1, loads=[weight(kind, 2.0)],
         boundaries=[*rollers(kind, sides=False), plane(
             "top", "z" if kind == "3d" else "y", 1.0, condition="prescribed",
             displacement={"z" if kind == "3d" else "y": -0.2},
@@ -144,6 +144,23 @@ def test_resumed_in_other_kinds(kind: str, tmp_path: Path, monkeypatch: pytest.M
     run_until(model, tmp_path / "out", 2, monkeypatch)
     resume(tmp_path / "out", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "out")
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+@pytest.mark.parametrize("basis", CORNER_BASES)
+def test_resumed_with_corners(
+    kind: str, basis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The corners in the results are those of the state, also after a resume."""
+    model = Model.from_dict(entries_of(kind, basis))
+    points = run(model, tmp_path / "whole", quiet=True).points
+    run_until(model, tmp_path / "out", 4, monkeypatch)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "out")
+    last = read_results(tmp_path / "out" / "results.vtkhdf").snapshot(-1)
+    order = np.argsort(points.point_id)
+    np.testing.assert_array_equal(last.point_fields["domain_corners"], points.corner[order])
+    assert np.ptp(points.corner, axis=0).max() > 1e-4  # domains differ by now
 
 
 def test_resumed_twice_and_from_rare_checkpoints(

@@ -63,7 +63,7 @@ void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstInt
 
 std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstIntegers node_keys,
                           ConstDoubles displacement, ConstDoubles origin, ConstDoubles cell_size,
-                          Doubles moved, Doubles shift) {
+                          bool axisymmetric, Doubles moved, Doubles shift) {
   const auto nodes = static_cast<std::int64_t>(node_keys.size());
   const kernel::Cells cells{origin.data(), cell_size.data()};
   require_size(moved, static_cast<std::int64_t>(corner.size()), "moved");
@@ -71,9 +71,9 @@ std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstInteg
   std::int64_t folded = -1;
   with_corners(position, corner, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
-    folded = kernel::move_corners<decltype(kind)::dim>(points, position.data(), corner.data(),
-                                                       nodes, node_keys.data(), displacement.data(),
-                                                       cells, moved.data(), shift.data());
+    folded = kernel::move_corners<decltype(kind)::dim>(
+        points, position.data(), corner.data(), nodes, node_keys.data(), displacement.data(), cells,
+        axisymmetric, moved.data(), shift.data());
   });
   return folded;
 }
@@ -131,7 +131,7 @@ void bind_corners(nb::module_& module) {
              "value_start"_a, "position"_a, "corner"_a, "origin"_a, "cell_size"_a, "value"_a,
              "gradient"_a, "Fills basis values and gradients of all points.");
   module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
-             "displacement"_a, "origin"_a, "cell_size"_a, "moved"_a, "shift"_a,
+             "displacement"_a, "origin"_a, "cell_size"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
              "Fills the moved corners and the points' motions; first folded domain or -1.");
   module.def("share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,

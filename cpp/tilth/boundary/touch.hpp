@@ -47,57 +47,115 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
   return result;
 }
 
-/// Whether the box at `offset` from a place is beside it: within its sides along the boundary, and
-/// at most twice its half width away from the boundary.
+/// Boxes along the grid's axes: half their sides, (points, Dim).
 template <int Dim>
-bool beside(const double* offset, const double* half, const double* normal) {
-  double height = 0.0, width = 0.0;
-  for (int k = 0; k < Dim; ++k) {
-    height += offset[k] * normal[k];
-    width += half[k] * std::fabs(normal[k]);
+struct Boxes {
+  const double* half;
+
+  /// Square of the distance in units of the box.
+  double measure(std::int64_t p, const double* offset) const {
+    double sum = 0.0;
+    for (int k = 0; k < Dim; ++k)
+      sum += offset[k] * offset[k] / (half[Dim * p + k] * half[Dim * p + k]);
+    return sum;
   }
-  if (std::fabs(height) > 2.0 * width * (1.0 + 1e-9)) return false;
-  for (int k = 0; k < Dim; ++k)
-    if (std::fabs(offset[k] - height * normal[k]) > half[k] * (1.0 + 1e-9)) return false;
-  return true;
+
+  /// Half the width across a boundary.
+  double width(std::int64_t p, const double* normal) const {
+    double sum = 0.0;
+    for (int k = 0; k < Dim; ++k) sum += half[Dim * p + k] * std::fabs(normal[k]);
+    return sum;
+  }
+
+  bool holds(std::int64_t p, const double* offset) const {
+    for (int k = 0; k < Dim; ++k)
+      if (std::fabs(offset[k]) > half[Dim * p + k] * (1.0 + 1e-9)) return false;
+    return true;
+  }
+};
+
+/// Parallelepipeds: half their edges, (points, Dim, Dim) with an edge in each row, and the inverse
+/// of the matrices with an edge in each column.
+template <int Dim>
+struct Parallelepipeds {
+  const double* edge;
+  const double* inverse;
+
+  /// Component k of a place in units of the half edges.
+  double along(std::int64_t p, int k, const double* offset) const {
+    const double* row = inverse + Dim * (Dim * p + k);
+    double sum = 0.0;
+    for (int i = 0; i < Dim; ++i) sum += row[i] * offset[i];
+    return sum;
+  }
+
+  double measure(std::int64_t p, const double* offset) const {
+    double sum = 0.0;
+    for (int k = 0; k < Dim; ++k) sum += along(p, k, offset) * along(p, k, offset);
+    return sum;
+  }
+
+  double width(std::int64_t p, const double* normal) const {
+    double sum = 0.0;
+    for (int k = 0; k < Dim; ++k) {
+      double across = 0.0;
+      for (int i = 0; i < Dim; ++i) across += edge[Dim * (Dim * p + k) + i] * normal[i];
+      sum += std::fabs(across);
+    }
+    return sum;
+  }
+
+  bool holds(std::int64_t p, const double* offset) const {
+    for (int k = 0; k < Dim; ++k)
+      if (std::fabs(along(p, k, offset)) > 1.0 + 1e-9) return false;
+    return true;
+  }
+};
+
+/// Whether a domain at `offset` from a place is beside it: within its sides along the boundary, and
+/// at most twice its half width away from the boundary.
+template <int Dim, class Extent>
+bool beside(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
+  double height = 0.0, foot[Dim];
+  for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
+  for (int k = 0; k < Dim; ++k) foot[k] = offset[k] - height * normal[k];
+  return std::fabs(height) <= 2.0 * extent.width(p, normal) * (1.0 + 1e-9) && extent.holds(p, foot);
 }
 
-/// Calls `visit(p, offset, measure)` for all points one cell around a place: `measure` is the
-/// square of the distance in units of the point's box.
-template <int Dim, class Visit>
+/// Calls `visit(p, offset, measure)` for all points `around` cells around a place: `measure` is the
+/// square of the distance in units of the point's domain.
+template <int Dim, class Extent, class Visit>
 void for_points_around(const PointsByCell& sorted, const double* place, const double* position,
-                       const double* half_length, const double* origin, const double* cell_size,
-                       Visit&& visit) {
+                       const Extent& extent, const std::int64_t* around, const double* origin,
+                       const double* cell_size, Visit&& visit) {
   const Lattice own = unpack(cell_of<Dim>(place, origin, cell_size));
-  for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
-    for (int j = -1; j <= 1; ++j) {
-      // the three cells of a row along x have consecutive keys
+  const std::int64_t deep = Dim == 3 ? around[Dim - 1] : 0;
+  for (std::int64_t k = -deep; k <= deep; ++k)
+    for (std::int64_t j = -around[1]; j <= around[1]; ++j) {
+      // the cells of a row along x have consecutive keys
       const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                          pack({own[0] - 1, own[1] + j, own[2] + k}));
-      const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
+                                          pack({own[0] - around[0], own[1] + j, own[2] + k}));
+      const std::int64_t last = pack({own[0] + around[0], own[1] + j, own[2] + k});
       for (auto i = begin - sorted.key.begin();
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
-        double measure = 0.0, offset[Dim];
-        for (int axis = 0; axis < Dim; ++axis) {
-          const double half = half_length[Dim * p + axis];
+        double offset[Dim];
+        for (int axis = 0; axis < Dim; ++axis)
           offset[axis] = place[axis] - position[Dim * p + axis];
-          measure += offset[axis] * offset[axis] / (half * half);
-        }
-        visit(p, offset, measure);
+        visit(p, offset, extent.measure(p, offset));
       }
     }
 }
 
-/// Number of the point nearest to each place, in units of its box, among those that it touches; -1
-/// where it touches none. Looks one cell around the place. Boundary b has the places from
-/// `start[b]` to `start[b + 1]`; only in cells in which the ellipsoids reach none of its places
-/// does it touch the points that it stands beside.
-template <int Dim>
+/// Number of the point nearest to each place, in units of its domain, among those that it touches;
+/// -1 where it touches none. Looks `around` cells (Dim) around the place. Boundary b has the places
+/// from `start[b]` to `start[b + 1]`; only in cells in which the ellipsoids reach none of its
+/// places does it touch the points that it stands beside.
+template <int Dim, class Extent>
 void touching_points(std::int64_t boundaries, const std::int64_t* start, const double* place,
                      const double* normal, std::int64_t points, const double* position,
-                     const double* half_length, const double* origin, const double* cell_size,
-                     std::int64_t* nearest) {
+                     const Extent& extent, const std::int64_t* around, const double* origin,
+                     const double* cell_size, std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
   std::vector<std::int64_t> reached;  // keys of the cells
@@ -107,7 +165,7 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
     for (std::int64_t q = begin; q < end; ++q) {
       double least = far;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
+      for_points_around<Dim>(sorted, place + Dim * q, position, extent, around, origin, cell_size,
                              [&](std::int64_t p, const double*, double measure) {
                                if (measure > reach || measure >= least) return;
                                least = measure;
@@ -124,11 +182,10 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
       if (std::binary_search(reached.begin(), reached.end(), key)) continue;
       double least = far;
-      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
+      for_points_around<Dim>(sorted, place + Dim * q, position, extent, around, origin, cell_size,
                              [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
-                               if (!beside<Dim>(offset, half_length + Dim * p, normal + Dim * q))
-                                 return;
+                               if (!beside<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });

@@ -203,12 +203,13 @@ void corner_basis_values(std::int64_t groups, const std::int64_t* start,
 
 /// Moves corners with the grid's finite-element field: fills `moved` (n, 2^Dim, Dim), from the
 /// point's new place, and `shift` (n, Dim), the motion of the point, which is the domain's
-/// centroid. Returns the first point whose domain is folded or inverted then, -1 if none is.
+/// centroid. In axisymmetry a corner that would cross the axis stays on it. Returns the first point
+/// whose domain is folded or inverted then, -1 if none is.
 template <int Dim>
 std::int64_t move_corners(std::int64_t points, const double* position, const double* corner,
                           std::int64_t nodes, const std::int64_t* node_keys,
-                          const double* displacement, const Cells& cells, double* moved,
-                          double* shift) {
+                          const double* displacement, const Cells& cells, bool axisymmetric,
+                          double* moved, double* shift) {
   std::int64_t folded = points;
 #pragma omp parallel for schedule(static) reduction(min : folded) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
@@ -227,6 +228,7 @@ std::int64_t move_corners(std::int64_t points, const double* position, const dou
         const int a = place_in_list(node_keys, nodes, pack(corner_of_cell<Dim>(cell, b)));
         for (int i = 0; i < Dim; ++i) after[Dim * c + i] += hat * displacement[Dim * a + i];
       }
+      if (axisymmetric) after[Dim * c] = std::max(after[Dim * c], -position[Dim * p]);
     }
     if (!(basis::least_stretch<Dim>(after) > 0.0)) {
       folded = std::min(folded, p);

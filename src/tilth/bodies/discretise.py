@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth import _core
 from tilth.bodies.box import box_points
 from tilth.bodies.mesh import mesh_points
 from tilth.bodies.polygon import polygon_points
@@ -34,7 +35,8 @@ def discretise(
 
     kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: shape (dimension,).
     Points come x fastest, then y, then z (a mesh: in the order of its elements). In axisymmetry
-    the domains' half lengths along r are cut to r, so that none reaches across the axis.
+    the domains' half lengths along r are cut to r, so that none reaches across the axis; turned
+    domains (CPDI) fill the box, which does not reach across it, and stay whole.
     Raises BadInput, naming the body, for a body without points, a shape that has no such points,
     or points so far apart that cells inside the body hold none.
     """
@@ -57,7 +59,8 @@ def discretise(
         )
     points = make(body.shape, request)
     request.check_distance(points)
-    if not request.axisymmetric:
+    turned = points.frame is not None and body.basis in _core.corner_basis_names()
+    if not request.axisymmetric or turned:
         return points
     half_length = points.half_length.copy()
     half_length[:, 0] = np.minimum(half_length[:, 0], points.position[:, 0])

@@ -13,6 +13,7 @@ from tilth.boundaries.contact import Contact, Integers
 from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
+from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid, lattice_keys
 from tilth.place import locate_places
@@ -183,13 +184,22 @@ def _touching(
 
     ends: where the places of each boundary end.
     """
+    dim, cell = places.shape[1], active.grid.cell_size
+    edge = half_edges(points)
+    if edge is None:
+        edge = inverse = np.zeros((0, dim, dim))
+        around = np.ones(dim, dtype=np.int64)  # domains end at most half a cell from the point
+    else:
+        inverse = np.ascontiguousarray(np.linalg.inv(edge).transpose(0, 2, 1))
+        farthest = 2.0 * np.abs(edge).sum(axis=1).max(axis=0)  # see touch.hpp
+        around = np.ceil(farthest / cell).astype(np.int64)
     near = np.ones(len(places), dtype=bool)
-    for x, low, high, size in zip(places.T, *box, active.grid.cell_size, strict=True):
+    for x, low, high, size in zip(places.T, *box, around * cell, strict=True):
         near &= (x >= low - size) & (x <= high + size)
     nearest = np.full(len(places), -1)
     start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
     nearest[near] = _core.touching_points(
         start, places[near], normal[near], points.position, points.half_length,
-        active.grid.origin, active.grid.cell_size,
+        edge, inverse, around, active.grid.origin, cell,
     )  # fmt: skip
     return nearest

@@ -19,6 +19,13 @@ DomainUpdate = Literal[
 ]
 
 
+_NO_RULE_TO_CHOOSE = {
+    "linear": "points of the linear basis have no domains",
+    "cpdi1": "the domains of cpdi1 are always carried by the deformation gradient",
+    "cpdi2": "the corners of cpdi2's domains always move with the grid",
+}
+
+
 class Body(Declared):
     """A body of one material; divided by exactly one of points_per_cell, points and spacing."""
 
@@ -72,7 +79,7 @@ class Body(Declared):
             problems.append(Problem("points", "is for a box only", remedy, self.points))
         if self.basis != "gimp" and self.domain_update is not None:
             remedy = 'leave it out, or choose basis = "gimp"'
-            what = f"the {self.basis} basis has none"
+            what = _NO_RULE_TO_CHOOSE[self.basis]
             problems.append(Problem("domain_update", what, remedy, self.domain_update))
         if self.basis == "gimp" and self.domain_update is None:
             remedy = "leave the key out for right_stretch"

@@ -66,7 +66,8 @@ class Snapshot:
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
-    of the point's domain), on request ``deformation_gradient`` [-]."""
+    of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], seen from
+    the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-]."""
     node_position: FloatArray
     """Place of the active nodes [length], shape (m, dim)."""
     cells: IntArray

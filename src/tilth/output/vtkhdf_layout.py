@@ -232,7 +232,7 @@ def _read_cells(block: Any, index: int) -> NDArray[np.int64]:
 
 
 def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:
-    """VTK's components: plane vectors get a third component 0, 3x3 tensors become 9 columns."""
+    """VTK's components: plane vectors get a third component 0, matrices become rows of numbers."""
     if values.ndim == 3:
         return values.reshape(len(values), -1)
     if values.ndim == 2 and values.shape[1] == 2:
@@ -244,6 +244,8 @@ def _from_vtk(values: NDArray[Any], dim: int) -> NDArray[Any]:
     """The inverse of :func:`_to_vtk`."""
     if values.ndim == 2 and values.shape[1] == 9:
         return values.reshape(-1, 3, 3)
+    if values.ndim == 2 and values.shape[1] == dim * 2**dim:
+        return values.reshape(-1, 2**dim, dim)
     if values.ndim == 2 and values.shape[1] == 3:
         return np.ascontiguousarray(values[:, :dim])
     return values

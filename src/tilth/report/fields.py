@@ -36,7 +36,7 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
             text = " ".join(word for word in words if word).capitalize()
             text = text.replace("von mises", "von Mises")
             return scalar, f"{text} [{_unit(field, units)}]"
-    known = ", ".join(sorted(fields))
+    known = ", ".join(sorted(fields.keys() - {"domain_corners"}))
     raise BadInput(
         "is no field of the results",
         f"there are {known}, and components of them (_x, _y, _xx, _xy, _mean, _von_mises)",

@@ -7,6 +7,26 @@ import numpy as np
 
 from ..output.snapshot import FloatArray, IntArray
 
+_SAME_PLACE = 0.5
+"""Sides are shared if their centres are closer than this share of their distance to the point."""
+
+
+def free_sides(position: FloatArray, corners: FloatArray) -> IntArray:
+    """Numbers of the points with a side that is not shared with another point's domain, (k,).
+
+    ``position`` has the shape (n, 3), ``corners`` of the domains, x fastest and seen from the
+    points, (n, 8, 3).
+    """
+    from scipy.spatial import cKDTree
+
+    numbers = np.arange(8)
+    sides = [np.flatnonzero((numbers >> axis & 1) == end) for axis in range(3) for end in (0, 1)]
+    reach = np.stack([corners[:, side].mean(axis=1) for side in sides], axis=1)
+    centre = (position[:, None, :] + reach).reshape(-1, 3)
+    apart = cKDTree(centre).query(centre, k=2)[0][:, 1].reshape(-1, 6)
+    free = apart > _SAME_PLACE * np.linalg.norm(reach, axis=2)
+    return np.flatnonzero(free.any(axis=1)).astype(np.int64)
+
 
 def outer_points(position: FloatArray, half_lengths: FloatArray | None) -> IntArray:
     """Numbers of the points with a free side, shape (k,).

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..output.snapshot import FloatArray, Snapshot
+from .domains import corners_of_boxes, outlines
 from .fields import field_values, with_unit
 from .space import draw_space
 from .tracked import (
@@ -82,7 +83,8 @@ def draw_frames(
             axes = figure.add_subplot(rows, columns, index + 1, projection="3d")
             half, painted = snapshot.point_fields.get("domain"), colours.to_rgba(value)
             unit = units.get("length", "")
-            draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05)
+            corners = snapshot.point_fields.get("domain_corners")
+            draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05, corners)
             draw_space_tracked(axes, snapshot.surfaces)
         axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
         panels.append(axes)
@@ -168,11 +170,10 @@ def _draw_plane(
     half = snapshot.point_fields.get("domain")
     painted = colours.to_rgba(values)
     if half is not None and len(place) <= MOST_DOMAINS:
-        corners = place[:, None, :] + half[:, None, :] * np.array(
-            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-        )
+        corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
+        area = list(outlines(place, corners))
         axes.add_collection(
-            PolyCollection(corners, facecolors=painted, edgecolors=painted, linewidths=0.3)
+            PolyCollection(area, facecolors=painted, edgecolors=painted, linewidths=0.3)
         )
         return
     volume = snapshot.point_fields.get("volume")

@@ -39,8 +39,8 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     space = figure.add_subplot(layout[1, 1], projection="3d")
     palette = np.array([to_rgba(colour) for colour in BODY_COLOURS])
     colours = palette[setup.body_id % len(palette)]
-    unit = setup.length_unit
-    draw_space(space, setup.position, setup.half_lengths, colours, lower, upper, unit, 0.2)
+    half, unit = setup.half_lengths, setup.length_unit
+    draw_space(space, setup.position, half, colours, lower, upper, unit, 0.2, setup.corners)
     _draw_surfaces(space, setup, lower, upper)
     draw_space_tracked(space, setup.tracked)
     true = bool(size.min() >= 0.2 * size.max())

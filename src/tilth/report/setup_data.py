@@ -99,6 +99,9 @@ class Setup:
     force_unit: str = ""
     kind: str = ""
     """Kind of analysis: plane_strain, axisymmetric or 3d; names the axes."""
+    corners: FloatArray | None = None
+    """Corners of the domains [length], seen from the points, x fastest, shape (n, 2**dim, dim);
+    None where domains are boxes with the half lengths."""
 
     @property
     def axis_names(self) -> tuple[str, str, str]:

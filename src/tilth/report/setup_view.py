@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..output.snapshot import FloatArray, IntArray
+from .domains import corners_of_boxes, outlines, sides_towards
 from .fields import with_unit
 from .setup_data import Condition, Setup
 from .surface_view import draw_surface
@@ -137,18 +138,20 @@ def _draw_bodies(
     if not drawn:
         notes.append("single points are not drawn where they are too small")
     if len(place) > MOST_DOMAINS:
-        area, area_half, area_body = _patches(place, half, body)
+        centre, half, area_body = _patches(place, half, body)
+        area = outlines(centre, corners_of_boxes(half))
+    elif setup.corners is None:
+        area, area_body = outlines(place, corners_of_boxes(half)), body
+    elif setup.dim == 2:
+        area, area_body = outlines(place, setup.corners[seen]), body
     else:
-        area, area_half, area_body = place, half, body
-    corners = area[:, None, :] + area_half[:, None, :] * np.array(
-        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
-    )
+        area, area_body = _sides(setup, seen, chosen)
     strong = np.array([to_rgb(colour) for colour in BODY_COLOURS])
     pale = 0.3 + 0.7 * strong
     fill = pale[area_body % len(pale)]
     axes.add_collection(
         PolyCollection(
-            list(corners),
+            list(area),
             facecolors=fill,
             edgecolors="white" if drawn else fill,
             linewidths=0.4,
@@ -170,6 +173,17 @@ def _draw_bodies(
             zorder=2,
         )
     )
+
+
+def _sides(setup: Setup, seen: IntArray, chosen: list[int]) -> tuple[FloatArray, IntArray]:
+    """Outlines of the sides of domains in space that are seen, the farthest first, and bodies."""
+    assert setup.corners is not None
+    right, up = np.eye(3)[chosen]
+    viewer = np.cross(right, up)
+    seen = seen[np.argsort(setup.position[seen] @ viewer, kind="stable")]
+    sides, _ = sides_towards(setup.position[seen], setup.corners[seen], viewer)
+    area = np.swapaxes(sides, 0, 1).reshape(-1, 4, 3)[..., chosen]
+    return area, np.repeat(setup.body_id[seen], 3)
 
 
 def _patches(

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 
 from ..output.snapshot import FloatArray
+from .domains import corners_of_boxes, sides_towards
 from .fields import with_unit
-from .outer import outer_points
+from .outer import free_sides, outer_points
 
 MOST_SOLIDS = 8_000
 """Outer points up to which the sides of the domains are drawn, beyond it markers."""
 MOST_MARKERS = 30_000
-_SIGNS = (1, -1, 1)
-"""The sides that face the viewer: +x, -y and +z, from in front, the right and a little above."""
 _SHADES = (0.84, 0.92, 1.0)
+"""Brightness of sides normal to x, y and z."""
 _AZIMUTH, _ELEVATION = -55.0, 22.0
+"""Direction to the viewer [degrees]: from in front, the right and a little above."""
 _ZOOM = 0.82
 """Leaves room for the axes' labels, which are not part of the layout of the panels."""
 
@@ -31,10 +32,12 @@ def draw_space(
     upper: FloatArray,
     unit: str,
     thinnest: float,
+    corners: FloatArray | None = None,
 ) -> None:
     """Draw what is seen of a body from outside, from the front and a little above.
 
-    ``position`` and ``half_lengths`` have the shape (n, 3), ``colours`` (n, 4). The sides of the
+    ``position`` and ``half_lengths`` have the shape (n, 3), ``colours`` (n, 4), ``corners`` of the
+    domains, seen from the points, (n, 8, 3); without them domains are boxes. The sides of the
     space between the corners ``lower`` and ``upper`` are to scale, but none is shown shorter than
     ``thinnest`` times the longest. Without domains, or with too many of them to draw their sides,
     markers as large as a domain are drawn.
@@ -49,9 +52,13 @@ def draw_space(
         getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8)
         axes.locator_params(axis=name, nbins=4 if shown[k] > 0.4 * shown.max() else 2)
     axes.tick_params(labelsize=7)
-    seen = outer_points(position, half_lengths)
+    if corners is None:
+        seen = outer_points(position, half_lengths)
+    else:
+        seen = free_sides(position, corners)
     if half_lengths is not None and len(seen) <= MOST_SOLIDS:
-        _draw_sides(axes, position[seen], half_lengths[seen], colours[seen])
+        own = corners_of_boxes(half_lengths[seen]) if corners is None else corners[seen]
+        _draw_sides(axes, position[seen], own, colours[seen])
         return
     every = -(-len(seen) // MOST_MARKERS)
     if half_lengths is None:
@@ -84,25 +91,22 @@ def _inches(axes: Any) -> float:
     return float(min(box.width * figure[0], box.height * figure[1]))
 
 
-def _draw_sides(
-    axes: Any, position: FloatArray, half_lengths: FloatArray, colours: FloatArray
-) -> None:
+def _draw_sides(axes: Any, position: FloatArray, corners: FloatArray, colours: FloatArray) -> None:
     """The three sides of each domain that face the viewer, shaded by their direction."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
-    sides, painted = [], []
-    for axis, sign in enumerate(_SIGNS):
-        corner = np.empty((4, 3))
-        corner[:, axis] = sign
-        corner[:, (axis + 1) % 3] = [-1.0, 1.0, 1.0, -1.0]
-        corner[:, (axis + 2) % 3] = [-1.0, -1.0, 1.0, 1.0]
-        sides.append(position[:, None, :] + half_lengths[:, None, :] * corner)
-        painted.append(colours * np.array([*[_SHADES[axis]] * 3, 1.0]))
-    faces = np.concatenate(painted)
+    azimuth, elevation = np.deg2rad([_AZIMUTH, _ELEVATION])
+    across = np.cos(elevation)
+    viewer = np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
+    sides, normals = sides_towards(position, corners, viewer)
+    painted = np.ones((3, *colours.shape))
+    painted[:] = colours
+    painted[..., :3] *= (normals**2 @ np.array(_SHADES))[..., None]
+    faces = painted.reshape(-1, 4)
     few = len(faces) < 6000
     axes.add_collection3d(
         Poly3DCollection(
-            np.concatenate(sides),
+            sides.reshape(-1, 4, 3),
             facecolors=faces,
             edgecolors=faces * np.array([0.8, 0.8, 0.8, 1.0]) if few else faces,
             linewidths=0.3,
