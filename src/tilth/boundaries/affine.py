@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An affine motion of every active node, or of the outer ones: what element-like tests are driven by.
+"""An affine motion of all active nodes or the outer ones: what element-like tests are driven by.
 
 A node is an inner one if soil fills all cells around it, so that no edge of the body comes near: if
 the 4 cells per direction around it, two on each side, all hold the centre of a point. Where the

@@ -43,8 +43,13 @@ MOTIONS = {
     "across.toml": "200 % across the grid",
     "turn.toml": "turn by 360 degrees, stretch 2",
 }
-STOP = {"across.toml": 1.4, "turn.toml": 100.0}
-"""Shear [-] and turn [degrees] at which the other bases stop, within a factor of 1.6."""
+LOST = 0.1
+"""Stress error at which a basis counts as lost."""
+LOST_AT = {
+    "across.toml": {"linear": 0.45, "gimp": 1.2},
+    "turn.toml": {"linear": 35.0, "gimp": 80.0},
+}
+"""Shear [-] and turn [degrees] at which a basis is, with all rules of GIMP about the same."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,12 @@ class Outcome:
     stress: Floats
     volume: Floats
 
+    @property
+    def lost_at(self) -> float:
+        """Share of the motion at which the stress error passes `LOST`, or where it stops [-]."""
+        lost = self.time[self.stress > LOST]
+        return float(np.append(lost / self.time[-1], 1.0).min() * self.reached)
+
 
 def comparisons(long: bool) -> Iterator[Comparison]:
     """CPDI does every motion exactly; of the others it says which stop, and where."""
@@ -79,34 +90,33 @@ def comparisons(long: bool) -> Iterator[Comparison]:
                 )
             quantity = f"share done, {basis}, {motion}"
             yield at_least(quantity, outcome.reached, 1.0, 0.0, "whole motion")
-    rules = ("left_stretch", "corners")  # of GIMP's the two that follow a turn
-    yield from others_stop("turn.toml", 360.0, "degrees", None if long else rules)
-    yield from small_turn(("left_stretch",))
+    rules = None if long else ("left_stretch", "corners")  # of GIMP's the two that follow a turn
+    yield from others_are_lost("turn.toml", 360.0, "degrees", rules)
+    yield from small_turn("left_stretch")
     if long:
-        yield from others_stop("across.toml", 2.0, "", None)
+        yield from others_are_lost("across.toml", 2.0, "", rules)
         yield from plastic()
 
 
-def others_stop(
+def others_are_lost(
     file: str, end: float, unit: str, rules: tuple[str, ...] | None
 ) -> Iterator[Comparison]:
-    """Says where bases whose domains do not tile end a motion; of all GIMP rules or the named."""
+    """Says where bases whose domains do not tile lose the stress; of all GIMP rules or `rules`."""
     for basis, variants in with_each_basis(example(PROBLEM, file)):
         for model in variants:
             rule = model.bodies[0].domain_update
             if basis in CORNERS or (rules is not None and rule not in rules):
                 continue
-            reached = end * driven(model).reached
-            quantity = f"stops: {basis}{f', {rule}' if rule else ''}, {MOTIONS[file]}"
-            yield within_factor(quantity, reached, STOP[file], 1.6, "measured before", unit)
+            at = end * driven(model).lost_at
+            quantity = f"lost: {basis}{f', {rule}' if rule else ''}, {MOTIONS[file]}"
+            yield within_factor(quantity, at, LOST_AT[file][basis], 1.3, "measured before", unit)
 
 
-def small_turn(rules: tuple[str, ...]) -> Iterator[Comparison]:
-    """The turn at a stretch of 1.3: what stays of GIMP's errors after 360 degrees."""
-    for rule in rules:
-        error = driven(gentle(example(PROBLEM, "turn.toml"), rule)).stress.max()
-        quantity = f"stress error, gimp, {rule}, turn by 360 degrees, stretch 1.3"
-        yield vanishing(quantity, error, 0.06, "closed form")
+def small_turn(rule: str) -> Iterator[Comparison]:
+    """The turn at a stretch of 1.3 with GIMP: an error that stays within bounds."""
+    error = driven(gentle(example(PROBLEM, "turn.toml"), rule)).stress.max()
+    quantity = f"stress error, gimp, {rule}, turn by 360 degrees, stretch 1.3"
+    yield vanishing(quantity, error, 0.06, "closed form")
 
 
 def gentle(model: Model, rule: str) -> Model:
@@ -122,20 +132,30 @@ def gentle(model: Model, rule: str) -> Model:
 
 
 def plastic() -> Iterator[Comparison]:
-    """Shear to 500 % in plastic flow, across the grid: first order in steps, and no more error."""
-    model = example(PROBLEM, "von_mises.toml")
-    material = model.materials["soil"]
+    """Plastic shear across the grid: the error is that of the steps, as if all nodes were moved.
+
+    To 500 % with CPDI2; to half of it with CPDI1, where round-off grows from about 300 % on.
+    """
+    full = example(PROBLEM, "von_mises.toml")
+    material = full.materials["soil"]
     assert isinstance(material, VonMises)
-    path = linear_path(final_deformation_gradient(model))
-    exact = von_mises_response(path, [1.0], material).cauchy_stress[0]
-    for basis in CORNERS:
-        points = march(varied(model, {"bodies.0.basis": basis})).points
-        whole = {"bodies.0.basis": basis, "boundaries.0.nodes": "all"}
-        moved = march(varied(model, whole)).points
-        spread = abs(points.stress - moved.stress[0]).max() / abs(moved.stress[0]).max()
-        quantity = f"stress against motion of all nodes, {basis}, 500 % across the grid, von Mises"
-        yield vanishing(quantity, spread, 1e-6, "same steps")
-        quantity = f"stress error, {basis}, 500 % across the grid, von Mises, 100 steps"
+    path = linear_path(final_deformation_gradient(full))
+    for basis, share in (("cpdi1", 0.5), ("cpdi2", 1.0)):
+        changes = {
+            "bodies.0.basis": basis,
+            "boundaries.0.factor": [[0.0, 0.0], [1.0, share]],
+            "schedule.steps": round(100 * share),
+        }
+        model = varied(full, changes)
+        moved = march(varied(model, {"boundaries.0.nodes": "all"})).points.stress[0]
+        points = march(model).points
+        motion = f"{basis}, plastic shear to {500 * share:g} % across the grid"
+        difference = abs(points.stress - moved).max() / abs(moved).max()
+        yield vanishing(
+            f"stress less that of all nodes moved, {motion}", difference, 1e-6, "same steps"
+        )
+        exact = von_mises_response(path, [share], material).cauchy_stress[0]
+        quantity = f"stress error, {motion}, steps of 5 %"
         yield vanishing(quantity, stress_error(points, exact), 0.05, "rate equations")
 
 
