@@ -2,7 +2,8 @@
 """Makes the picture of each example's README: `python examples/make_pictures.py [NAME]...`.
 
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
-Of the examples in `SURFACES` it draws the surface after every step, for the case files named there.
+Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
+of those in `BASES` a case at one time with several bases, on the true domains.
 """
 
 import sys
@@ -10,17 +11,21 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import tilth
 from tilth.output.vtkhdf import read_results
 from tilth.report.pictures import draw_frames
 from tilth.surface import LocalCubicSpline
+from tilth.verification.cases import varied
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
+BASES = {"generalized_shear": ("turn.toml", 15)}
+RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
 
 def make_picture(name: str) -> None:
@@ -72,10 +77,60 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def von_mises_stress(points):
+    xx, yy, zz, xy, yz, xz = points.stress.T
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.sqrt(0.5 * normal + 3.0 * (xy**2 + yz**2 + xz**2))
+
+
+def outlines(points):
+    """The domains' corners around each point; the boxes of GIMP and of the linear basis."""
+    if points.bodies[0].has_corners:
+        return points.position[:, None] + points.corner[:, [0, 1, 3, 2]]
+    around = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return points.position[:, None] + points.half_length[:, None] * around
+
+
+def draw_bases(name: str, file: str, steps: int) -> None:
+    """The domains after some steps with each basis, coloured by stress over the exact one."""
+    model = tilth.load_case(EXAMPLES / name / file)
+    time = steps / model.schedule.steps
+    short = {
+        "boundaries.0.factor": [[0.0, 0.0], [1.0, time * model.boundaries[0].factor[-1][1]]],
+        "schedule.steps": steps,
+    }
+    exact = march(varied(model, {**short, "boundaries.0.nodes": "all"})).points
+    figure = Figure(figsize=(10.4, 4.4), layout="constrained")
+    axes_of = figure.subplots(2, 2, sharex=True, sharey=True)
+    for axes, (basis, rule) in zip(axes_of.flat, RULES, strict=True):
+        body = {"bodies.0.basis": basis, "bodies.0.domain_update": rule}
+        points = march(varied(model, {**short, **body})).points
+        ratio = von_mises_stress(points) / von_mises_stress(exact)[0]
+        if basis == "linear":
+            drawn = axes.scatter(*points.position.T, c=ratio, s=14.0)
+        else:
+            drawn = axes.add_collection(PolyCollection(outlines(points), array=ratio))
+            drawn.set(edgecolor="black", linewidth=0.25)
+        drawn.set(cmap="coolwarm", clim=(0.5, 1.5))
+        axes.set_aspect("equal")
+        axes.set_title(f"{basis}, {rule}" if rule else basis, fontsize=9)
+    for axes in axes_of[1]:
+        axes.set_xlabel("x [m]")
+    for axes in axes_of[:, 0]:
+        axes.set_ylabel("y [m]")
+    axes_of[0, 0].margins(0.03)
+    figure.colorbar(
+        drawn, ax=axes_of, extend="both", label="von Mises stress over the exact one [-]"
+    )
+    figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
 if __name__ == "__main__":
     folders = sorted(case.parent.name for case in EXAMPLES.glob("*/case.toml"))
     for name in sys.argv[1:] or folders:
         if name in SURFACES:
             draw_surfaces(name, SURFACES[name])
+        elif name in BASES:
+            draw_bases(name, *BASES[name])
         else:
             make_picture(name)

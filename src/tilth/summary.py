@@ -97,7 +97,8 @@ def _material(name: str, material: Material, model: Model) -> str:
 def _boundary(boundary: Boundary, model: Model) -> str:
     if isinstance(boundary, AffineBoundary):
         rows = "; ".join(_vector(row) for row in boundary.deformation_gradient)
-        return f"{boundary.name}: affine motion to F = [{rows}], {boundary.path} path"
+        moved = f"{boundary.path} path, {boundary.nodes} nodes"
+        return f"{boundary.name}: affine motion to F = [{rows}], {moved}"
     if isinstance(boundary, ImplicitBoundary):
         return _implicit(boundary, model)
     if isinstance(boundary, PlaneBoundary):

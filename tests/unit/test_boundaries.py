@@ -111,6 +111,32 @@ def test_affine_increment_is_that_of_the_path(path: str) -> None:
     np.testing.assert_allclose(found.increment, exact, rtol=0, atol=1e-14)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_outer_nodes_are_those_that_two_cells_of_soil_do_not_surround(kind: str) -> None:
+    dim = 3 if kind == "3d" else 2
+    drive = affine(np.diag([1.5, 0.8, 0.8][:dim])) | {"nodes": "outer"}
+    ready = simulation(kind, [drive], cells=5)
+    active = ready.check()
+    found = Conditions.gather(ready.boundaries, active, 0.0, 1.0)
+    inner = ((active.position >= 2.0) & (active.position <= 3.0)).all(axis=1)
+    assert inner.sum() == 2**dim
+    np.testing.assert_array_equal(found.held, np.repeat(~inner[:, None], dim, axis=1))
+    everywhere = simulation(kind, [drive | {"nodes": "all"}], cells=5)
+    whole = Conditions.gather(everywhere.boundaries, active, 0.0, 1.0)
+    assert np.array_equal(found.increment, np.where(found.held, whole.increment, 0.0))
+
+
+def test_nodes_beside_a_hole_are_outer_ones() -> None:
+    ready = simulation("plane_strain", [affine(np.eye(2)) | {"nodes": "outer"}], cells=7)
+    place = ready.points.position
+    place[(place < 1.0).all(axis=1)] += [6.0, 0.0]  # the soil of one cell at a corner is away
+    active = ready.check()
+    (outer,) = (b.prescribe(active, 0.0, 1.0).held.all(axis=1) for b in ready.boundaries)
+    inner = ((active.position >= 2.0) & (active.position <= 5.0)).all(axis=1)
+    corner = (active.position == 2.0).all(axis=1)
+    assert np.array_equal(outer, ~inner | corner)
+
+
 def test_contradiction_names_both_boundaries_and_the_node() -> None:
     up = plane("lift", "y", 2.0, condition="prescribed", displacement={"y": 0.2})
     down = plane("press", "y", 2.0, condition="prescribed", displacement={"y": -0.2})

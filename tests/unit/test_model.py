@@ -289,3 +289,11 @@ def test_an_affine_motion_is_checked_over_its_own_factors() -> None:
     rotation = [[0, -1], [1, 0]]
     for path in ("linear", "exponential"):
         AffineBoundary(name="turn", deformation_gradient=rotation, path=path)
+
+
+def test_an_affine_motion_moves_all_or_the_outer_nodes() -> None:
+    stretch = {"name": "drive", "deformation_gradient": [[0.5, 0], [0, 1]], "path": "linear"}
+    assert AffineBoundary(**stretch).nodes == "all"
+    with pytest.raises(BadInput, match='nodes = "inner": not one of') as error:
+        AffineBoundary(**stretch, nodes="inner")
+    assert 'choose from "all", "outer"' in str(error.value)

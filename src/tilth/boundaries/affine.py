@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An affine motion of every active node: what element-like tests are driven by."""
+"""An affine motion of all active nodes or the outer ones: what element-like tests are driven by.
+
+A node is an inner one if soil fills all cells around it, so that no edge of the body comes near: if
+the 4 cells per direction around it, two on each side, all hold the centre of a point. Where the
+outline is convex and points lie closer than a cell, the 2 cells next to the node are then full.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +12,25 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth.boundaries.protocol import Floats, Prescribed
+from tilth import _core
+from tilth.boundaries.protocol import Flags, Floats, Prescribed
 from tilth.grid import ActiveGrid
 from tilth.model import AffineBoundary, Model
 
 
+def outer_nodes(active: ActiveGrid) -> Flags:
+    """Returns which active nodes do not have full cells all around them, shape (nodes,)."""
+    outer = np.zeros(active.nodes, dtype=bool)
+    dim = active.grid.dim
+    for shift in np.ndindex(*(4,) * dim):
+        cell = active.lattice.copy()
+        cell[:, :dim] += np.array(shift) - 2
+        outer |= ~np.isin(_core.node_keys(cell), active.occupied)
+    return outer
+
+
 class Affine:
-    """Prescribes x = F(t) X on all nodes: the increment is (F(after) F(before)^-1 - I) x."""
+    """Prescribes x = F(t) X on its nodes: the increment is (F(after) F(before)^-1 - I) x."""
 
     def __init__(self, declared: AffineBoundary, model: Model) -> None:
         self.name = declared.name
@@ -38,7 +55,10 @@ class Affine:
         return np.asarray(logm(self._end).real)
 
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
-        """Returns the increment of all nodes from time `before` to `after`."""
+        """Returns the increment of all or the outer nodes from time `before` to `after`."""
         step = self.deformation_gradient(after) @ np.linalg.inv(self.deformation_gradient(before))
         increment = active.position @ (step - np.eye(len(step))).T
-        return Prescribed(np.ones(increment.shape, dtype=bool), increment)
+        if self._declared.nodes == "all":
+            return Prescribed(np.ones(increment.shape, dtype=bool), increment)
+        held = np.repeat(outer_nodes(active)[:, None], increment.shape[1], axis=1)
+        return Prescribed(held, np.where(held, increment, 0.0))

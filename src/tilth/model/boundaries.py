@@ -116,7 +116,7 @@ class NodeBoundary(_NodalBoundary):
 
 
 class AffineBoundary(Declared):
-    """Motion x = F(t) X prescribed on every active node; stands alone.
+    """Motion x = F(t) X prescribed on the active nodes, all or the outer ones; stands alone.
 
     With the factor f(t): F(t) = I + f (F - I) on the linear path, exp(f ln F) on the exponential.
     """
@@ -128,6 +128,9 @@ class AffineBoundary(Declared):
     """F at factor 1 [-], shape (dimension, dimension); in axisymmetry [[F_rr, 0], [0, F_zz]]."""
     path: Literal["linear", "exponential"]
     """Path from the identity to F: "linear" or "exponential"."""
+    nodes: Literal["all", "outer"] = "all"
+    """Nodes that are moved: "all", or "outer": those that two cells of soil on each side do not
+    surround; the others are free."""
     factor: Table | None = None
     """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
 

@@ -118,7 +118,7 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
     if affine and len(model.boundaries) > 1:
         yield Problem(
             f"boundaries[{affine[0]}].type",
-            "an affine motion moves every node and cannot be combined with other boundaries",
+            "an affine motion moves nodes everywhere and cannot be combined with other boundaries",
             "keep either the affine motion or the other boundaries",
             "affine",
         )
