@@ -158,7 +158,7 @@ def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', devi
     Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.
     """
 
-def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_edge: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
     """
     Number of the nearest material point that each place touches, -1 if none.
     """

@@ -153,14 +153,26 @@ class MaterialPoints:
     def carried_corners(self) -> Floats:
         """Returns the corners of one body's initial domains carried by F, (n, 2^dim, dim)."""
         dim = self.position.shape[1]
-        side = 2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0
-        corner = side * self.initial_half_length[:, None]
+        corner = _sides(dim) * self.initial_half_length[:, None]
         frame = self.bodies[0].frame
         if frame is not None:
             corner = corner @ frame.T
         return np.asarray(
             np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner)
         )
+
+    def half_edges(self) -> Floats:
+        """Returns half of each edge of the points' domains [length], (n, dim, dim), a row each.
+
+        Of domains with corners the mean over their opposite edges, of others the half lengths.
+        """
+        dim = self.position.shape[1]
+        edges = self.half_length[:, :, None] * np.eye(dim)
+        for body in self.bodies:
+            if body.has_corners:
+                s = slice(body.start, body.stop)
+                edges[s] = _sides(dim).T @ self.corner[s] / 2**dim
+        return edges
 
     def __len__(self) -> int:
         return len(self.point_id)
@@ -209,3 +221,8 @@ class MaterialPoints:
         where = np.empty(len(self), dtype=np.int64)
         where[self.point_id] = np.arange(len(self))
         return where[point_ids]
+
+
+def _sides(dim: int) -> Floats:
+    """Returns on which side of each direction the corners lie, -1 or 1, shape (2^dim, dim)."""
+    return np.asarray(2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0)

@@ -22,14 +22,13 @@ def _restore_threads():
 
 
 def touching(place, position, half_length, normal=None):
-    """Without normals the ellipsoids alone decide."""
+    """Without normals the ellipsoids alone decide. Half lengths, or half edges (n, dim, dim)."""
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
     grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
+    edges = half_length[:, :, None] * np.eye(dim) if half_length.ndim == 2 else half_length
     return np.asarray(
-        _core.touching_points(
-            np.array([0, len(place)]), place, normal, position, half_length, *grid
-        )
+        _core.touching_points(np.array([0, len(place)]), place, normal, position, edges, *grid)
     )
 
 
@@ -89,6 +88,31 @@ def test_boxes_up_to_half_a_width_away_along_the_normal_are_touched(dim):
     expected = np.where(touched.any(axis=1), np.where(touched, squares, np.inf).argmin(axis=1), -1)
     assert (expected != nearest_touched(place, position, half_length)).sum() > 10
     found = touching(place, position, half_length, normal)
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("normals", [False, True])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_domains_with_corners_reach_as_far_as_their_own_shape(dim, normals):
+    # One sheared and turned shape for all domains: in its coordinates they are boxes again.
+    place, position, _ = cloud(dim, 5, places=2000)
+    edge = 0.15 * np.array([[1.0, 0.4, 0.2], [-0.5, 0.9, 0.3], [0.1, -0.2, 1.1]])[:dim, :dim]
+    normal = np.zeros_like(place)
+    if normals:
+        normal[:] = np.array([0.6, 0.8, 0.0])[:dim]
+    offset = place[:, None] - position
+    squares = ((offset @ np.linalg.inv(edge)) ** 2).sum(axis=2)
+    height = offset @ normal[0]
+    along = (offset - height[..., None] * normal[0]) @ np.linalg.inv(edge)
+    beside = (np.abs(along) <= 1.0).all(axis=2) & normals
+    beside &= np.abs(height) <= 2.0 * np.abs(edge @ normal[0]).sum()
+    by_ellipsoid = (squares <= dim).any(axis=1)
+    cell = np.floor((place - ORIGIN[:dim]) / CELL[:dim])
+    reached = (cell[:, None] == cell[by_ellipsoid]).all(axis=2).any(axis=1)
+    touched = np.where(reached[:, None], squares <= dim, beside)
+    expected = np.where(touched.any(axis=1), np.where(touched, squares, np.inf).argmin(axis=1), -1)
+    assert (expected >= 0).sum() > 50
+    found = touching(place, position, np.tile(edge, (len(position), 1, 1)), normal)
     np.testing.assert_array_equal(found, expected)
 
 
@@ -222,5 +246,5 @@ def test_arrays_of_wrong_size_are_refused():
     with pytest.raises(ValueError, match="penalty has"):
         _core.surface_elements(start, shape, penalty[:-1].copy(), constant)
     place, position, half_length = cloud(2, seed=0)
-    with pytest.raises(ValueError, match="half_length has"):
+    with pytest.raises(ValueError, match="half_edge has"):
         touching(place, position, half_length[:-1].copy())

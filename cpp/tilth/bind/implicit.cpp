@@ -22,18 +22,17 @@ auto cut_simplices(ConstDoubles corner, ConstDoubles origin, ConstDoubles cell_s
 }
 
 auto touching_points(ConstIntegers start, ConstDoubles place, ConstDoubles normal,
-                     ConstDoubles position, ConstDoubles half_length, ConstDoubles origin,
+                     ConstDoubles position, ConstDoubles half_edge, ConstDoubles origin,
                      ConstDoubles cell_size) {
   const auto points = static_cast<std::int64_t>(position.shape(0));
   const int dim = static_cast<int>(position.shape(1));
-  require_size(half_length, points * dim, "half_length");
+  require_size(half_edge, points * dim * dim, "half_edge");
   require_size(normal, static_cast<std::int64_t>(place.size()), "normal");
   std::vector<std::int64_t> nearest(place.shape(0));
   with_dimension(dim, [&](auto kind) {
-    boundary::touching_points<decltype(kind)::dim>(static_cast<std::int64_t>(start.size()) - 1,
-                                                   start.data(), place.data(), normal.data(),
-                                                   points, position.data(), half_length.data(),
-                                                   origin.data(), cell_size.data(), nearest.data());
+    boundary::touching_points<decltype(kind)::dim>(
+        static_cast<std::int64_t>(start.size()) - 1, start.data(), place.data(), normal.data(),
+        points, position.data(), half_edge.data(), origin.data(), cell_size.data(), nearest.data());
   });
   return give(std::move(nearest));
 }
@@ -61,7 +60,7 @@ void bind_implicit(nb::module_& module) {
   module.def("cut_simplices", &cut_simplices, "corner"_a, "origin"_a, "cell_size"_a,
              "Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.");
   module.def("touching_points", &touching_points, "start"_a, "place"_a, "normal"_a, "position"_a,
-             "half_length"_a, "origin"_a, "cell_size"_a,
+             "half_edge"_a, "origin"_a, "cell_size"_a,
              "Number of the nearest material point that each place touches, -1 if none.");
   module.def("surface_elements", &surface_elements, "start"_a, "shape"_a, "penalty"_a, "constant"_a,
              "Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements.");

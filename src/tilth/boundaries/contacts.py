@@ -53,7 +53,8 @@ class Contacts:
         """Finds out where the boundaries touch soil in the step from time `before` to `after`."""
         if not boundaries:
             return cls(active, [], [])
-        surfaces, normals, box = [], [], _box(points)
+        edges = points.half_edges()
+        surfaces, normals, box = [], [], _box(points, edges)
         for boundary in boundaries:
             _cover(boundary, box, before)
             places, normal = boundary.surface_places(before)
@@ -61,7 +62,7 @@ class Contacts:
             normals.append(normal)
         places, normal = np.concatenate(surfaces), np.concatenate(normals)
         ends = np.cumsum([len(of_one) for of_one in surfaces])
-        nearest = _touching(points, active, ends, places, normal, box)
+        nearest = _touching(points, edges, active, ends, places, normal, box)
         moduli = np.array(
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
@@ -157,10 +158,10 @@ def _moduli(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
     )
 
 
-def _box(points: MaterialPoints) -> Floats:
-    """Returns the lower and the upper corner of the box of all points' boxes, shape (2, dim)."""
+def _box(points: MaterialPoints, edges: Floats) -> Floats:
+    """Returns the lower and the upper corner of the box of all points' domains, shape (2, dim)."""
     corners = []
-    for x, reach in zip(points.position.T, points.half_length.T, strict=True):  # fast by columns
+    for x, reach in zip(points.position.T, np.abs(edges).sum(axis=1).T, strict=True):
         corners.append((x.min() - reach.max(), x.max() + reach.max()))
     return np.array(corners).T
 
@@ -173,6 +174,7 @@ def _cover(boundary: Implicit, box: Floats, time: float) -> None:
 
 def _touching(
     points: MaterialPoints,
+    edges: Floats,
     active: ActiveGrid,
     ends: Integers,
     places: Floats,
@@ -181,6 +183,7 @@ def _touching(
 ) -> Integers:
     """Returns the number of the nearest point that each place touches, -1 if none, shape (n,).
 
+    edges: of the points' domains, see `MaterialPoints.half_edges`.
     ends: where the places of each boundary end.
     """
     near = np.ones(len(places), dtype=bool)
@@ -189,7 +192,7 @@ def _touching(
     nearest = np.full(len(places), -1)
     start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
     nearest[near] = _core.touching_points(
-        start, places[near], normal[near], points.position, points.half_length,
+        start, places[near], normal[near], points.position, edges,
         active.grid.origin, active.grid.cell_size,
     )  # fmt: skip
     return nearest
