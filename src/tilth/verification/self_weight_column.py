@@ -6,10 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from tilth.model import BodyForce, Model
+from tilth.model.bodies import DomainUpdate
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import SelfWeightColumn
 from tilth.verification.comparison import (
@@ -19,6 +21,7 @@ from tilth.verification.comparison import (
     vanishing,
     within_factor,
 )
+from tilth.verification.convergence import log_slope
 from tilth.verification.march import initial_position, march
 from tilth.verification.reference import AMPLE_COLUMN_ERROR
 
@@ -27,6 +30,14 @@ HEIGHT = 50.0
 WITHOUT_GHOST = {"analysis.ghost_stabilisation": 0.0}
 AMPLE = "AMPLE, figure"
 CLOSED_FORM = "closed form"
+GIMP = "GIMP, right_stretch"
+BASES: dict[str, dict[str, str | None]] = {
+    "linear": {"bodies.0.basis": "linear", "bodies.0.domain_update": None},
+    **{f"GIMP, {rule}": {"bodies.0.domain_update": rule} for rule in get_args(DomainUpdate)},
+    "CPDI1": {"bodies.0.basis": "cpdi1", "bodies.0.domain_update": None},
+    "CPDI2": {"bodies.0.basis": "cpdi2", "bodies.0.domain_update": None},
+}
+"""Name of a basis, with the rule for its domains where it has one -> changes of the case file."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +80,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield from other_kinds(solve(plane_strain, 16).stress_error)
     yield from von_mises(long)
     yield from assumed_strain(long)
+    yield from every_basis(long)
 
 
 def stabilised(without: Outcome) -> Iterator[Comparison]:
@@ -148,9 +160,42 @@ def assumed_strain(long: bool) -> Iterator[Comparison]:
                 yield vanishing(quantity, error, 1.1 * of_grid, "1.1 times that without")
 
 
-def log_slope(coarse: float, fine: float, ratio: float) -> float:
-    """Returns the order p of two errors ~ h^p on grids whose cell sizes have this ratio."""
-    return math.log(coarse / fine) / math.log(ratio)
+def every_basis(long: bool) -> Iterator[Comparison]:
+    """As in the case file but for the basis: what fills the material converges, the others stop.
+
+    In a compression along the grid's axes four of GIMP's rules are exact, and CPDI's domains are
+    the same boxes. Domains of fixed size overlap, those of the determinant overlap and leave gaps.
+    """
+    grids = [8, 16, 32] + ([64, 128, 256] if long else [])
+    errors = {
+        name: {64: solve(varied(example(PROBLEM), BASES[name]), 64).stress_error}
+        for name in ("linear", "GIMP, fixed", "GIMP, determinant")
+    }
+    for name in (GIMP, "GIMP, deformation_gradient", "GIMP, left_stretch", "GIMP, corners"):
+        model = varied(example(PROBLEM), BASES[name])
+        errors[name] = {cells: solve(model, cells).stress_error for cells in grids}
+        if name != GIMP:
+            for cells in (grids[0], grids[-1]):
+                quantity = f"vertical stress error, {name}, {cells} cells"
+                yield relative(quantity, errors[name][cells], errors[GIMP][cells], 1e-4, GIMP)
+    for name in ("GIMP, fixed", "GIMP, determinant"):
+        quantity = f"vertical stress error, {name}, 64 cells"
+        bound = 0.25 * errors["linear"][64]
+        yield vanishing(quantity, errors[name][64], bound, "a quarter of standard MPM's")
+    first, last = grids[0], grids[-1]
+    for name in ("CPDI1", "CPDI2"):
+        model = varied(example(PROBLEM), BASES[name])
+        found = errors[name] = {cells: solve(model, cells).stress_error for cells in grids}
+        for cells in grids:
+            quantity = f"vertical stress error, {name}, {cells} cells"
+            yield vanishing(quantity, found[cells], errors[GIMP][cells], f"at most that of {GIMP}")
+        rate, of_gimp = (log_slope(e[first], e[last], last / first) for e in (found, errors[GIMP]))
+        quantity = f"convergence rate, {name}, {first} to {last} cells"
+        yield relative(quantity, rate, of_gimp, 0.05, GIMP)
+        for file, kind in (("axisymmetric.toml", "axisymmetric"), ("three_dimensional.toml", "3d")):
+            outcome = solve(varied(example(PROBLEM, file), BASES[name]), 16)
+            quantity = f"vertical stress error, {name}, {kind}, 16 cells"
+            yield relative(quantity, outcome.stress_error, found[16], 0.005, "plane strain")
 
 
 def height(quantity: str, outcome: Outcome) -> Comparison:
