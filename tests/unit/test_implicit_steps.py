@@ -24,7 +24,7 @@ from implicit_blocks import (
     squeezed,
     steps_of,
 )
-from small_problems import BASES, KINDS, Floats, dimension, plane, tensor
+from small_problems import BASES, CORNER_BASES, KINDS, Floats, dimension, plane, tensor
 
 import tilth.ghost
 from tilth import Model
@@ -54,13 +54,16 @@ def confined_stress(model: Model, kind: str, time: float) -> Floats:
     return hencky_cauchy_stress(gradient, model.materials["soil"])
 
 
-@pytest.mark.parametrize("condition", ["roller", "fixed"])
+@pytest.mark.parametrize(
+    ("basis", "condition"),
+    [("gimp", "roller"), ("gimp", "fixed"), *((basis, "roller") for basis in CORNER_BASES)],
+)
 @every_kind
-def test_platen_squeezes_a_block_to_half_its_height(kind: str, condition: str) -> None:
+def test_platen_squeezes_a_block_to_half_its_height(kind: str, basis: str, condition: str) -> None:
     """Every deviation is a slip of the boundaries: it vanishes in proportion to delta."""
     worst = []
     for delta in (1e-4, 1e-5):
-        model = squeezed(kind, "gimp", condition, delta)
+        model = squeezed(kind, basis, condition, delta)
         area = np.pi if kind == "axisymmetric" else 1.0
         vertical, errors = dimension(kind) - 1, []
 
