@@ -57,6 +57,7 @@ def stretched(
                 {**pressure, "start": [0.1, 1.7], "end": [0.1, 0.61]},
             ],
             "schedule": {"steps": STEPS},
+            "output": {"report": False},
         }
     )
 
