@@ -114,12 +114,15 @@ PLACES = ("src/", "cpp/", "docs/", "tests/", "examples/", "benchmarks/", ".ci/")
 
 @every_page
 def test_files_that_are_named_exist(page: Path) -> None:
-    """Paths in backticks; those that a how-to tells the reader to write are its own."""
+    """Paths and tests in backticks; those that a how-to tells the reader to write are its own."""
     text = page.read_text(encoding="utf-8")
     to_write = set(re.findall(r"^## \d+\. .*`([^`]+)`$", text, re.MULTILINE))
     for name in set(re.findall(r"`([^`\s*]+)`", text)) - to_write:
         if name.startswith(PLACES):
-            assert (ROOT / name).exists(), f"{name}: no such file"
+            file, _, test = name.partition("::")
+            assert (ROOT / file).exists(), f"{name}: no such file"
+            if test:
+                assert f"def {test}(" in (ROOT / file).read_text(), f"{name}: no such test"
 
 
 @every_page

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from implicit_blocks import flat, gravity, implicit, model_of
-from small_problems import material_entries
+from small_problems import BASES, material_entries
 
 from tilth import Model, _core, resume, run
 from tilth.output import read_checkpoint
@@ -33,7 +33,7 @@ def _every_loop_in_parallel() -> Iterator[None]:
     _core.set_parallel_from(points)
 
 
-def spreading(form: str) -> Model:
+def spreading(form: str, basis: str = "gimp") -> Model:
     """A soft block between a base without end and a platen that turns and squeezes it.
 
     It spreads far beyond the part of the base that was needed at first. A circle far away touches
@@ -48,7 +48,7 @@ def spreading(form: str) -> Model:
         implicit("pillar", pillar, form=form, displacement={"x": -0.1}),
         implicit("guide", flat([0.1, 0.0], [1.0, 0.0]), form=form),
     ]
-    entries = model_of("plane_strain", "gimp", block, walls, STEPS, loads=[gravity(2)]).to_dict()
+    entries = model_of("plane_strain", basis, block, walls, STEPS, loads=[gravity(2)]).to_dict()
     entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
     entries["analysis"]["tolerance"] = 1e-9
     entries["output"] = {"report": False}
@@ -151,6 +151,15 @@ def test_resumed_after_a_step(
     run_until(model, tmp_path / "out", step, threads)
     resume(tmp_path / "out", threads=3 - threads, quiet=True)
     assert_same(whole, contents(tmp_path / "out"))
+
+
+@pytest.mark.parametrize("basis", [basis for basis in BASES if basis != "gimp"])
+def test_resumed_with_other_bases(basis: str, tmp_path: Path) -> None:
+    model = spreading("surface", basis)
+    run(model, tmp_path / "whole", threads=1, quiet=True)
+    run_until(model, tmp_path / "out", 4, 1)
+    resume(tmp_path / "out", threads=2, quiet=True)
+    assert_same(contents(tmp_path / "whole"), contents(tmp_path / "out"))
 
 
 def test_without_the_tractions_it_would_not_be_the_same(

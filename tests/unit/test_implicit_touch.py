@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_problems import implicit, line, locate_contacts, rotation, take_steps
-from small_problems import KINDS, Floats, block_entries, dimension, plane
+from small_problems import BASES, KINDS, Floats, block_entries, dimension, plane
 
 from tilth import Model
 from tilth.place import locate_places
@@ -39,9 +39,7 @@ def filled_box(
     return Simulation(Model.from_dict(entries))
 
 
-@pytest.mark.parametrize(
-    ("basis", "points"), [("linear", 1), ("linear", 2), ("gimp", 2), ("cpdi1", 2), ("cpdi2", 2)]
-)
+@pytest.mark.parametrize(("basis", "points"), [("linear", 1), *((basis, 2) for basis in BASES)])
 @pytest.mark.parametrize("angle", [0.0, 30.0])
 def test_no_piece_of_a_box_is_lost(basis: str, points: int, angle: float) -> None:
     """50 positions through a cell: the whole perimeter acts, and carries the weight exactly."""
@@ -97,7 +95,7 @@ def answer(simulation: Simulation) -> tuple[Floats, Floats]:
     return simulation.points.displacement[order], simulation.points.stress[order]
 
 
-@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("gap", [0.0, 1e-9, -1e-9, 1e-6, -1e-6, 1e-3, -1e-3])
 def test_beside_a_grid_line_as_by_elimination(basis: str, gap: float) -> None:
     """The difference is proportional to the band, but for the place in the cell itself."""

@@ -16,7 +16,16 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from small_problems import CORNER_BASES, block_entries, material_entries, plane, rollers, weight
+from small_problems import (
+    BASES,
+    CORNER_BASES,
+    KINDS,
+    block_entries,
+    material_entries,
+    plane,
+    rollers,
+    weight,
+)
 
 import tilth.analysis
 from tilth import BadInput, Model, resume, run
@@ -29,7 +38,11 @@ STEPS = 8
 
 
 def entries_of(kind: str = "plane_strain", basis: str = "gimp") -> dict[str, Any]:
-    """A plastic block that is squeezed, with one step that has to be cut on the way."""
+    """A plastic block that is squeezed, with one step that has to be cut on the way.
+
+    Standard points need more iterations where they cross cells, however small the step.
+    """
+    few = 8 if basis == "linear" else 3
     entries = block_entries(
         kind, basis, "von_mises", cells=1, loads=[weight(kind, 2.0)],
         boundaries=[*rollers(kind, sides=False), plane(
@@ -40,7 +53,7 @@ def entries_of(kind: str = "plane_strain", basis: str = "gimp") -> dict[str, Any
     )  # fmt: skip
     entries["grid"]["cell_size"] = 0.25 if kind != "3d" else 0.5
     entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
-    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": 3}
+    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": few}
     entries["output"] = {"report": False, "deformation_gradient": True}
     entries["track"] = [
         {"name": "top", "quantity": "reaction", "boundary": "top", "component": "y"},
@@ -137,30 +150,23 @@ def test_resumed_after_a_step(
     assert_same_results(uninterrupted, tmp_path / "out")
 
 
-@pytest.mark.parametrize("kind", ["axisymmetric", "3d"])
-def test_resumed_in_other_kinds(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    model = Model.from_dict(entries_of(kind))
-    run(model, tmp_path / "whole", quiet=True)
-    run_until(model, tmp_path / "out", 2, monkeypatch)
-    resume(tmp_path / "out", quiet=True)
-    assert_same_results(tmp_path / "whole", tmp_path / "out")
-
-
-@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
-@pytest.mark.parametrize("basis", CORNER_BASES)
-def test_resumed_with_corners(
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("basis", BASES)
+def test_resumed_with_every_kind_and_basis(
     kind: str, basis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The corners in the results are those of the state, also after a resume."""
+    """Where domains have corners, those in the results are the state's, also after a resume."""
     model = Model.from_dict(entries_of(kind, basis))
     points = run(model, tmp_path / "whole", quiet=True).points
     run_until(model, tmp_path / "out", 4, monkeypatch)
     resume(tmp_path / "out", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "out")
     last = read_results(tmp_path / "out" / "results.vtkhdf").snapshot(-1)
-    order = np.argsort(points.point_id)
-    np.testing.assert_array_equal(last.point_fields["domain_corners"], points.corner[order])
-    assert np.ptp(points.corner, axis=0).max() > 1e-4  # domains differ by now
+    assert ("domain_corners" in last.point_fields) == (basis in CORNER_BASES)
+    if basis in CORNER_BASES:
+        order = np.argsort(points.point_id)
+        np.testing.assert_array_equal(last.point_fields["domain_corners"], points.corner[order])
+        assert np.ptp(points.corner, axis=0).max() > 1e-4  # domains differ by now
 
 
 def test_resumed_twice_and_from_rare_checkpoints(

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_problems import BASES
 
 from tilth import BadInput, Model
 from tilth.coupling import LinearForces
@@ -34,7 +35,9 @@ LOADS: dict[str, dict[str, Any]] = {
 }
 
 
-def blob(load: dict[str, Any], kind: str = "plane_strain", **surface: Any) -> dict[str, Any]:
+def blob(
+    load: dict[str, Any], kind: str = "plane_strain", basis: str = "linear", **surface: Any
+) -> dict[str, Any]:
     """A smooth body off the grid lines with a load on its surface."""
     return {
         "analysis": {"kind": kind},
@@ -46,7 +49,7 @@ def blob(load: dict[str, Any], kind: str = "plane_strain", **surface: Any) -> di
             {
                 "name": "blob",
                 "material": "soil",
-                "basis": "linear",
+                "basis": basis,
                 "shape": {"type": "polygon", "vertices": OCTAGON},
                 "points_per_cell": 3,
                 "surface": {"corner_angle": 60.0, **surface},
@@ -85,9 +88,10 @@ def require_derivative(
 
 
 @pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric"])
+@pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("name", LOADS)
-def test_derivative_against_differences(kind: str, name: str) -> None:
-    loads, active, linear = loads_of(blob(LOADS[name], kind))
+def test_derivative_against_differences(kind: str, basis: str, name: str) -> None:
+    loads, active, linear = loads_of(blob(LOADS[name], kind, basis))
     require_derivative(loads, active, linear, 0.03)
     if name == "dead":
         assert not linear.blocks.any()
@@ -184,9 +188,9 @@ def test_the_ends_of_an_open_chain_are_not_joined() -> None:
     np.testing.assert_allclose(force.sum(axis=0), [0.0, 2.0], atol=1e-12)
 
 
-def shell(load: dict[str, Any]) -> dict[str, Any]:
+def shell(load: dict[str, Any], basis: str = "linear") -> dict[str, Any]:
     """An eighth of a hollow sphere."""
-    entries = blob(load, "3d")
+    entries = blob(load, "3d", basis)
     entries["bodies"][0]["shape"] = {
         "type": "sphere",
         "centre": [0.0, 0.0, 0.0],
@@ -201,12 +205,13 @@ def shell(load: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", ["pressure", "hydrostatic", "dead", "traction"])
 @pytest.mark.parametrize("part", [None, "inner"])
-def test_derivative_in_space(name: str, part: str | None) -> None:
+@pytest.mark.parametrize("basis", BASES)
+def test_derivative_in_space(name: str, part: str | None, basis: str) -> None:
     load = {"traction": [1.0, 2.0, 3.0]} if name == "traction" else dict(LOADS[name])
     load.pop("shear", None)
     if name == "hydrostatic":
         load = {"hydrostatic": {"level": 0.8, "unit_weight": 12.0}}
-    loads, active, linear = loads_of(shell({**load, **({"part": part} if part else {})}))
+    loads, active, linear = loads_of(shell({**load, **({"part": part} if part else {})}, basis))
     require_derivative(loads, active, linear, 0.01)
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from small_problems import (
+    BASES,
+    CORNER_BASES,
     Laboratory,
     assert_same_bits,
     block_entries,
@@ -70,6 +72,7 @@ def final_state(
         ("axisymmetric", "gimp", "von_mises", 3),
         ("3d", "linear", "hencky_elastic", 2),
         ("3d", "gimp", "von_mises", 3),
+        *((kind, basis, "von_mises", 2) for kind in CELLS for basis in CORNER_BASES),
     ],
 )
 def test_same_bits_for_any_number_of_threads(
@@ -88,8 +91,8 @@ def test_same_bits_for_any_number_of_threads(
         assert not np.array_equal(one.points.point_id, np.sort(one.points.point_id))
 
 
-@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
-@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("kind", CELLS)
+@pytest.mark.parametrize("basis", BASES)
 def test_kernels_give_the_same_bits(kind: str, basis: str) -> None:
     """Force, stiffness and scatter of irregular points, many groups to a node."""
     results = []

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_problems import BASES
 from test_resume import assert_same_results, run_until
 
 from tilth import Model, resume, run
@@ -22,12 +23,14 @@ from tilth.verification.march import march
 STEPS = 8
 
 
-def stretched(end: list[list[float]], path: str = "linear", **surface: Any) -> Model:
+def stretched(
+    end: list[list[float]], path: str = "linear", basis: str = "gimp", **surface: Any
+) -> Model:
     """A square moved by an affine motion, with a load on its top and on a part of its side."""
     body = {
         "name": "square",
         "material": "soil",
-        "basis": "gimp",
+        "basis": basis,
         "shape": {"type": "box", "lower": [0.1, 0.2], "upper": [2.1, 2.2]},
         "spacing": 0.25,
         "surface": surface,
@@ -54,6 +57,7 @@ def stretched(end: list[list[float]], path: str = "linear", **surface: Any) -> M
                 {**pressure, "start": [0.1, 1.7], "end": [0.1, 0.61]},
             ],
             "schedule": {"steps": STEPS},
+            "output": {"report": False},
         }
     )
 
@@ -64,11 +68,12 @@ def surface_of(simulation: Simulation) -> TrackedSurface:
     return found
 
 
+@pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("points", ["extra", "outer_layer"])
-def test_boundary_points_move_with_the_soil(points: str) -> None:
+def test_boundary_points_move_with_the_soil(points: str, basis: str) -> None:
     """Stretched to three times its length: points come and go, corners and marks stay."""
     end = np.array([[3.0, 0.4], [0.0, 0.4]])
-    simulation = march(stretched(end.tolist(), points=points))
+    simulation = march(stretched(end.tolist(), basis=basis, points=points))
     tracked = surface_of(simulation).chains[0]
     origin = simulation.grid.origin
     expected = origin + (tracked.initial.points - origin) @ end.T
@@ -104,11 +109,13 @@ def test_arc_lengths_count_from_the_start_of_a_part() -> None:
         assert total == pytest.approx(length, rel=1e-12)
 
 
-@pytest.mark.parametrize("points", ["extra", "outer_layer"])
+@pytest.mark.parametrize(
+    ("points", "basis"), [*(("extra", basis) for basis in BASES), ("outer_layer", "gimp")]
+)
 def test_resumed_run_has_the_same_bits(
-    points: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    points: str, basis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    model = stretched([[2.0, 0.4], [0.0, 0.6]], points=points)
+    model = stretched([[2.0, 0.4], [0.0, 0.6]], basis=basis, points=points)
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     run(model, whole, threads=1, quiet=True)
     run_until(model, stopped, 5, monkeypatch)

@@ -7,8 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tilth import _core
 from tilth.case import load_case
 from tilth.model import Model
+
+BASES = tuple(_core.basis_names())
+"""Names of all bases."""
 
 
 def folder_of_cases() -> Path:
@@ -42,3 +46,8 @@ def varied(model: Model, changes: Mapping[str, Any]) -> Model:
         else:
             table[int(last) if isinstance(table, list) else last] = value
     return Model.from_dict(entries)
+
+
+def with_basis(model: Model, basis: str) -> Model:
+    """Returns the model with another basis of its first body, with the default domain rule."""
+    return varied(model, {"bodies.0.basis": basis, "bodies.0.domain_update": None})
