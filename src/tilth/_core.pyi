@@ -95,11 +95,6 @@ def internal_force(kind: str, stencil: object, initial_volume: Annotated[NDArray
 def stiffness(kind: str, stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], centres: object | None) -> None:
     """Adds the consistent stiffness to the blocks (entries, dim, dim)."""
 
-def add_blocks(dim: int, node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """
-    Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.
-    """
-
 def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
     Adds volume and volume times weight of the points to filled (cells, 2).
@@ -152,6 +147,29 @@ def gather(place: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', 
 
 def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
     """Node numbers in a fill-reducing order of elimination."""
+
+def add_element_forces(elements: object, force: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds the elements' forces (e, n, dim) to nodal (nodes, dim)."""
+
+def add_dense_products(elements: object, matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds the elements' matrices (e, n, n, dim, dim), or those of their entries' magnitudes, times vector to product.
+    """
+
+def add_dense_blocks(elements: object, matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds the elements' matrices (e, n, n, dim, dim) to the node-block matrix.
+    """
+
+def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    As add_dense_products for matrices weight_e unit_ab of each free component.
+    """
+
+def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    As add_dense_blocks for matrices weight_e unit_ab of each free component.
+    """
 
 def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """

@@ -15,7 +15,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearForces, reached
+from tilth.coupling import LinearElements, LinearForces, reached
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
@@ -223,7 +223,7 @@ class Simulation:
         force_before = self.soil.scatter(active, self.loads.force(self.points, before))
         force = self.soil.scatter(active, self.loads.force(self.points, after))
         with self.timers.measure("boundaries"):
-            couplings = contacts.couplings()
+            couplings: list[LinearElements] = [*contacts.couplings()]
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             coupled = reached(active, couplings)
             couplings += self._ghost.couplings(

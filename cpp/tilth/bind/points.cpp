@@ -120,20 +120,6 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   });
 }
 
-void add_blocks(int dim, ConstIntegers node_start, ConstShorts node, ConstIntegers block_start,
-                ConstShorts block_position, ConstDoubles blocks, Doubles matrix) {
-  if (dim != 2 && dim != 3) throw std::invalid_argument("dimension must be 2 or 3");
-  const double* block = blocks.data();
-  for (std::size_t g = 0; g + 1 < node_start.size(); ++g) {
-    const std::int64_t first = node_start.data()[g];
-    const int n = static_cast<int>(node_start.data()[g + 1] - first);
-    const auto scatter = dim == 2 ? &kernel::scatter_blocks<2> : &kernel::scatter_blocks<3>;
-    scatter(n, node.data() + first, block_position.data() + block_start.data()[g], block,
-            matrix.data());
-    block += std::int64_t{n} * n * dim * dim;
-  }
-}
-
 /// Adds each point's volume and its volume times `weight` to the cells that its domain fills.
 void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                 ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
@@ -318,9 +304,6 @@ void bind_points(nb::module_& module) {
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
              "initial_volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
-  module.def("add_blocks", &add_blocks, "dim"_a, "node_start"_a, "node"_a, "block_start"_a,
-             "block_position"_a, "blocks"_a, "matrix"_a,
-             "Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times weight of the points to filled (cells, 2).");

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Elements of a few nodes with forces linear in the nodal displacement: products and assembly. An
+// element's matrix is dense, or one matrix between nodes that all elements share, scaled.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "../parallel.hpp"
+#include "stiffness.hpp"
+#include "view.hpp"
+
+namespace tilth::kernel {
+
+/// Elements of `nodes` nodes each, and their order of parallel assembly (colour_groups).
+struct Elements {
+  std::int64_t elements;
+  int nodes;
+  const std::int32_t* node;  // (elements, nodes)
+  std::int64_t colours;
+  const std::int64_t* colour_start;
+  const std::int64_t* slab_start;
+  const std::int64_t* order;
+};
+
+/// As for_groups_by_colour: no two calls at the same time share a node.
+template <class Body>
+void for_elements_by_colour(const Elements& elements, Body&& body) {
+#pragma omp parallel if (8 * elements.elements >= parallel_from)
+  for (std::int64_t c = 0; c < elements.colours; ++c) {
+#pragma omp for schedule(dynamic, 1)
+    for (std::int64_t s = elements.colour_start[c]; s < elements.colour_start[c + 1]; ++s)
+      for (std::int64_t k = elements.slab_start[s]; k < elements.slab_start[s + 1]; ++k)
+        body(elements.order[k]);
+  }
+}
+
+/// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).
+template <int Dim>
+struct DenseMatrices {
+  const double* matrix;
+
+  template <bool Magnitude>
+  void multiply(std::int64_t e, int n, const double* in, double* out) const {
+    const double* block = matrix + e * n * n * Dim * Dim;
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i) {
+        double sum = 0.0;
+        for (int b = 0; b < n; ++b)
+          for (int k = 0; k < Dim; ++k) {
+            const double entry = block[((a * n + b) * Dim + i) * Dim + k];
+            sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Dim + k];
+          }
+        out[a * Dim + i] = sum;
+      }
+  }
+
+  void add_block(std::int64_t e, int n, int a, int b, double* block) const {
+    const double* own = matrix + ((e * n + a) * n + b) * Dim * Dim;
+    for (int ik = 0; ik < Dim * Dim; ++ik) block[ik] += own[ik];
+  }
+};
+
+/// weight_e unit_ab between the components of two nodes in which both are `free`; weights >= 0,
+/// `unit` (n, n), `free` (elements, n, Dim).
+template <int Dim>
+struct ScaledMatrix {
+  const double* weight;
+  const double* unit;
+  const bool* free;
+
+  template <bool Magnitude>
+  void multiply(std::int64_t e, int n, const double* in, double* out) const {
+    const bool* own = free + e * n * Dim;
+    for (int a = 0; a < n; ++a) {
+      double sum[Dim] = {};
+      for (int b = 0; b < n; ++b) {
+        const double entry = Magnitude ? std::fabs(unit[a * n + b]) : unit[a * n + b];
+        for (int i = 0; i < Dim; ++i) sum[i] += own[b * Dim + i] ? entry * in[b * Dim + i] : 0.0;
+      }
+      for (int i = 0; i < Dim; ++i) out[a * Dim + i] = own[a * Dim + i] ? weight[e] * sum[i] : 0.0;
+    }
+  }
+
+  void add_block(std::int64_t e, int n, int a, int b, double* block) const {
+    const bool* row = free + (e * n + a) * Dim;
+    const bool* column = free + (e * n + b) * Dim;
+    const double entry = weight[e] * unit[a * n + b];
+    for (int i = 0; i < Dim; ++i) block[i * (Dim + 1)] += row[i] && column[i] ? entry : 0.0;
+  }
+};
+
+/// Adds the forces (elements, n, Dim) to `nodal` (nodes, Dim).
+template <int Dim>
+void add_element_forces(const Elements& elements, const double* force, double* nodal) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i)
+        nodal[Dim * std::int64_t{node[a]} + i] += force[(e * n + a) * Dim + i];
+  });
+}
+
+/// Adds each element's matrix, or that of its entries' magnitudes, times `vector` (nodes, Dim) to
+/// `product` (nodes, Dim).
+template <bool Magnitude, int Dim, class Matrices>
+void add_element_products(const Elements& elements, const Matrices& matrices, const double* vector,
+                          double* product) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    double in[maximum_nodes * Dim], out[maximum_nodes * Dim];
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i) in[a * Dim + i] = vector[Dim * std::int64_t{node[a]} + i];
+    matrices.template multiply<Magnitude>(e, n, in, out);
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i) product[Dim * std::int64_t{node[a]} + i] += out[a * Dim + i];
+  });
+}
+
+/// Adds the elements' matrices to the node blocks `matrix`.
+template <int Dim, class Matrices>
+void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
+                        const Matrices& matrices, double* matrix) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    const std::int32_t* position = blocks.position + blocks.start[e];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b < n; ++position) {
+        double* block = matrix + std::int64_t{*position} * Dim * Dim;
+        do {
+          matrices.add_block(e, n, a, b, block);
+          block += Dim * Dim;
+          ++b;
+        } while (b < n && node[b] == node[b - 1] + 1);
+      }
+  });
+}
+
+}  // namespace tilth::kernel
