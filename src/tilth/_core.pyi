@@ -113,6 +113,14 @@ def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='
 def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds sum_p S_a vector_p to nodal."""
 
+def add_predictions(stencil: object, node_position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], sum: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).
+    """
+
+def current_volumes(deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """det F times the initial volume of each point."""
+
 def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the points' interpolated vectors."""
 
@@ -181,8 +189,33 @@ def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', devic
     Number of the nearest material point that each place touches, -1 if none.
     """
 
+def boundary_penalty(normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], projector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], square: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """Stress per slip (n,dim,dim) of a boundary's quadrature points."""
+
+def cells_behind(place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Sorted keys of the cells behind a boundary, and how much of them (cells,dim).
+    """
+
 def surface_elements(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], shape: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], penalty: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constant: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
     """Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements."""
+
+def cells_of_places(place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Keys of the cells with soil that places (n,dim) act on, and the places in them.
+    """
+
+def shape_values(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """Shape functions (n,2^dim) at places (n,dim) in a cell, x fastest."""
+
+def shape_functions(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """The same and their gradients (n,2^dim,dim)."""
+
+def interpolate_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """sum_a N_a nodal_a at the places of each cell."""
+
+def scatter_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds sum_q N_qa vector_q to nodal."""
 
 class Multigrid:
     """Geometric multigrid over an integer lattice of nodes; pattern fixed."""

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.grid import ActiveGrid, Stencil, shape_functions
+from tilth.grid import ActiveGrid, Stencil
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
@@ -91,7 +91,8 @@ class Centres:
         centre = np.where(
             own[:, None], moment[:, 1:] / np.where(own, moment[:, 0], 1.0)[:, None], middle
         )
-        value, gradient = shape_functions(centre - lattice[:, : grid.dim], grid.cell_size)
+        local = np.asarray(centre - lattice[:, : grid.dim])
+        value, gradient = _core.shape_functions(local, grid.cell_size)
         return cls(
             kind=kind,
             group_start=stencil.start,
@@ -102,8 +103,8 @@ class Centres:
             share_start=np.asarray(share_start),
             share=np.asarray(share),
             node=active.corners(lattice),
-            value=value,
-            gradient=gradient,
+            value=np.asarray(value),
+            gradient=np.asarray(gradient),
             radius=grid.origin[0] + centre[:, 0] * grid.cell_size[0],
             before=points.volume / (points.initial_volume * points.assumed_jacobian),
             after=np.ones(n),

@@ -231,28 +231,6 @@ def cell_corners(dim: int) -> Integers:
     return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
 
 
-def shape_functions(place: Floats, cell_size: Floats) -> tuple[Floats, Floats]:
-    """Returns a cell's shape functions at places in it, and beyond.
-
-    place: from the lowest corner, in cells, shape (n, dim).
-
-    Returns values [-], shape (n, 2^dim), and gradients [1/length], shape (n, 2^dim, dim).
-    """
-    dim = place.shape[1]
-    corner = cell_corners(dim)
-    value, gradient = np.ones((len(place), len(corner))), []
-    hats = np.stack([1.0 - place, place], axis=2)  # (n, dim, 2)
-    slopes = np.array([-1.0, 1.0]) / cell_size[:, None]  # (dim, 2)
-    for k in range(dim):
-        value = value * hats[:, k, corner[:, k]]
-        part = np.tile(slopes[k, corner[:, k]], (len(place), 1))
-        for j in range(dim):
-            if j != k:
-                part = part * hats[:, j, corner[:, j]]
-        gradient.append(part)
-    return value, np.stack(gradient, axis=2)
-
-
 def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     """Sorts the points by support and returns the active grid with all basis values.
 

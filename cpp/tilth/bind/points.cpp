@@ -2,6 +2,7 @@
 #include "../kernel/advance.hpp"
 #include "../kernel/cells.hpp"
 #include "../kernel/internal_force.hpp"
+#include "../kernel/predict.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/stress.hpp"
 #include "../material/list.hpp"
@@ -201,6 +202,31 @@ void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) 
   kernel::interpolate(stencil, components, nodal.data(), vector.data());
 }
 
+void add_predictions(nb::handle stencil_handle, ConstDoubles node_position, ConstDoubles position,
+                     ConstDoubles displacement, ConstDoubles gradient, ConstDoubles volume,
+                     Doubles sum) {
+  const StencilView stencil(stencil_handle);
+  const auto dim = static_cast<std::int64_t>(position.shape(1));
+  require_size(position, stencil.points() * dim, "position");
+  require_size(displacement, stencil.points() * dim, "displacement");
+  require_size(gradient, stencil.points() * dim * dim, "gradient");
+  require_size(volume, stencil.points(), "volume");
+  require_size(sum, static_cast<std::int64_t>(node_position.shape(0)) * (1 + dim), "sum");
+  nb::gil_scoped_release release;
+  const auto add = dim == 2 ? &kernel::add_predictions<2> : &kernel::add_predictions<3>;
+  add(stencil, node_position.data(), position.data(), displacement.data(), gradient.data(),
+      volume.data(), sum.data());
+}
+
+auto current_volumes(ConstDoubles deformation_gradient, ConstDoubles initial_volume) {
+  std::vector<double> volume(initial_volume.size());
+  const auto points = static_cast<std::int64_t>(volume.size());
+  require_size(deformation_gradient, 9 * points, "deformation_gradient");
+  kernel::current_volumes(points, deformation_gradient.data(), initial_volume.data(),
+                          volume.data());
+  return give(std::move(volume));
+}
+
 void advance(const std::string& kind_name, ConstDoubles increment, ConstDoubles response,
              Doubles deformation_gradient, Doubles cauchy) {
   const auto points = static_cast<std::int64_t>(increment.shape(0));
@@ -315,6 +341,12 @@ void bind_points(nb::module_& module) {
              "Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
+  module.def(
+      "add_predictions", &add_predictions, "stencil"_a, "node_position"_a, "position"_a,
+      "displacement"_a, "gradient"_a, "volume"_a, "sum"_a,
+      "Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).");
+  module.def("current_volumes", &current_volumes, "deformation_gradient"_a, "initial_volume"_a,
+             "det F times the initial volume of each point.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,
              "Fills the points' interpolated vectors.");
   module.def("advance", &advance, "kind"_a, "increment"_a, "response"_a, "deformation_gradient"_a,

@@ -62,19 +62,28 @@ bool beside(const double* offset, const double* half, const double* normal) {
   return true;
 }
 
-/// Calls `visit(p, offset, measure)` for all points one cell around a place: `measure` is the
-/// square of the distance in units of the point's box.
+/// Calls `visit(p, offset, measure)` for points around a place, all of those that are no further
+/// from it along each axis than `within` and no more than a cell away: `measure` is the square of
+/// the distance in units of the point's box.
 template <int Dim, class Visit>
-void for_points_around(const PointsByCell& sorted, const double* place, const double* position,
-                       const double* half_length, const double* origin, const double* cell_size,
-                       Visit&& visit) {
-  const Lattice own = unpack(cell_of<Dim>(place, origin, cell_size));
-  for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
-    for (int j = -1; j <= 1; ++j) {
-      // the three cells of a row along x have consecutive keys
+void for_points_around(const PointsByCell& sorted, const double* place, const double* within,
+                       const double* position, const double* half_length, const double* origin,
+                       const double* cell_size, Visit&& visit) {
+  Lattice own{0, 0, 0}, low{0, 0, 0}, high{0, 0, 0};
+  for (int axis = 0; axis < Dim; ++axis) {
+    const double x = (place[axis] - origin[axis]) / cell_size[axis];
+    const double reach = within[axis] / cell_size[axis] * (1.0 + 1e-6);
+    own[axis] = static_cast<std::int64_t>(std::floor(x));
+    const double inside = x - static_cast<double>(own[axis]);
+    low[axis] = inside - reach < 1e-6 ? -1 : 0;
+    high[axis] = inside + reach > 1.0 - 1e-6 ? 1 : 0;
+  }
+  for (std::int64_t k = low[2]; k <= high[2]; ++k)
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+      // the cells of a row along x have consecutive keys
       const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                          pack({own[0] - 1, own[1] + j, own[2] + k}));
-      const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
+                                          pack({own[0] + low[0], own[1] + j, own[2] + k}));
+      const std::int64_t last = pack({own[0] + high[0], own[1] + j, own[2] + k});
       for (auto i = begin - sorted.key.begin();
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
@@ -100,6 +109,10 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
+  double within[Dim] = {};  // no ellipsoid is longer
+  for (std::int64_t p = 0; p < points; ++p)
+    for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], half_length[Dim * p + k]);
+  for (double& length : within) length *= std::sqrt(reach);
   std::vector<std::int64_t> reached;  // keys of the cells
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
@@ -107,8 +120,8 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
     for (std::int64_t q = begin; q < end; ++q) {
       double least = far;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
-                             [&](std::int64_t p, const double*, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, within, position, half_length, origin,
+                             cell_size, [&](std::int64_t p, const double*, double measure) {
                                if (measure > reach || measure >= least) return;
                                least = measure;
                                nearest[q] = p;
@@ -124,8 +137,8 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
       if (std::binary_search(reached.begin(), reached.end(), key)) continue;
       double least = far;
-      for_points_around<Dim>(sorted, place + Dim * q, position, half_length, origin, cell_size,
-                             [&](std::int64_t p, const double* offset, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, cell_size, position, half_length, origin,
+                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
                                if (!beside<Dim>(offset, half_length + Dim * p, normal + Dim * q))
                                  return;

@@ -43,6 +43,18 @@ void advance(std::int64_t points, const double* increment, const double* respons
   }
 }
 
+/// Fills `volume` with det F times the initial one.
+inline void current_volumes(std::int64_t points, const double* deformation_gradient,
+                            const double* initial_volume, double* volume) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    const double* f = deformation_gradient + 9 * p;
+    volume[p] = initial_volume[p] *
+                (f[0] * (f[4] * f[8] - f[5] * f[7]) - f[1] * (f[3] * f[8] - f[5] * f[6]) +
+                 f[2] * (f[3] * f[7] - f[4] * f[6]));
+  }
+}
+
 /// How a GIMP domain's half lengths follow the deformation gradient.
 enum class DomainRule { determinant, deformation_gradient, right_stretch, left_stretch };
 
