@@ -169,14 +169,11 @@ class ActiveGrid:
         self.couplings.append(node)
         return len(self.couplings) - 1
 
-    @cached_property
+    @property
     def reach(self) -> int:
         """Largest number of cells between two nodes that the matrix couples."""
-        most = max(int(stencil.count.max()) for stencil in self.stencils) - 1
-        for node in self.couplings:
-            place = self.lattice[node]
-            most = max(most, int((place.max(axis=1) - place.min(axis=1)).max()))
-        return most
+        of_groups = max(int(stencil.count.max()) for stencil in self.stencils) - 1
+        return max([of_groups, *(elements.reach for elements in self._pattern.elements)])
 
     @cached_property
     def _pattern(self) -> Pattern:

@@ -24,6 +24,7 @@ class Elements:
         node: node numbers, shape (elements, n).
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
         block_start, block_position: where their blocks stand in the matrix (sparse/pattern.hpp).
+        reach: largest number of cells between two nodes of an element.
     """
 
     node: Shorts
@@ -32,6 +33,7 @@ class Elements:
     order: Integers
     block_start: Integers
     block_position: Shorts
+    reach: int
 
 
 class Pattern:
@@ -90,7 +92,8 @@ class Pattern:
         positions = _core.block_positions(
             _row_starts(node), node.ravel(), self.row_start, self.column
         )
-        return Elements(node, *_core.colour_groups(first, count), *positions)
+        reach = int(count.max(initial=1)) - 1
+        return Elements(node, *_core.colour_groups(first, count), *positions, reach)
 
     @cached_property
     def diagonal(self) -> Integers:

@@ -220,8 +220,7 @@ class Simulation:
         contacts = self._contacts(active, before, after)
         self._note_untouched(conditions, contacts)
         self.soil.begin_step()
-        force_before = self.soil.scatter(active, self.loads.force(self.points, before))
-        force = self.soil.scatter(active, self.loads.force(self.points, after))
+        force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
             couplings: list[LinearElements] = [*contacts.couplings()]
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
@@ -272,6 +271,12 @@ class Simulation:
             force = force + surface_loads.force(equilibrium.displacement)
         mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
+
+    def _load(self, active: ActiveGrid, time: float) -> Floats:
+        """Returns the nodal force of the loads on points at `time` [force], (nodes, dim)."""
+        if not self.loads:
+            return np.zeros((active.nodes, active.grid.dim))
+        return self.soil.scatter(active, self.loads.force(self.points, time))
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""

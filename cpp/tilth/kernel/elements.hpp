@@ -40,25 +40,31 @@ template <int Dim>
 struct DenseMatrices {
   const double* matrix;
 
-  template <bool Magnitude>
-  void multiply(std::int64_t e, int n, const double* in, double* out) const {
-    const double* block = matrix + e * n * n * Dim * Dim;
-    for (int a = 0; a < n; ++a)
-      for (int i = 0; i < Dim; ++i) {
-        double sum = 0.0;
-        for (int b = 0; b < n; ++b)
-          for (int k = 0; k < Dim; ++k) {
-            const double entry = block[((a * n + b) * Dim + i) * Dim + k];
-            sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Dim + k];
-          }
-        out[a * Dim + i] = sum;
-      }
-  }
+  struct Element {
+    const double* block;
+    int n;
 
-  void add_block(std::int64_t e, int n, int a, int b, double* block) const {
-    const double* own = matrix + ((e * n + a) * n + b) * Dim * Dim;
-    for (int ik = 0; ik < Dim * Dim; ++ik) block[ik] += own[ik];
-  }
+    template <bool Magnitude>
+    void multiply(const double* in, double* out) const {
+      for (int a = 0; a < n; ++a)
+        for (int i = 0; i < Dim; ++i) {
+          double sum = 0.0;
+          for (int b = 0; b < n; ++b)
+            for (int k = 0; k < Dim; ++k) {
+              const double entry = block[((a * n + b) * Dim + i) * Dim + k];
+              sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Dim + k];
+            }
+          out[a * Dim + i] = sum;
+        }
+    }
+
+    void add_block(int a, int b, double* into) const {
+      const double* own = block + (a * n + b) * Dim * Dim;
+      for (int ik = 0; ik < Dim * Dim; ++ik) into[ik] += own[ik];
+    }
+  };
+
+  Element element(std::int64_t e, int n) const { return {matrix + e * n * n * Dim * Dim, n}; }
 };
 
 /// weight_e unit_ab between the components of two nodes in which both are `free`; weights >= 0,
@@ -69,24 +75,36 @@ struct ScaledMatrix {
   const double* unit;
   const bool* free;
 
-  template <bool Magnitude>
-  void multiply(std::int64_t e, int n, const double* in, double* out) const {
-    const bool* own = free + e * n * Dim;
-    for (int a = 0; a < n; ++a) {
-      double sum[Dim] = {};
-      for (int b = 0; b < n; ++b) {
-        const double entry = Magnitude ? std::fabs(unit[a * n + b]) : unit[a * n + b];
-        for (int i = 0; i < Dim; ++i) sum[i] += own[b * Dim + i] ? entry * in[b * Dim + i] : 0.0;
-      }
-      for (int i = 0; i < Dim; ++i) out[a * Dim + i] = own[a * Dim + i] ? weight[e] * sum[i] : 0.0;
-    }
-  }
+  struct Element {
+    const double* unit;
+    int n;
+    double weight;
+    double free[maximum_nodes * Dim];  // 1 or 0
 
-  void add_block(std::int64_t e, int n, int a, int b, double* block) const {
-    const bool* row = free + (e * n + a) * Dim;
-    const bool* column = free + (e * n + b) * Dim;
-    const double entry = weight[e] * unit[a * n + b];
-    for (int i = 0; i < Dim; ++i) block[i * (Dim + 1)] += row[i] && column[i] ? entry : 0.0;
+    template <bool Magnitude>
+    void multiply(const double* in, double* out) const {
+      for (int a = 0; a < n; ++a) {
+        double sum[Dim] = {};
+        for (int b = 0; b < n; ++b) {
+          const double entry = Magnitude ? std::fabs(unit[a * n + b]) : unit[a * n + b];
+          for (int i = 0; i < Dim; ++i) sum[i] += entry * (free[b * Dim + i] * in[b * Dim + i]);
+        }
+        for (int i = 0; i < Dim; ++i) out[a * Dim + i] = free[a * Dim + i] * weight * sum[i];
+      }
+    }
+
+    void add_block(int a, int b, double* into) const {
+      const double entry = weight * unit[a * n + b];
+      for (int i = 0; i < Dim; ++i)
+        into[i * (Dim + 1)] += free[a * Dim + i] * free[b * Dim + i] * entry;
+    }
+  };
+
+  Element element(std::int64_t e, int n) const {
+    Element result;
+    result.unit = unit, result.n = n, result.weight = weight[e];
+    for (int i = 0; i < n * Dim; ++i) result.free[i] = free[e * n * Dim + i] ? 1.0 : 0.0;
+    return result;
   }
 };
 
@@ -113,7 +131,7 @@ void add_element_products(const Elements& elements, const Matrices& matrices, co
     double in[maximum_nodes * Dim], out[maximum_nodes * Dim];
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < Dim; ++i) in[a * Dim + i] = vector[Dim * std::int64_t{node[a]} + i];
-    matrices.template multiply<Magnitude>(e, n, in, out);
+    matrices.element(e, n).template multiply<Magnitude>(in, out);
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < Dim; ++i) product[Dim * std::int64_t{node[a]} + i] += out[a * Dim + i];
   });
@@ -127,11 +145,12 @@ void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
   for_elements_by_colour(elements, [&](std::int64_t e) {
     const std::int32_t* node = elements.node + e * n;
     const std::int32_t* position = blocks.position + blocks.start[e];
+    const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < n; ++position) {
         double* block = matrix + std::int64_t{*position} * Dim * Dim;
         do {
-          matrices.add_block(e, n, a, b, block);
+          element.add_block(a, b, block);
           block += Dim * Dim;
           ++b;
         } while (b < n && node[b] == node[b - 1] + 1);
