@@ -62,9 +62,9 @@ bool beside(const double* offset, const double* half, const double* normal) {
   return true;
 }
 
-/// Calls `visit(p, offset, measure)` for points around a place, all of those that are no further
-/// from it along each axis than `within` and no more than a cell away: `measure` is the square of
-/// the distance in units of the point's box.
+/// Calls `visit(p, offset, measure)` for the points one cell around a place that are no further
+/// from it along each axis than `within`: `measure` is the square of the distance in units of the
+/// point's box.
 template <int Dim, class Visit>
 void for_points_around(const PointsByCell& sorted, const double* place, const double* within,
                        const double* position, const double* half_length, const double* origin,
@@ -88,9 +88,14 @@ void for_points_around(const PointsByCell& sorted, const double* place, const do
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
         double measure = 0.0, offset[Dim];
+        bool far = false;
+        for (int axis = 0; axis < Dim; ++axis) {
+          offset[axis] = place[axis] - position[Dim * p + axis];
+          far = far || std::fabs(offset[axis]) > within[axis] * (1.0 + 1e-6);
+        }
+        if (far) continue;
         for (int axis = 0; axis < Dim; ++axis) {
           const double half = half_length[Dim * p + axis];
-          offset[axis] = place[axis] - position[Dim * p + axis];
           measure += offset[axis] * offset[axis] / (half * half);
         }
         visit(p, offset, measure);
@@ -109,10 +114,13 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
-  double within[Dim] = {};  // no ellipsoid is longer
+  double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
   for (std::int64_t p = 0; p < points; ++p)
     for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], half_length[Dim * p + k]);
-  for (double& length : within) length *= std::sqrt(reach);
+  for (int k = 0; k < Dim; ++k) {
+    within[k] *= std::sqrt(reach);
+    all[k] = 2.0 * cell_size[k];
+  }
   std::vector<std::int64_t> reached;  // keys of the cells
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
@@ -137,8 +145,8 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
       if (std::binary_search(reached.begin(), reached.end(), key)) continue;
       double least = far;
-      for_points_around<Dim>(sorted, place + Dim * q, cell_size, position, half_length, origin,
-                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, all, position, half_length, origin, cell_size,
+                             [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
                                if (!beside<Dim>(offset, half_length + Dim * p, normal + Dim * q))
                                  return;
