@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from tilth import Model
 from tilth.boundaries import Contacts
 from tilth.coupling import LinearForces
-from tilth.ghost import ghost_stabilisation
+from tilth.ghost import ghost_faces
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 from tilth.verification.march import march
@@ -101,11 +101,11 @@ def condition_and_time(model: Model) -> tuple[float, float]:
         couplings = contacts.couplings()
     seconds = (time.perf_counter() - start) / 5
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    ghost = ghost_stabilisation(simulation.soil, active, held, 0.005, contacts.behind())
-    linear = LinearForces(active, couplings + ghost)
+    faces = ghost_faces(simulation.soil, active, held, 0.005, contacts.behind())
+    linear = LinearForces(active, [*couplings, *(each.coupling() for each in faces)])
     simulation.soil.begin_step()
     simulation.soil.update(active, np.zeros((active.nodes, active.grid.dim)))
-    blocks = np.zeros_like(linear.blocks)
+    blocks = np.zeros((len(active.column), *2 * (active.grid.dim,)))
     simulation.soil.stiffness(active, blocks)
     linear.add_stiffness(blocks)
     size = active.nodes * active.grid.dim

@@ -13,6 +13,7 @@ from small_problems import Floats, block_entries, dimension
 from tilth import Model
 from tilth.boundaries import Contacts
 from tilth.coupling import Coupling
+from tilth.ghost import FaceCoupling
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult, initial_points
@@ -55,6 +56,15 @@ def dense(coupling: Coupling, nodes: int) -> Floats:
     for node, block in zip(coupling.node, coupling.matrix, strict=True):
         np.add.at(whole, np.ix_(node, range(dim), node, range(dim)), block.transpose(0, 2, 1, 3))
     return whole.reshape(nodes * dim, nodes * dim)
+
+
+def ghost_force(faces: FaceCoupling, displacement: Floats) -> Floats:
+    """The nodal force of ghost stabilisation at a nodal displacement, (nodes, dim)."""
+    moved = np.where(faces.free, displacement[faces.node], 0.0)
+    scale = faces.stiffness[:, None, None] * faces.free
+    force = np.zeros_like(displacement)
+    np.add.at(force, faces.node, faces.force + scale * np.einsum("ab,ebi->eai", faces.unit, moved))
+    return force
 
 
 def take_steps(simulation: Simulation) -> list[StepResult]:

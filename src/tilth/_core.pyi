@@ -95,11 +95,6 @@ def internal_force(kind: str, stencil: object, initial_volume: Annotated[NDArray
 def stiffness(kind: str, stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], centres: object | None) -> None:
     """Adds the consistent stiffness to the blocks (entries, dim, dim)."""
 
-def add_blocks(dim: int, node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """
-    Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.
-    """
-
 def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
     Adds volume and volume times weight of the points to filled (cells, 2).
@@ -115,8 +110,21 @@ def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='
     Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).
     """
 
+def level_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centres: object, cells: int, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], forget: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """
+    Change of the points' volumetric strains towards their cells' mean (see f_bar.py).
+    """
+
 def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds sum_p S_a vector_p to nodal."""
+
+def add_predictions(stencil: object, node_position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], sum: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).
+    """
+
+def current_volumes(deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """det F times the initial volume of each point."""
 
 def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the points' interpolated vectors."""
@@ -153,6 +161,29 @@ def gather(place: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', 
 def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
     """Node numbers in a fill-reducing order of elimination."""
 
+def add_element_forces(elements: object, force: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds the elements' forces (e, n, dim) to nodal (nodes, dim)."""
+
+def add_dense_products(elements: object, matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds the elements' matrices (e, n, n, dim, dim), or those of their entries' magnitudes, times vector to product.
+    """
+
+def add_dense_blocks(elements: object, matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds the elements' matrices (e, n, n, dim, dim) to the node-block matrix.
+    """
+
+def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    As add_dense_products for matrices weight_e unit_ab of each free component.
+    """
+
+def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    As add_dense_blocks for matrices weight_e unit_ab of each free component.
+    """
+
 def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """
     Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.
@@ -163,8 +194,33 @@ def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', devic
     Number of the nearest material point that each place touches, -1 if none.
     """
 
+def boundary_penalty(normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], projector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], square: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """Stress per slip (n,dim,dim) of a boundary's quadrature points."""
+
+def cells_behind(place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Sorted keys of the cells behind a boundary, and how much of them (cells,dim).
+    """
+
 def surface_elements(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], shape: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], penalty: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constant: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
     """Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements."""
+
+def cells_of_places(place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Keys of the cells with soil that places (n,dim) act on, and the places in them.
+    """
+
+def shape_values(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """Shape functions (n,2^dim) at places (n,dim) in a cell, x fastest."""
+
+def shape_functions(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+    """The same and their gradients (n,2^dim,dim)."""
+
+def interpolate_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """sum_a N_a nodal_a at the places of each cell."""
+
+def scatter_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds sum_q N_qa vector_q to nodal."""
 
 class Multigrid:
     """Geometric multigrid over an integer lattice of nodes; pattern fixed."""

@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from tilth import _core
+
 
 class Communicator(Protocol):
     """What the algorithms need of a communicator."""
@@ -32,4 +34,4 @@ SERIAL = Serial()
 
 def norm(comm: Communicator, owned: npt.NDArray[np.float64]) -> float:
     """Returns the Euclidean norm of a vector of which each process holds its own part."""
-    return math.sqrt(comm.sum(float(np.dot(owned.ravel(), owned.ravel()))))
+    return math.sqrt(comm.sum(_core.inner(owned, owned)))

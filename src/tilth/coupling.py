@@ -3,16 +3,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 
 from tilth import _core
+from tilth.comm import SERIAL, norm
 from tilth.grid import ActiveGrid
+from tilth.pattern import Elements
 
 Floats = npt.NDArray[np.float64]
+
+
+class LinearElements(Protocol):
+    """Elements of n nodes each whose force is linear in the displacement of their nodes."""
+
+    @property
+    def node(self) -> npt.NDArray[np.int32]:
+        """Node numbers, shape (elements, n)."""
+        ...
+
+    @property
+    def force(self) -> Floats:
+        """Force at zero displacement [force], shape (elements, n, dim)."""
+        ...
+
+    def add_product(
+        self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
+    ) -> None:
+        """Adds the matrix times a nodal vector to a nodal `product`, (nodes, dim) each.
+
+        Of the magnitudes of the elements' entries instead, if asked.
+        """
+        ...
+
+    def add_stiffness(self, elements: Elements, blocks: Floats) -> None:
+        """Adds the matrix to the node-block matrix (blocks, dim, dim) [force/length]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -29,8 +59,18 @@ class Coupling:
     matrix: Floats
     force: Floats
 
+    def add_product(
+        self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
+    ) -> None:
+        """As `LinearElements.add_product`."""
+        _core.add_dense_products(elements, self.matrix, vector, magnitude, product)
 
-def reached(active: ActiveGrid, couplings: list[Coupling]) -> npt.NDArray[np.bool_]:
+    def add_stiffness(self, elements: Elements, blocks: Floats) -> None:
+        """As `LinearElements.add_stiffness`."""
+        _core.add_dense_blocks(elements, self.matrix, blocks)
+
+
+def reached(active: ActiveGrid, couplings: Sequence[LinearElements]) -> npt.NDArray[np.bool_]:
     """Returns the nodes that a coupling reaches, shape (nodes,)."""
     found = np.zeros(active.nodes, dtype=bool)
     for coupling in couplings:
@@ -39,51 +79,37 @@ def reached(active: ActiveGrid, couplings: list[Coupling]) -> npt.NDArray[np.boo
 
 
 class LinearForces:
-    """The sum of all couplings of a step, in the matrix's pattern.
+    """The sum of all couplings of a step; makes room for them in the matrix's pattern.
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
-        blocks: derivative of the force [force/length], shape (blocks, dim, dim).
     """
 
-    def __init__(self, active: ActiveGrid, couplings: list[Coupling]) -> None:
-        dim = active.grid.dim
-        for coupling in couplings:
-            active.couple(coupling.node)
-        self.blocks: Floats = np.zeros((len(active.column), dim, dim))
-        self.constant = np.zeros((active.nodes, dim))
-        for coupling in couplings:
-            start = np.arange(len(coupling.node) + 1, dtype=np.int64) * coupling.node.shape[1]
-            node = np.ascontiguousarray(coupling.node, dtype=np.int32).ravel()
-            positions = _core.block_positions(start, node, active.row_start, active.column)
-            rows = np.ascontiguousarray(coupling.matrix.transpose(0, 1, 3, 4, 2))
-            _core.add_blocks(dim, start, node, *positions, rows, self.blocks)
-            np.add.at(self.constant, coupling.node, coupling.force)
-        self._any = bool(couplings)
-        size = active.nodes * dim
-        self._matrix = sp.bsr_matrix(
-            (self.blocks, active.column, active.row_start), shape=(size, size)
-        )
+    def __init__(self, active: ActiveGrid, couplings: Sequence[LinearElements]) -> None:
+        numbers = [active.couple(coupling.node) for coupling in couplings]
+        self._parts = [
+            (coupling, active.elements(number))
+            for coupling, number in zip(couplings, numbers, strict=True)
+        ]
+        self.constant: Floats = np.zeros((active.nodes, active.grid.dim))
+        for coupling, elements in self._parts:
+            _core.add_element_forces(elements, coupling.force, self.constant)
 
     def force(self, displacement: Floats) -> Floats:
         """Returns the force for a nodal displacement of the step [force], shape (nodes, dim)."""
-        if not self._any:
-            return np.zeros_like(displacement)
-        product: Floats = self._matrix @ displacement.ravel()
-        return self.constant + product.reshape(displacement.shape)
+        force = self.constant.copy()
+        for coupling, elements in self._parts:
+            coupling.add_product(elements, displacement, force)
+        return force
 
     def round_off(self, displacement: Floats) -> float:
         """Returns the force that round-off alone may leave where stiff couplings cancel [force]."""
-        if not self._any:
-            return 0.0
-        magnitude = sp.bsr_matrix(
-            (np.abs(self.blocks), self._matrix.indices, self._matrix.indptr),
-            shape=self._matrix.shape,
-        )
-        terms = magnitude @ np.abs(displacement).ravel() + np.abs(self.constant).ravel()
-        return float(np.finfo(np.float64).eps * np.linalg.norm(terms))
+        terms, magnitude = np.abs(self.constant), np.abs(displacement)
+        for coupling, elements in self._parts:
+            coupling.add_product(elements, magnitude, terms, magnitude=True)
+        return float(np.finfo(np.float64).eps * norm(SERIAL, terms))
 
     def add_stiffness(self, blocks: Floats) -> None:
-        """Adds the matrix of all couplings to the node-block matrix."""
-        if self._any:
-            blocks += self.blocks
+        """Adds the matrix of all couplings to the node-block matrix (blocks, dim, dim)."""
+        for coupling, elements in self._parts:
+            coupling.add_stiffness(elements, blocks)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.grid import ActiveGrid, Stencil, shape_functions
+from tilth.grid import ActiveGrid, Stencil
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
@@ -91,7 +91,8 @@ class Centres:
         centre = np.where(
             own[:, None], moment[:, 1:] / np.where(own, moment[:, 0], 1.0)[:, None], middle
         )
-        value, gradient = shape_functions(centre - lattice[:, : grid.dim], grid.cell_size)
+        local: Floats = centre - lattice[:, : grid.dim]
+        value, gradient = _core.shape_functions(local, grid.cell_size)
         return cls(
             kind=kind,
             group_start=stencil.start,
@@ -102,8 +103,8 @@ class Centres:
             share_start=np.asarray(share_start),
             share=np.asarray(share),
             node=active.corners(lattice),
-            value=value,
-            gradient=gradient,
+            value=np.asarray(value),
+            gradient=np.asarray(gradient),
             radius=grid.origin[0] + centre[:, 0] * grid.cell_size[0],
             before=points.volume / (points.initial_volume * points.assumed_jacobian),
             after=np.ones(n),
@@ -132,16 +133,7 @@ class Centres:
             volume: current volume, shape (n,).
             flow: plastic strain in the step [-], >= 0, shape (n,).
         """
-        cells = np.diff(self.cell_start)
-        group = np.repeat(np.arange(len(cells)), np.diff(self.group_start))
-        point = np.repeat(np.arange(len(group)), cells[group])
-        first = np.cumsum(cells[group]) - cells[group]
-        place = np.arange(len(point)) - first[point]
-        cell = self.cell[self.cell_start[group][point] + place]
         forget = -np.expm1(-flow / FLOW)
-        weight = self.share * (volume * forget)[point]
-        size = len(self.node)
-        total = np.bincount(cell, weight, size)
-        mean = np.bincount(cell, weight * strain[point], size) / np.where(total > 0.0, total, 1.0)
-        target = np.bincount(point, self.share * mean[cell], len(strain))
-        return np.asarray(np.where(forget > 0.0, forget * (target - strain), 0.0))
+        return np.asarray(
+            _core.level_strains(self.group_start, self, len(self.node), strain, volume, forget)
+        )

@@ -29,8 +29,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.coupling import Coupling
 from tilth.grid import ActiveGrid, find_keys, lattice_keys
+from tilth.pattern import Elements
 from tilth.soil import Soil
 
 Floats = npt.NDArray[np.float64]
@@ -89,28 +89,62 @@ FIRM = 3.0
 class Faces:
     """Faces between cells, each with the penalty on the jump across it.
 
+    All faces with the same normal share one matrix between nodes, the same for each component.
+
     Attributes:
         node: of the two cells, from the lower one on, shape (faces, nodes of a face).
-        matrix: stiffness for a modulus of 1 [force/length/stress], shape (faces, n, n, dim, dim).
+        unit: stiffness for a modulus and a weight of 1 [force/length/stress], shape (n, n).
+        weight: of each face [-]; in axisymmetry times 2 pi r [length], shape (faces,).
+        free: components that the penalty acts on, shape (faces, n, dim).
         modulus: of the soil in the two cells [stress], shape (faces,).
     """
 
     node: npt.NDArray[np.int32]
-    matrix: Floats
+    unit: Floats
+    weight: Floats
+    free: npt.NDArray[np.bool_]
     modulus: Floats
 
-    def coupling(self, moved: Floats | None = None) -> Coupling:
+    def coupling(self, moved: Floats | None = None) -> FaceCoupling:
         """Returns the penalty on the step's displacement and on `moved`, of modulus times length.
 
         moved: shape (faces, n, dim); nothing if not given.
         """
-        if moved is None:
-            moved = np.zeros((*self.node.shape, self.matrix.shape[-1]))
-        return Coupling(
-            node=self.node,
-            matrix=self.modulus[:, None, None, None, None] * self.matrix,
-            force=np.einsum("eabij,ebj->eai", self.matrix, moved),
+        force = np.zeros(self.free.shape)
+        if moved is not None:
+            force = self.weight[:, None, None] * self.free * (self.unit @ (self.free * moved))
+        return FaceCoupling(self.node, self.unit, self.weight * self.modulus, self.free, force)
+
+
+@dataclass(frozen=True)
+class FaceCoupling:
+    """Elements with the force f_ai + stiffness sum_b unit_ab u_bi, in the free components i.
+
+    Attributes:
+        node: node numbers, shape (elements, n).
+        unit: shape (n, n).
+        stiffness: what `unit` is multiplied by, shape (elements,); their product in [force/length].
+        free: components that the stiffness acts on, shape (elements, n, dim).
+        force: at zero displacement [force], shape (elements, n, dim).
+    """
+
+    node: npt.NDArray[np.int32]
+    unit: Floats
+    stiffness: Floats
+    free: npt.NDArray[np.bool_]
+    force: Floats
+
+    def add_product(
+        self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
+    ) -> None:
+        """As `LinearElements.add_product`."""
+        _core.add_scaled_products(
+            elements, self.stiffness, self.unit, self.free, vector, magnitude, product
         )
+
+    def add_stiffness(self, elements: Elements, blocks: Floats) -> None:
+        """As `LinearElements.add_stiffness`."""
+        _core.add_scaled_blocks(elements, self.stiffness, self.unit, self.free, blocks)
 
 
 def ghost_faces(
@@ -161,22 +195,14 @@ def ghost_faces(
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             weight = weight * 2.0 * np.pi * radius
-        offset, matrix = _face(tuple(grid.cell_size), axis)
+        offset, unit = _face(tuple(grid.cell_size), axis)
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         left_out = held[node] & far[..., None]  # (faces, nodes, dim)
         across = offset - offset * np.eye(3, dtype=np.int64)[axis]
         same = (across[:, None] == across[None]).all(axis=2)  # nodes on one line along the normal
-        free = np.einsum("ab,ebi->eai", same.astype(float), left_out.astype(float)) == 0.0
-        scalar = weight[:, None, None] * matrix
-        faces.append(
-            Faces(
-                node=node.astype(np.int32),
-                matrix=scalar[..., None, None]
-                * ((free[:, :, None] & free[:, None])[..., None] * np.eye(dim)),
-                modulus=stiff,
-            )
-        )
+        free = ~(same @ left_out) if left_out.any() else np.ones(left_out.shape, dtype=bool)
+        faces.append(Faces(node.astype(np.int32), unit, weight, free, stiff))
     return faces
 
 
@@ -211,7 +237,7 @@ class Ghost:
         active: ActiveGrid,
         held: npt.NDArray[np.bool_],
         behind: tuple[Integers, Floats] | None = None,
-    ) -> list[Coupling]:
+    ) -> list[FaceCoupling]:
         """Returns the penalty of `ghost_faces` on what the faces remember and on the step."""
         found = []
         self._current = []
@@ -234,8 +260,8 @@ class Ghost:
         tied = held.copy()
         reached = np.zeros(active.nodes, dtype=bool)
         for _, faces, _ in self._current:
-            diagonal = np.einsum("eaaii->eai", faces.matrix) > 0.0
-            np.logical_or.at(tied, faces.node, diagonal)
+            face, component = np.nonzero(faces.free.reshape(-1, active.grid.dim))
+            tied[faces.node.ravel()[face], component] = True
             reached[faces.node] = True
         return np.asarray(reached & tied.all(axis=1))
 

@@ -12,10 +12,12 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.errors import StepFailed
 from tilth.groups import Groups, group
+from tilth.pattern import Elements, Pattern
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Shorts = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -65,18 +67,44 @@ class Stencil:
 
     start: Integers
     first: Integers
-    count: npt.NDArray[np.int32]
+    count: Shorts
     cell_start: Integers
     cell: Integers
     node_key: Integers
     node_start: Integers
-    node: npt.NDArray[np.int32]
+    node: Shorts
     value_start: Integers
     value: Floats
     gradient: Floats
     colour_start: Integers
     slab_start: Integers
     order: Integers
+
+
+class Buffers:
+    """What steps reuse: memory, so that none has to ask the system for it, and the pattern.
+
+    Arrays taken for one step are overwritten by the next.
+    """
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Floats] = {}
+        self._pattern: Pattern | None = None
+
+    def take(self, name: str, size: int) -> Floats:
+        """Returns an array of this size, its entries undefined."""
+        array = self._arrays.get(name)
+        if array is None or len(array) < size:
+            array = self._arrays[name] = np.empty(size + size // 8)
+        return array[:size]
+
+    def pattern(
+        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+    ) -> Pattern:
+        """Returns the pattern of these: the last step's, the same object, where that serves."""
+        if self._pattern is None or not self._pattern.serves(key, groups, couplings):
+            self._pattern = Pattern(key, groups, couplings)
+        return self._pattern
 
 
 @dataclass(frozen=True)
@@ -90,6 +118,7 @@ class ActiveGrid:
         points: the points that are located.
         cell_keys: sorted keys of the cells that a point's support covers, each that of its lowest
             node.
+        buffers: what the steps reuse.
         couplings: further nodes that the matrix must couple, see `couple`.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
@@ -99,7 +128,8 @@ class ActiveGrid:
     stencils: list[Stencil]
     points: MaterialPoints
     cell_keys: Integers
-    couplings: list[npt.NDArray[np.int32]] = field(default_factory=list)
+    buffers: Buffers
+    couplings: list[Shorts] = field(default_factory=list)
     owned: tuple[int, int] = field(default=(0, 0))
 
     @property
@@ -130,59 +160,49 @@ class ActiveGrid:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
         return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
 
-    def couple(self, node: npt.NDArray[np.int32]) -> None:
+    def couple(self, node: Shorts) -> int:
         """Makes room in the matrix for blocks among the nodes of each row of `node`, (e, n).
 
-        To be called before the pattern is asked for.
+        To be called before the pattern is asked for. Returns the number of this coupling.
         """
         assert "_pattern" not in self.__dict__, "the pattern is fixed already"
         self.couplings.append(node)
+        return len(self.couplings) - 1
 
-    @cached_property
+    @property
     def reach(self) -> int:
         """Largest number of cells between two nodes that the matrix couples."""
-        most = max(int(stencil.count.max()) for stencil in self.stencils) - 1
-        for node in self.couplings:
-            place = self.lattice[node]
-            most = max(most, int((place.max(axis=1) - place.min(axis=1)).max()))
-        return most
+        of_groups = max(int(stencil.count.max()) for stencil in self.stencils) - 1
+        return max([of_groups, *(elements.reach for elements in self._pattern.elements)])
 
     @cached_property
-    def _pattern(self) -> tuple[Integers, npt.NDArray[np.int32]]:
-        starts = [stencil.node_start for stencil in self.stencils]
-        starts += [_row_starts(node) for node in self.couplings]
-        nodes = [stencil.node for stencil in self.stencils]
-        nodes += [node.ravel() for node in self.couplings]
-        offsets = np.cumsum([0] + [len(node) for node in nodes])
-        start = [start[:-1] + offset for start, offset in zip(starts, offsets, strict=False)]
-        row_start, column = _core.block_pattern(
-            self.nodes, np.concatenate([*start, offsets[-1:]]), np.concatenate(nodes)
-        )
-        return row_start, column
+    def _pattern(self) -> Pattern:
+        groups = [(stencil.node_start, stencil.node) for stencil in self.stencils]
+        return self.buffers.pattern(self.key, groups, self.couplings)
 
     @property
     def row_start(self) -> Integers:
         """First block of each row of the node-block matrix, shape (nodes + 1,)."""
-        return self._pattern[0]
+        return self._pattern.row_start
 
     @property
-    def column(self) -> npt.NDArray[np.int32]:
+    def column(self) -> Shorts:
         """Column of each block, sorted within a row."""
-        return self._pattern[1]
+        return self._pattern.column
 
-    @cached_property
-    def block_positions(self) -> list[tuple[Integers, npt.NDArray[np.int32]]]:
+    @property
+    def block_positions(self) -> list[tuple[Integers, Shorts]]:
         """Per body, where the blocks of its groups stand in the pattern: start, position."""
-        return [
-            _core.block_positions(s.node_start, s.node, self.row_start, self.column)
-            for s in self.stencils
-        ]
+        return self._pattern.block_positions
 
-    @cached_property
+    @property
     def diagonal(self) -> Integers:
         """Position of each node's diagonal block in the matrix, shape (nodes,)."""
-        rows = np.repeat(np.arange(self.nodes), np.diff(self.row_start))
-        return np.flatnonzero(rows == self.column)
+        return self._pattern.diagonal
+
+    def elements(self, number: int) -> Elements:
+        """Returns the elements of a coupling, by the number that `couple` gave it."""
+        return self._pattern.elements[number]
 
     def cells(self) -> Integers:
         """Returns the nodes of every cell that a point's support covers, shape (cells, 2^dim).
@@ -192,7 +212,7 @@ class ActiveGrid:
         vtk = [0, 1, 3, 2] if self.grid.dim == 2 else [0, 1, 3, 2, 4, 5, 7, 6]
         return self.corners(np.asarray(_core.lattice(self.cell_keys)))[:, vtk].astype(np.int64)
 
-    def corners(self, lattice: Integers) -> npt.NDArray[np.int32]:
+    def corners(self, lattice: Integers) -> Shorts:
         """Returns the nodes of cells at lattice places (n, 3), x fastest, shape (n, 2^dim).
 
         Raises AssertionError if a cell has a node that is not active.
@@ -206,45 +226,6 @@ class ActiveGrid:
 def cell_corners(dim: int) -> Integers:
     """Returns the corners of a cell from its lowest one, x fastest, shape (2^dim, 3)."""
     return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
-
-
-def shape_functions(place: Floats, cell_size: Floats) -> tuple[Floats, Floats]:
-    """Returns a cell's shape functions at places in it, and beyond.
-
-    place: from the lowest corner, in cells, shape (n, dim).
-
-    Returns values [-], shape (n, 2^dim), and gradients [1/length], shape (n, 2^dim, dim).
-    """
-    dim = place.shape[1]
-    corner = cell_corners(dim)
-    value, gradient = np.ones((len(place), len(corner))), []
-    hats = np.stack([1.0 - place, place], axis=2)  # (n, dim, 2)
-    slopes = np.array([-1.0, 1.0]) / cell_size[:, None]  # (dim, 2)
-    for k in range(dim):
-        value = value * hats[:, k, corner[:, k]]
-        part = np.tile(slopes[k, corner[:, k]], (len(place), 1))
-        for j in range(dim):
-            if j != k:
-                part = part * hats[:, j, corner[:, j]]
-        gradient.append(part)
-    return value, np.stack(gradient, axis=2)
-
-
-class Buffers:
-    """Memory for basis values that steps reuse, so that none has to ask the system for it.
-
-    Arrays taken for one step are overwritten by the next.
-    """
-
-    def __init__(self) -> None:
-        self._arrays: dict[str, Floats] = {}
-
-    def take(self, name: str, size: int) -> Floats:
-        """Returns an array of this size, its entries undefined."""
-        array = self._arrays.get(name)
-        if array is None or len(array) < size:
-            array = self._arrays[name] = np.empty(size + size // 8)
-        return array[:size]
 
 
 def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
@@ -268,16 +249,13 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
         stencils=stencils,
         points=points,
         cell_keys=_union([groups.active_cells() for groups in found]),
+        buffers=buffers,
         owned=(0, len(key)),
     )
 
 
 def _union(keys: list[Integers]) -> Integers:
     return keys[0] if len(keys) == 1 else np.unique(np.concatenate(keys))
-
-
-def _row_starts(node: npt.NDArray[np.int32]) -> Integers:
-    return np.arange(len(node) + 1, dtype=np.int64) * int(node.shape[1])
 
 
 def lattice_keys(lattice: Integers) -> Integers:

@@ -46,6 +46,9 @@ class Loads:
             if isinstance(load, PointForce)
         ]
 
+    def __bool__(self) -> bool:
+        return bool(self._on_mass or self.on_points)
+
     def acceleration(self, time: float) -> Floats:
         """Returns the sum of all body forces per mass at `time`, shape (dim,)."""
         total = np.zeros(self._model.dimension)

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.grid import ActiveGrid, find_keys, lattice_keys, shape_functions
+from tilth import _core
+from tilth.grid import ActiveGrid, find_keys, lattice_keys
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -25,14 +27,24 @@ class Place:
     Attributes:
         start: first point of each cell, shape (cells + 1,).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
-        value: shape functions N [-], shape (n, 2^dim).
-        gradient: [1/length], shape (n, 2^dim, dim).
+        local: places from their cells' lowest corners, in cells, shape (n, dim).
+        cell_size: [length], shape (dim,).
     """
 
     start: Integers
     node: npt.NDArray[np.int32]
-    value: Floats
-    gradient: Floats
+    local: Floats
+    cell_size: Floats
+
+    @cached_property
+    def value(self) -> Floats:
+        """Shape functions N [-], shape (n, 2^dim)."""
+        return np.asarray(_core.shape_values(self.local, self.cell_size))
+
+    @cached_property
+    def gradient(self) -> Floats:
+        """Gradients of the shape functions [1/length], shape (n, 2^dim, dim)."""
+        return np.asarray(_core.shape_functions(self.local, self.cell_size)[1])
 
     @property
     def cell(self) -> Integers:
@@ -41,17 +53,14 @@ class Place:
 
     def interpolate(self, nodal: Floats) -> Floats:
         """Returns sum_a N_a nodal_a, shape (n, k)."""
-        return np.asarray(np.einsum("na,nak->nk", self.value, nodal[self.node[self.cell]]))
+        return np.asarray(_core.interpolate_places(self.start, self.node, self.value, nodal))
 
     def scatter(self, vector: Floats, nodes: int) -> Floats:
         """Returns sum_n N_na vector_n at all nodes, shape (nodes, k)."""
-        of_cell = np.einsum("na,nk->nak", self.value, vector)
-        of_cell = np.add.reduceat(of_cell, self.start[:-1], axis=0)
-        node = self.node.ravel()
-        columns = [
-            np.bincount(node, of_cell[:, :, k].ravel(), nodes) for k in range(vector.shape[1])
-        ]
-        return np.stack(columns, axis=1)
+        nodal = np.zeros((nodes, vector.shape[1]))
+        vector = np.ascontiguousarray(vector)
+        _core.scatter_places(self.start, self.node, self.value, vector, nodal)
+        return nodal
 
 
 def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
@@ -59,20 +68,14 @@ def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
 
     place: [length], shape (n, dim); none is more than a cell away from a material point.
     """
-    grid, dim = active.grid, active.grid.dim
-    scaled = (place - grid.origin) / grid.cell_size
-    lattice = np.floor(scaled).astype(np.int64)
-    empty = np.flatnonzero(~_has_soil(active, lattice))
-    if len(empty):
-        lattice[empty] = _nearest_cell_with_soil(active, scaled[empty])
-    key = lattice_keys(lattice)
-    order = np.argsort(key, kind="stable")
-    lattice, key = lattice[order], key[order]
+    grid = active.grid
+    place = np.ascontiguousarray(place)
+    found = _core.cells_of_places(place, grid.origin, grid.cell_size, active.cell_keys)
+    order = np.argsort(found[0], kind="stable")
+    key, local = np.asarray(found[0])[order], np.asarray(found[1])[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
-    cells = np.pad(lattice[first], ((0, 0), (0, 3 - dim)))
-    node = active.corners(cells)
-    value, gradient = shape_functions(scaled[order] - lattice, grid.cell_size)
-    return order, Place(np.append(first, len(key)), node, value, gradient)
+    node = active.corners(np.asarray(_core.lattice(key[first])))
+    return order, Place(np.append(first, len(key)), node, local, grid.cell_size)
 
 
 def near_soil(active: ActiveGrid, place: Floats) -> npt.NDArray[np.bool_]:
@@ -86,21 +89,3 @@ def near_soil(active: ActiveGrid, place: Floats) -> npt.NDArray[np.bool_]:
 
 def _has_soil(active: ActiveGrid, lattice: Integers) -> npt.NDArray[np.bool_]:
     return np.asarray(find_keys(active.cell_keys, lattice_keys(lattice)) >= 0)
-
-
-def _nearest_cell_with_soil(active: ActiveGrid, scaled: Floats) -> Integers:
-    """Returns the cell, one of those around each place, that is nearest; places in cells.
-
-    Of cells that are as near, such as two that share the face a place lies on, the one whose
-    centre is nearer.
-    """
-    own = np.floor(scaled).astype(np.int64)
-    best, least = own.copy(), np.full(len(own), np.inf)
-    for step in np.ndindex(*(3,) * own.shape[1]):
-        cell = own + np.array(step) - 1
-        off = np.abs(scaled - (cell + 0.5))
-        distance = np.linalg.norm(np.maximum(off - 0.5, 0.0), axis=1)
-        distance = distance + 1e-6 * np.linalg.norm(off, axis=1)
-        nearer = _has_soil(active, cell) & (distance < least)
-        best[nearer], least[nearer] = cell[nearer], distance[nearer]
-    return best

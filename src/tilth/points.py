@@ -229,9 +229,7 @@ class MaterialPoints:
     @property
     def volume(self) -> Floats:
         """Current volume of each point, det F times the initial one, shape (n,)."""
-        xx, xy, xz, yx, yy, yz, zx, zy, zz = self.deformation_gradient.reshape(-1, 9).T
-        jacobian = xx * (yy * zz - yz * zy) - xy * (yx * zz - yz * zx) + xz * (yx * zy - yy * zx)
-        return np.asarray(jacobian * self.initial_volume)
+        return np.asarray(_core.current_volumes(self.deformation_gradient, self.initial_volume))
 
     def index_of(self, point_ids: Integers) -> Integers:
         """Returns where the points of these permanent numbers stand now."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth import _core
 from tilth.grid import ActiveGrid, find_keys
 from tilth.soil import Soil
 from tilth.support import well_supported
@@ -72,13 +73,14 @@ class Predictor:
 
 
 def _from_points(soil: Soil, active: ActiveGrid) -> Floats:
-    """Each node's mean of the points' last displacement fields u = c + G x, by volume."""
+    """Each node's mean of the points' last displacement fields, by volume."""
     points, dim = soil.points, active.grid.dim
-    volume = points.volume[:, None]
-    gradient = points.last_gradient
-    constant = points.last_displacement - np.einsum("nij,nj->ni", gradient, points.position)
-    field = np.hstack([constant, gradient.reshape(-1, dim * dim)])
-    nodal = soil.scatter(active, np.hstack([volume, volume * field]))
-    nodal = nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300)  # domains may only just touch
-    linear = nodal[:, dim:].reshape(-1, dim, dim)
-    return np.asarray(nodal[:, :dim] + np.einsum("nij,nj->ni", linear, active.position))
+    volume = points.volume
+    total = np.zeros((active.nodes, 1 + dim))
+    for body, stencil in zip(points.bodies, active.stencils, strict=True):
+        s = slice(body.start, body.stop)
+        _core.add_predictions(
+            stencil, active.position, points.position[s], points.last_displacement[s],
+            points.last_gradient[s], volume[s], total,
+        )  # fmt: skip
+    return np.asarray(total[:, 1:] / np.maximum(total[:, :1], 1e-300))  # domains may only touch

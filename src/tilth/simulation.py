@@ -15,7 +15,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearForces, reached
+from tilth.coupling import LinearElements, LinearForces, reached
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
@@ -220,10 +220,9 @@ class Simulation:
         contacts = self._contacts(active, before, after)
         self._note_untouched(conditions, contacts)
         self.soil.begin_step()
-        force_before = self.soil.scatter(active, self.loads.force(self.points, before))
-        force = self.soil.scatter(active, self.loads.force(self.points, after))
+        force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
-            couplings = contacts.couplings()
+            couplings: list[LinearElements] = [*contacts.couplings()]
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             coupled = reached(active, couplings)
             couplings += self._ghost.couplings(
@@ -272,6 +271,12 @@ class Simulation:
             force = force + surface_loads.force(equilibrium.displacement)
         mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
+
+    def _load(self, active: ActiveGrid, time: float) -> Floats:
+        """Returns the nodal force of the loads on points at `time` [force], (nodes, dim)."""
+        if not self.loads:
+            return np.zeros((active.nodes, active.grid.dim))
+        return self.soil.scatter(active, self.loads.force(self.points, time))
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""

@@ -51,6 +51,7 @@ class Soil:
         self._response = np.empty((n, _core.response_size(kind)))
         self._active: ActiveGrid | None = None
         self._centres: list[Centres | None] = []
+        self._weighed: tuple[ActiveGrid, Floats] | None = None
 
     def begin_step(self) -> None:
         """Prepares what depends on the state at the start of the step; points must be sorted."""
@@ -141,6 +142,12 @@ class Soil:
                 _core.scatter(stencil, part, nodal)
         return nodal
 
+    def nodal_volume(self, active: ActiveGrid) -> Floats:
+        """Returns the volume that the points give each node at the start of the step, (nodes,)."""
+        if self._weighed is None or self._weighed[0] is not active:
+            self._weighed = (active, self.scatter(active, self.points.volume))
+        return self._weighed[1]
+
     def yielding_nodes(self, active: ActiveGrid) -> npt.NDArray[np.bool_]:
         """Returns the nodes of points that yield in the trial state, shape (nodes,)."""
         yielding = self._plastic[:, :1] > self.points.plastic[:, :1]
@@ -187,7 +194,7 @@ class Soil:
                     points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
                     points.stress[body.start : body.stop] *= centres.after[:, None]
                     self._level(body, active, centres)
-            self._active = None  # the points have moved
+            self._active = self._weighed = None  # the points have moved
             points.elastic_share = self._elastic_share()
             points.elastic_strain, self._strain = self._strain, points.elastic_strain
             points.plastic, self._plastic = self._plastic, points.plastic
@@ -269,12 +276,14 @@ class Soil:
         _core.interpolate(stencil, nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300), smooth)
         change = centres.level(volumetric - smooth[:, 0], volume, flow)
         bulk = body.young_modulus / (3.0 * (1.0 - 2.0 * body.poisson_ratio))
+        moved = np.flatnonzero(change)
+        change = change[moved]
         shrink = np.exp(-change)  # J_bar before over after; the Kirchhoff pressure is linear
-        stress = points.stress[s] * shrink[:, None]
-        stress[:, :3] += (bulk * change * shrink / jacobian)[:, None]
-        points.stress[s] = stress
-        strain[:, :3] += change[:, None] / 3.0
-        points.assumed_jacobian[s] = jacobian / shrink
+        stress = points.stress[s][moved] * shrink[:, None]
+        stress[:, :3] += (bulk * change * shrink / jacobian[moved])[:, None]
+        points.stress[s][moved] = stress
+        strain[moved, :3] += change[:, None] / 3.0
+        jacobian[moved] /= shrink
 
     def elastic_energy(self) -> float:
         """Returns the elastic strain energy of all points [force length]."""

@@ -152,7 +152,8 @@ def solve_step(
             raise StepFailed(reason, point=worst, residuals=residuals)
         if system is None:
             with timers.measure("assembly"):
-                system = LinearSystem(active, held)
+                entries = len(active.column) * active.grid.dim**2
+                system = LinearSystem(active, held, active.buffers.take("matrix", entries))
         soil.stiffness(active, system.blocks)
         springs.add_stiffness(active, system.blocks)
         linear.add_stiffness(system.blocks)

@@ -40,7 +40,7 @@ RELATIVE_SHIFT = 1e-11
 def well_supported(soil: Soil, active: ActiveGrid) -> npt.NDArray[np.bool_]:
     """Returns which nodes have at least `LEAST_SUPPORT`, shape (nodes,)."""
     full = 0.5**active.grid.dim * np.prod(active.grid.cell_size) * _circumference(soil, active)
-    return np.asarray(soil.scatter(active, soil.points.volume) >= LEAST_SUPPORT * full)
+    return np.asarray(soil.nodal_volume(active) >= LEAST_SUPPORT * full)
 
 
 def _circumference(soil: Soil, active: ActiveGrid) -> Floats:

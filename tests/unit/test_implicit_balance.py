@@ -23,12 +23,12 @@ from implicit_blocks import (
     squeezed,
     steps_of,
 )
+from implicit_problems import ghost_force
 from small_problems import BASES, Floats, dimension
 
 import tilth.simulation
 from tilth import Model
-from tilth.coupling import Coupling
-from tilth.ghost import Ghost
+from tilth.ghost import FaceCoupling, Ghost
 from tilth.simulation import Simulation, StepResult
 from tilth.support import Springs
 from tilth.verification.march import march
@@ -127,14 +127,14 @@ def test_reaction_and_moment_balance_the_loads(
     is that of the forces it remembers on the displacement of the step.
     """
     springs: list[Springs] = []
-    ghosts: list[list[Coupling]] = []
+    ghosts: list[list[FaceCoupling]] = []
     couplings = Ghost.couplings
 
     def keep(*arguments: Any) -> Springs:
         springs.append(Springs.of(*arguments))
         return springs[-1]
 
-    def keep_couplings(*arguments: Any) -> list[Coupling]:
+    def keep_couplings(*arguments: Any) -> list[FaceCoupling]:
         ghosts.append(couplings(*arguments))
         return ghosts[-1]
 
@@ -170,8 +170,7 @@ def test_reaction_and_moment_balance_the_loads(
         place = result.active.position + moved
         ghost = np.zeros(moved.shape)
         for each in ghosts[-1]:
-            force = each.force + np.einsum("eabij,ebj->eai", each.matrix, moved[each.node])
-            np.add.at(ghost, each.node, -force)
+            ghost -= ghost_force(each, moved)
         points = simulation.points
         # not the place of a CPDI2 point: this is the centroid of its moved domain
         carried = simulation.soil.interpolate(result.active, moved)

@@ -90,7 +90,8 @@ def test_the_documented_lines_read_a_profile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = Path(__file__).parents[2] / "docs" / "howto" / "read_results.md"
-    (block,) = re.findall(r"^```py\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r"^```py\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    (block,) = (block for block in blocks if "read_surface" in block)
     slope = line("slope", np.linspace([0.0, 1.0], [1.0 / 3.0, 2.0], 5))
     (tmp_path / "run").mkdir()
     shapes = (circle("pipe", 8), slope)

@@ -50,7 +50,9 @@ void bind_stencil(nb::module_& module);
 void bind_corners(nb::module_& module);
 void bind_points(nb::module_& module);
 void bind_sparse(nb::module_& module);
+void bind_elements(nb::module_& module);
 void bind_implicit(nb::module_& module);
+void bind_place(nb::module_& module);
 void bind_multigrid(nb::module_& module);
 
 }  // namespace tilth::bind

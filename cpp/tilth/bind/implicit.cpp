@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "../boundary/behind.hpp"
 #include "../boundary/cut.hpp"
 #include "../boundary/surface.hpp"
 #include "../boundary/touch.hpp"
@@ -50,6 +51,35 @@ auto touching_points(ConstIntegers start, ConstDoubles place, ConstDoubles norma
   return give(std::move(nearest));
 }
 
+auto boundary_penalty(ConstDoubles normal, ConstDoubles projector, ConstDoubles moduli,
+                      ConstDoubles square) {
+  const std::size_t n = normal.shape(0), dim = normal.shape(1);
+  require_size(projector, static_cast<std::int64_t>(n * dim * dim), "projector");
+  require_size(moduli, static_cast<std::int64_t>(2 * n), "moduli");
+  require_size(square, static_cast<std::int64_t>(n), "square");
+  std::vector<double> penalty(n * dim * dim);
+  with_dimension(static_cast<int>(dim), [&](auto kind) {
+    boundary::boundary_penalty<decltype(kind)::dim>(static_cast<std::int64_t>(n), normal.data(),
+                                                    projector.data(), moduli.data(), square.data(),
+                                                    penalty.data());
+  });
+  return give(std::move(penalty), {n, dim, dim});
+}
+
+auto cells_behind(ConstDoubles place, ConstDoubles normal, ConstDoubles origin,
+                  ConstDoubles cell_size) {
+  const std::size_t dim = origin.size();
+  require_size(normal, static_cast<std::int64_t>(place.size()), "normal");
+  boundary::Behind behind;
+  with_dimension(static_cast<int>(dim), [&](auto kind) {
+    behind = boundary::cells_behind<decltype(kind)::dim>(static_cast<std::int64_t>(place.shape(0)),
+                                                         place.data(), normal.data(), origin.data(),
+                                                         cell_size.data());
+  });
+  const std::size_t cells = behind.key.size();
+  return std::make_tuple(give(std::move(behind.key)), give(std::move(behind.depth), {cells, dim}));
+}
+
 auto surface_elements(ConstIntegers start, ConstDoubles shape, ConstDoubles penalty,
                       ConstDoubles constant) {
   const auto elements = static_cast<std::int64_t>(start.size()) - 1;
@@ -75,6 +105,10 @@ void bind_implicit(nb::module_& module) {
   module.def("touching_points", &touching_points, "start"_a, "place"_a, "normal"_a, "position"_a,
              "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "origin"_a, "cell_size"_a,
              "Number of the nearest material point that each place touches, -1 if none.");
+  module.def("boundary_penalty", &boundary_penalty, "normal"_a, "projector"_a, "moduli"_a,
+             "square"_a, "Stress per slip (n,dim,dim) of a boundary's quadrature points.");
+  module.def("cells_behind", &cells_behind, "place"_a, "normal"_a, "origin"_a, "cell_size"_a,
+             "Sorted keys of the cells behind a boundary, and how much of them (cells,dim).");
   module.def("surface_elements", &surface_elements, "start"_a, "shape"_a, "penalty"_a, "constant"_a,
              "Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements.");
 }

@@ -20,6 +20,8 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);
   tilth::bind::bind_sparse(module);
+  tilth::bind::bind_elements(module);
   tilth::bind::bind_implicit(module);
+  tilth::bind::bind_place(module);
   tilth::bind::bind_multigrid(module);
 }

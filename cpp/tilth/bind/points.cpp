@@ -2,6 +2,8 @@
 #include "../kernel/advance.hpp"
 #include "../kernel/cells.hpp"
 #include "../kernel/internal_force.hpp"
+#include "../kernel/level.hpp"
+#include "../kernel/predict.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/stress.hpp"
 #include "../material/list.hpp"
@@ -120,20 +122,6 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   });
 }
 
-void add_blocks(int dim, ConstIntegers node_start, ConstShorts node, ConstIntegers block_start,
-                ConstShorts block_position, ConstDoubles blocks, Doubles matrix) {
-  if (dim != 2 && dim != 3) throw std::invalid_argument("dimension must be 2 or 3");
-  const double* block = blocks.data();
-  for (std::size_t g = 0; g + 1 < node_start.size(); ++g) {
-    const std::int64_t first = node_start.data()[g];
-    const int n = static_cast<int>(node_start.data()[g + 1] - first);
-    const auto scatter = dim == 2 ? &kernel::scatter_blocks<2> : &kernel::scatter_blocks<3>;
-    scatter(n, node.data() + first, block_position.data() + block_start.data()[g], block,
-            matrix.data());
-    block += std::int64_t{n} * n * dim * dim;
-  }
-}
-
 /// Adds each point's volume and its volume times `weight` to the cells that its domain fills.
 void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                 ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
@@ -199,6 +187,20 @@ void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles
   });
 }
 
+auto level_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
+                   ConstDoubles strain, ConstDoubles volume, ConstDoubles forget) {
+  const CentresView centres(centres_handle);
+  const auto groups = static_cast<std::int64_t>(group_start.size()) - 1;
+  const std::int64_t points = group_start.data()[groups];
+  require_size(strain, points, "strain");
+  require_size(volume, points, "volume");
+  require_size(forget, points, "forget");
+  std::vector<double> change(points);
+  kernel::level_strains(groups, group_start.data(), centres, cells, strain.data(), volume.data(),
+                        forget.data(), change.data());
+  return give(std::move(change));
+}
+
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
   const StencilView stencil(stencil_handle);
   const int components = nodal.ndim() == 2 ? static_cast<int>(nodal.shape(1)) : 1;
@@ -213,6 +215,31 @@ void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) 
   require_size(vector, stencil.points() * components, "vector");
   nb::gil_scoped_release release;
   kernel::interpolate(stencil, components, nodal.data(), vector.data());
+}
+
+void add_predictions(nb::handle stencil_handle, ConstDoubles node_position, ConstDoubles position,
+                     ConstDoubles displacement, ConstDoubles gradient, ConstDoubles volume,
+                     Doubles sum) {
+  const StencilView stencil(stencil_handle);
+  const auto dim = static_cast<std::int64_t>(position.shape(1));
+  require_size(position, stencil.points() * dim, "position");
+  require_size(displacement, stencil.points() * dim, "displacement");
+  require_size(gradient, stencil.points() * dim * dim, "gradient");
+  require_size(volume, stencil.points(), "volume");
+  require_size(sum, static_cast<std::int64_t>(node_position.shape(0)) * (1 + dim), "sum");
+  nb::gil_scoped_release release;
+  const auto add = dim == 2 ? &kernel::add_predictions<2> : &kernel::add_predictions<3>;
+  add(stencil, node_position.data(), position.data(), displacement.data(), gradient.data(),
+      volume.data(), sum.data());
+}
+
+auto current_volumes(ConstDoubles deformation_gradient, ConstDoubles initial_volume) {
+  std::vector<double> volume(initial_volume.size());
+  const auto points = static_cast<std::int64_t>(volume.size());
+  require_size(deformation_gradient, 9 * points, "deformation_gradient");
+  kernel::current_volumes(points, deformation_gradient.data(), initial_volume.data(),
+                          volume.data());
+  return give(std::move(volume));
 }
 
 void advance(const std::string& kind_name, ConstDoubles increment, ConstDoubles response,
@@ -318,9 +345,6 @@ void bind_points(nb::module_& module) {
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
              "initial_volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
-  module.def("add_blocks", &add_blocks, "dim"_a, "node_start"_a, "node"_a, "block_start"_a,
-             "block_position"_a, "blocks"_a, "matrix"_a,
-             "Adds dense matrices (n, dim, dim, n) of groups of nodes to the node-block matrix.");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times weight of the points to filled (cells, 2).");
@@ -330,8 +354,17 @@ void bind_points(nb::module_& module) {
   module.def("update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a,
              "radius"_a, "displacement"_a, "ratio"_a, "trace"_a,
              "Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
+  module.def("level_strains", &level_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
+             "volume"_a, "forget"_a,
+             "Change of the points' volumetric strains towards their cells' mean (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
+  module.def(
+      "add_predictions", &add_predictions, "stencil"_a, "node_position"_a, "position"_a,
+      "displacement"_a, "gradient"_a, "volume"_a, "sum"_a,
+      "Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).");
+  module.def("current_volumes", &current_volumes, "deformation_gradient"_a, "initial_volume"_a,
+             "det F times the initial volume of each point.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,
              "Fills the points' interpolated vectors.");
   module.def("advance", &advance, "kind"_a, "increment"_a, "response"_a, "deformation_gradient"_a,

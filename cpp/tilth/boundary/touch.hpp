@@ -60,6 +60,9 @@ struct Boxes {
     return sum;
   }
 
+  /// Half the width along an axis of the ellipsoid that the sides touch.
+  double half_width(std::int64_t p, int axis) const { return half[Dim * p + axis]; }
+
   /// Half the width across a boundary.
   double width(std::int64_t p, const double* normal) const {
     double sum = 0.0;
@@ -95,6 +98,15 @@ struct Parallelepipeds {
     return sum;
   }
 
+  double half_width(std::int64_t p, int axis) const {
+    double sum = 0.0;
+    for (int k = 0; k < Dim; ++k) {
+      const double along_axis = edge[Dim * (Dim * p + k) + axis];
+      sum += along_axis * along_axis;
+    }
+    return std::sqrt(sum);
+  }
+
   double width(std::int64_t p, const double* normal) const {
     double sum = 0.0;
     for (int k = 0; k < Dim; ++k) {
@@ -122,27 +134,40 @@ bool beside(const Extent& extent, std::int64_t p, const double* offset, const do
   return std::fabs(height) <= 2.0 * extent.width(p, normal) * (1.0 + 1e-9) && extent.holds(p, foot);
 }
 
-/// Calls `visit(p, offset, measure)` for all points `around` cells around a place: `measure` is the
-/// square of the distance in units of the point's domain.
+/// Calls `visit(p, offset, measure)` for the points at most `around` cells around a place that are
+/// no further from it along each axis than `within`: `measure` is the square of the distance in
+/// units of the point's domain.
 template <int Dim, class Extent, class Visit>
-void for_points_around(const PointsByCell& sorted, const double* place, const double* position,
-                       const Extent& extent, const std::int64_t* around, const double* origin,
-                       const double* cell_size, Visit&& visit) {
-  const Lattice own = unpack(cell_of<Dim>(place, origin, cell_size));
-  const std::int64_t deep = Dim == 3 ? around[Dim - 1] : 0;
-  for (std::int64_t k = -deep; k <= deep; ++k)
-    for (std::int64_t j = -around[1]; j <= around[1]; ++j) {
+void for_points_around(const PointsByCell& sorted, const double* place, const double* within,
+                       const double* position, const Extent& extent, const std::int64_t* around,
+                       const double* origin, const double* cell_size, Visit&& visit) {
+  Lattice own{0, 0, 0}, low{0, 0, 0}, high{0, 0, 0};
+  for (int axis = 0; axis < Dim; ++axis) {
+    const double x = (place[axis] - origin[axis]) / cell_size[axis];
+    const double reach = within[axis] / cell_size[axis] * (1.0 + 1e-6);
+    own[axis] = static_cast<std::int64_t>(std::floor(x));
+    const double inside = x - static_cast<double>(own[axis]);
+    const auto below = static_cast<std::int64_t>(std::floor(inside - reach - 1e-6));
+    const auto above = static_cast<std::int64_t>(std::floor(inside + reach + 1e-6));
+    low[axis] = std::max(-around[axis], below);
+    high[axis] = std::min(around[axis], above);
+  }
+  for (std::int64_t k = low[2]; k <= high[2]; ++k)
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
       // the cells of a row along x have consecutive keys
       const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                          pack({own[0] - around[0], own[1] + j, own[2] + k}));
-      const std::int64_t last = pack({own[0] + around[0], own[1] + j, own[2] + k});
+                                          pack({own[0] + low[0], own[1] + j, own[2] + k}));
+      const std::int64_t last = pack({own[0] + high[0], own[1] + j, own[2] + k});
       for (auto i = begin - sorted.key.begin();
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
         double offset[Dim];
-        for (int axis = 0; axis < Dim; ++axis)
+        bool far = false;
+        for (int axis = 0; axis < Dim; ++axis) {
           offset[axis] = place[axis] - position[Dim * p + axis];
-        visit(p, offset, extent.measure(p, offset));
+          far = far || std::fabs(offset[axis]) > within[axis] * (1.0 + 1e-6);
+        }
+        if (!far) visit(p, offset, extent.measure(p, offset));
       }
     }
 }
@@ -158,6 +183,13 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      const double* cell_size, std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
+  double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
+  for (std::int64_t p = 0; p < points; ++p)
+    for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));
+  for (int k = 0; k < Dim; ++k) {
+    within[k] *= std::sqrt(reach);
+    all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
+  }
   std::vector<std::int64_t> reached;  // keys of the cells
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
@@ -165,8 +197,8 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
     for (std::int64_t q = begin; q < end; ++q) {
       double least = far;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, place + Dim * q, position, extent, around, origin, cell_size,
-                             [&](std::int64_t p, const double*, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, within, position, extent, around, origin,
+                             cell_size, [&](std::int64_t p, const double*, double measure) {
                                if (measure > reach || measure >= least) return;
                                least = measure;
                                nearest[q] = p;
@@ -182,8 +214,8 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
       if (std::binary_search(reached.begin(), reached.end(), key)) continue;
       double least = far;
-      for_points_around<Dim>(sorted, place + Dim * q, position, extent, around, origin, cell_size,
-                             [&](std::int64_t p, const double* offset, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, all, position, extent, around, origin,
+                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
                                if (!beside<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;

@@ -43,6 +43,18 @@ void advance(std::int64_t points, const double* increment, const double* respons
   }
 }
 
+/// Fills `volume` with det F times the initial one.
+inline void current_volumes(std::int64_t points, const double* deformation_gradient,
+                            const double* initial_volume, double* volume) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    const double* f = deformation_gradient + 9 * p;
+    volume[p] = initial_volume[p] *
+                (f[0] * (f[4] * f[8] - f[5] * f[7]) - f[1] * (f[3] * f[8] - f[5] * f[6]) +
+                 f[2] * (f[3] * f[7] - f[4] * f[6]));
+  }
+}
+
 /// How a GIMP domain's half lengths follow the deformation gradient.
 enum class DomainRule { determinant, deformation_gradient, right_stretch, left_stretch };
 
@@ -52,6 +64,40 @@ inline DomainRule domain_rule(const std::string& name) {
   if (name == "right_stretch") return DomainRule::right_stretch;
   if (name == "left_stretch") return DomainRule::left_stretch;
   throw std::invalid_argument("unknown domain rule '" + name + "'");
+}
+
+/// Diagonal of the square root U of a symmetric positive definite tensor in six components (Hoger
+/// and Carlson 1984). With the invariants of U, i1^2 = I + 2 i2, i2^2 = II + 2 i1 i3 and i3^2 =
+/// III; their quartic for i1 is convex above its largest root, to which Newton's method descends.
+template <bool InPlane>
+void square_root_diagonal(const double c[6], double root[3]) {
+  const double in_plane = c[0] * c[1] - c[3] * c[3];
+  if constexpr (InPlane) {
+    const double determinant = std::sqrt(in_plane);
+    const double trace = std::sqrt(c[0] + c[1] + 2.0 * determinant);
+    for (int i = 0; i < 2; ++i) root[i] = (c[i] + determinant) / trace;
+    root[2] = std::sqrt(c[2]);
+  } else {
+    const double first = c[0] + c[1] + c[2];
+    const double second = in_plane + c[1] * c[2] - c[4] * c[4] + c[0] * c[2] - c[5] * c[5];
+    const double i3 =
+        std::sqrt(c[0] * (c[1] * c[2] - c[4] * c[4]) - c[3] * (c[3] * c[2] - c[4] * c[5]) +
+                  c[5] * (c[3] * c[4] - c[1] * c[5]));
+    double i1 = std::sqrt(3.0 * first), i2 = 0.0;  // no less than the root
+    constexpr int most = 60;  // quadratic near the root, halving its distance far from it
+    for (int iteration = 0; iteration < most; ++iteration) {
+      i2 = 0.5 * (i1 * i1 - first);
+      const double change = (i2 * i2 - second - 2.0 * i1 * i3) / (2.0 * (i1 * i2 - i3));
+      i1 -= change;
+      if (!(change > 1e-15 * i1)) break;
+    }
+    i2 = 0.5 * (i1 * i1 - first);
+    const double square[3] = {c[0] * c[0] + c[3] * c[3] + c[5] * c[5],
+                              c[1] * c[1] + c[3] * c[3] + c[4] * c[4],
+                              c[2] * c[2] + c[4] * c[4] + c[5] * c[5]};
+    for (int i = 0; i < 3; ++i)
+      root[i] = (i1 * i3 + (i1 * i1 - i2) * c[i] - square[i]) / (i1 * i2 - i3);
+  }
 }
 
 /// half <- initial half length times the stretch that the rule reads off F.
@@ -81,11 +127,7 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
           c[k] += rule == DomainRule::right_stretch ? f[3 * m + i] * f[3 * m + j]
                                                     : f[3 * i + m] * f[3 * j + m];
       }
-      Spectrum s = spectrum<K::in_plane>(c);
-      for (double& value : s.value) value = std::sqrt(value);
-      double component[6];
-      compose(s.value, s.vector, component);
-      for (int i = 0; i < 3; ++i) stretch[i] = component[i];
+      square_root_diagonal<K::in_plane>(c, stretch);
     }
     for (int i = 0; i < dim; ++i) half[dim * p + i] = initial_half[dim * p + i] * stretch[i];
   }

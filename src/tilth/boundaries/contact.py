@@ -50,14 +50,15 @@ class Contact:
     @cached_property
     def penalty(self) -> Floats:
         """P, the stress per slip [stress/length], shape (n, dim, dim)."""
-        normal, projector = self.pose.normal, self.pose.projector
-        constrained, shear = self.moduli.T
-        across = normal[:, :, None] * normal[:, None, :]
-        acoustic = shear[:, None, None] * np.eye(normal.shape[1])
-        acoustic = acoustic + (constrained - shear)[:, None, None] * across
         assert self.boundary.terms is not None
-        square = self.boundary.terms.square[self.chosen]
-        return np.asarray(square[:, None, None] * (projector @ acoustic @ projector))
+        return np.asarray(
+            _core.boundary_penalty(
+                np.ascontiguousarray(self.pose.normal),
+                np.ascontiguousarray(self.pose.projector),
+                self.moduli,
+                self.boundary.terms.square[self.chosen],
+            )
+        )
 
     @cached_property
     def before(self) -> Floats:

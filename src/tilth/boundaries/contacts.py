@@ -15,7 +15,7 @@ from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
 from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
-from tilth.grid import ActiveGrid, lattice_keys
+from tilth.grid import ActiveGrid
 from tilth.place import locate_places
 from tilth.points import MaterialPoints
 
@@ -99,20 +99,11 @@ class Contacts:
         the normal's component along each axis, shape (cells, dim).
         """
         grid = self.active.grid
-        keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, grid.dim))]
-        for part in self.parts:
-            normal, place = part.pose.normal, part.pose.place
-            half = 0.5 * (np.abs(normal) @ grid.cell_size)[:, None]
-            for inside in (place, place - half * normal):
-                lattice = np.floor((inside - grid.origin) / grid.cell_size)
-                centre = grid.origin + (lattice + 0.5) * grid.cell_size
-                depth = np.einsum("ni,ni->n", place - centre, normal)[:, None] / half
-                keys.append(lattice_keys(lattice.astype(np.int64)))
-                depths.append(np.clip(depth, 0.0, 1.0) * normal**2)
-        key, number = np.unique(np.concatenate(keys), return_inverse=True)
-        depth = np.zeros((len(key), grid.dim))
-        np.maximum.at(depth, number, np.concatenate(depths))
-        return key, depth
+        none = [np.zeros((0, grid.dim))]
+        place = np.concatenate([part.pose.place for part in self.parts] or none)
+        normal = np.concatenate([part.pose.normal for part in self.parts] or none)
+        key, depth = _core.cells_behind(place, normal, grid.origin, grid.cell_size)
+        return np.asarray(key), np.asarray(depth)
 
     def couplings(self) -> list[Coupling]:
         """Returns the boundaries' forces, linear in the displacement of the step."""

@@ -19,6 +19,9 @@ Integers = npt.NDArray[np.int64]
 class LinearSystem:
     """Node-block matrix with a pattern fixed over the step, and its restriction to free unknowns.
 
+    Args:
+        memory: where the values stand, at least entries times dim^2; its own if not given.
+
     Attributes:
         blocks: the values, shape (entries of the pattern, dim, dim).
         active: the active grid, which owns the pattern.
@@ -26,9 +29,13 @@ class LinearSystem:
         hard: nodes where an iterative solver may need help, shape (nodes,); None where unknown.
     """
 
-    def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
+    def __init__(
+        self, active: ActiveGrid, held: npt.NDArray[np.bool_], memory: Floats | None = None
+    ) -> None:
         dim = active.grid.dim
-        self.blocks: Floats = np.empty((len(active.column), dim, dim))
+        size = len(active.column) * dim**2
+        memory = np.empty(size) if memory is None else memory[:size]
+        self.blocks: Floats = memory.reshape(-1, dim, dim)
         self.active = active
         self.held = held
         self.hard: npt.NDArray[np.bool_] | None = None

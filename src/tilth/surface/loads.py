@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
 from tilth.errors import StepFailed
@@ -19,7 +18,7 @@ from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
 from tilth.place import Place, locate_places, near_soil
-from tilth.surface.chain import Floats, Integers
+from tilth.surface.chain import Floats
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 
@@ -32,8 +31,7 @@ class _Loaded:
     at: Place
     points: SurfaceQuadrature
     arc_length: Floats
-    block_start: Integers
-    node: npt.NDArray[np.int32]
+    coupling: int
 
 
 class SurfaceLoads:
@@ -72,10 +70,9 @@ class SurfaceLoads:
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             order, at = locate_places(active, points.position)
-            active.couple(at.node)
-            start = np.arange(len(at.node) + 1, dtype=np.int64) * at.node.shape[1]
+            coupling = active.couple(at.node)
             self._loaded.append(
-                _Loaded(load, at, points.ordered(order), arc_length[order], start, at.node.ravel())
+                _Loaded(load, at, points.ordered(order), arc_length[order], coupling)
             )
 
     def __bool__(self) -> bool:
@@ -107,16 +104,13 @@ class SurfaceLoads:
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """Subtracts the derivative of `force` from the node blocks (blocks, dim, dim)."""
-        active, dim = self._active, self._active.grid.dim
         for loaded in self._loaded:
             derivative = self._derivative(loaded, displacement, self._after)  # (n, b, i, k)
             if derivative is None:
                 continue
-            rows = -np.einsum("na,nbik->naikb", loaded.at.value, derivative)
-            rows = np.ascontiguousarray(np.add.reduceat(rows, loaded.at.start[:-1], axis=0))
-            start, node = loaded.block_start, loaded.node
-            positions = _core.block_positions(start, node, active.row_start, active.column)
-            _core.add_blocks(dim, start, node, *positions, rows, blocks)
+            matrix = -np.einsum("na,nbik->nabik", loaded.at.value, derivative)
+            matrix = np.ascontiguousarray(np.add.reduceat(matrix, loaded.at.start[:-1], axis=0))
+            _core.add_dense_blocks(self._active.elements(loaded.coupling), matrix, blocks)
 
     def _moved(self, loaded: _Loaded, displacement: Floats) -> tuple[Floats, Floats]:
         """Places of the quadrature points and their edges for a nodal displacement."""

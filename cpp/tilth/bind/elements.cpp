@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../kernel/elements.hpp"
+
+#include "../kind.hpp"
+#include "arrays.hpp"
+
+namespace tilth::bind {
+
+namespace {
+
+/// Reads tilth.pattern.Elements.
+struct ElementsView : kernel::Elements {
+  ConstShorts shorts[2];
+  ConstIntegers integers[4];
+
+  explicit ElementsView(nb::handle of) : kernel::Elements{} {
+    shorts[0] = nb::cast<ConstShorts>(of.attr("node"));
+    shorts[1] = nb::cast<ConstShorts>(of.attr("block_position"));
+    const char* names[4] = {"colour_start", "slab_start", "order", "block_start"};
+    for (int i = 0; i < 4; ++i) integers[i] = nb::cast<ConstIntegers>(of.attr(names[i]));
+    elements = static_cast<std::int64_t>(shorts[0].shape(0));
+    nodes = static_cast<int>(shorts[0].shape(1));
+    if (nodes > kernel::maximum_nodes) throw std::invalid_argument("an element has too many nodes");
+    require_size(integers[2], elements, "order");
+    require_size(integers[3], elements, "block_start");
+    node = shorts[0].data();
+    colours = static_cast<std::int64_t>(integers[0].size()) - 1;
+    colour_start = integers[0].data();
+    slab_start = integers[1].data();
+    order = integers[2].data();
+  }
+
+  kernel::BlockPositions blocks() const { return {integers[3].data(), shorts[1].data()}; }
+};
+
+void add_element_forces(nb::handle of, ConstDoubles force, Doubles nodal) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(nodal.shape(1));
+  require_size(force, elements.elements * elements.nodes * dim, "force");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    kernel::add_element_forces<decltype(kind)::dim>(elements, force.data(), nodal.data());
+  });
+}
+
+template <class Matrices, int Dim>
+void add_products(const ElementsView& elements, const Matrices& matrices, const double* vector,
+                  bool magnitude, double* product) {
+  const auto add = magnitude ? &kernel::add_element_products<true, Dim, Matrices>
+                             : &kernel::add_element_products<false, Dim, Matrices>;
+  add(elements, matrices, vector, product);
+}
+
+void require_dense(const ElementsView& elements, const ConstDoubles& matrix, int dim) {
+  const std::int64_t unknowns = std::int64_t{elements.nodes} * dim;
+  require_size(matrix, elements.elements * unknowns * unknowns, "matrix");
+}
+
+void require_scaled(const ElementsView& elements, const ConstDoubles& weight,
+                    const ConstDoubles& unit, const ConstFlags& free, int dim) {
+  require_size(weight, elements.elements, "weight");
+  require_size(unit, std::int64_t{elements.nodes} * elements.nodes, "unit");
+  require_size(free, elements.elements * elements.nodes * dim, "free");
+}
+
+void add_dense_products(nb::handle of, ConstDoubles matrix, ConstDoubles vector, bool magnitude,
+                        Doubles product) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(vector.shape(1));
+  require_dense(elements, matrix, dim);
+  require_size(product, static_cast<std::int64_t>(vector.size()), "product");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::DenseMatrices<decltype(kind)::dim>;
+    add_products<Matrices, decltype(kind)::dim>(elements, Matrices{matrix.data()}, vector.data(),
+                                                magnitude, product.data());
+  });
+}
+
+void add_dense_blocks(nb::handle of, ConstDoubles matrix, Doubles blocks) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(blocks.shape(1));
+  require_dense(elements, matrix, dim);
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::DenseMatrices<decltype(kind)::dim>;
+    kernel::add_element_blocks<decltype(kind)::dim>(elements, elements.blocks(),
+                                                    Matrices{matrix.data()}, blocks.data());
+  });
+}
+
+void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
+                         ConstDoubles vector, bool magnitude, Doubles product) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(vector.shape(1));
+  require_scaled(elements, weight, unit, free, dim);
+  require_size(product, static_cast<std::int64_t>(vector.size()), "product");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::ScaledMatrix<decltype(kind)::dim>;
+    add_products<Matrices, decltype(kind)::dim>(elements,
+                                                Matrices{weight.data(), unit.data(), free.data()},
+                                                vector.data(), magnitude, product.data());
+  });
+}
+
+void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
+                       Doubles blocks) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(blocks.shape(1));
+  require_scaled(elements, weight, unit, free, dim);
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::ScaledMatrix<decltype(kind)::dim>;
+    kernel::add_element_blocks<decltype(kind)::dim>(
+        elements, elements.blocks(), Matrices{weight.data(), unit.data(), free.data()},
+        blocks.data());
+  });
+}
+
+}  // namespace
+
+void bind_elements(nb::module_& module) {
+  using namespace nb::literals;
+  module.def("add_element_forces", &add_element_forces, "elements"_a, "force"_a, "nodal"_a,
+             "Adds the elements' forces (e, n, dim) to nodal (nodes, dim).");
+  module.def("add_dense_products", &add_dense_products, "elements"_a, "matrix"_a, "vector"_a,
+             "magnitude"_a, "product"_a,
+             "Adds the elements' matrices (e, n, n, dim, dim), or those of their entries' "
+             "magnitudes, times vector to product.");
+  module.def("add_dense_blocks", &add_dense_blocks, "elements"_a, "matrix"_a, "blocks"_a,
+             "Adds the elements' matrices (e, n, n, dim, dim) to the node-block matrix.");
+  module.def("add_scaled_products", &add_scaled_products, "elements"_a, "weight"_a, "unit"_a,
+             "free"_a, "vector"_a, "magnitude"_a, "product"_a,
+             "As add_dense_products for matrices weight_e unit_ab of each free component.");
+  module.def("add_scaled_blocks", &add_scaled_blocks, "elements"_a, "weight"_a, "unit"_a, "free"_a,
+             "blocks"_a,
+             "As add_dense_blocks for matrices weight_e unit_ab of each free component.");
+}
+
+}  // namespace tilth::bind

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "../boundary/place.hpp"
+
+#include "../kind.hpp"
+#include "arrays.hpp"
+
+namespace tilth::bind {
+
+namespace {
+
+auto cells_of_places(ConstDoubles place, ConstDoubles origin, ConstDoubles cell_size,
+                     ConstIntegers cell_keys) {
+  const std::size_t n = place.shape(0), dim = place.shape(1);
+  std::vector<std::int64_t> key(n);
+  std::vector<double> local(n * dim);
+  with_dimension(static_cast<int>(dim), [&](auto kind) {
+    boundary::cells_of_places<decltype(kind)::dim>(
+        static_cast<std::int64_t>(n), place.data(), origin.data(), cell_size.data(),
+        static_cast<std::int64_t>(cell_keys.size()), cell_keys.data(), key.data(), local.data());
+  });
+  return std::make_tuple(give(std::move(key)), give(std::move(local), {n, dim}));
+}
+
+auto shape_values(ConstDoubles local, ConstDoubles cell_size) {
+  const std::size_t n = local.shape(0), dim = local.shape(1), corners = std::size_t{1} << dim;
+  std::vector<double> value(n * corners);
+  with_dimension(static_cast<int>(dim), [&](auto kind) {
+    boundary::shape_functions<decltype(kind)::dim>(static_cast<std::int64_t>(n), local.data(),
+                                                   cell_size.data(), value.data(), nullptr);
+  });
+  return give(std::move(value), {n, corners});
+}
+
+auto shape_functions(ConstDoubles local, ConstDoubles cell_size) {
+  const std::size_t n = local.shape(0), dim = local.shape(1), corners = std::size_t{1} << dim;
+  std::vector<double> value(n * corners), gradient(n * corners * dim);
+  with_dimension(static_cast<int>(dim), [&](auto kind) {
+    boundary::shape_functions<decltype(kind)::dim>(static_cast<std::int64_t>(n), local.data(),
+                                                   cell_size.data(), value.data(), gradient.data());
+  });
+  return std::make_tuple(give(std::move(value), {n, corners}),
+                         give(std::move(gradient), {n, corners, dim}));
+}
+
+boundary::PlacesOfCells view(const ConstIntegers& start, const ConstShorts& node,
+                             const ConstDoubles& value) {
+  const auto cells = static_cast<std::int64_t>(node.shape(0));
+  require_size(start, cells + 1, "start");
+  require_size(value, start.data()[cells] * static_cast<std::int64_t>(node.shape(1)), "value");
+  return {cells, static_cast<int>(node.shape(1)), start.data(), node.data(), value.data()};
+}
+
+auto interpolate_places(ConstIntegers start, ConstShorts node, ConstDoubles value,
+                        ConstDoubles nodal) {
+  const auto at = view(start, node, value);
+  const auto n = static_cast<std::size_t>(at.start[at.cells]), components = nodal.shape(1);
+  std::vector<double> vector(n * components);
+  boundary::interpolate(at, static_cast<int>(components), nodal.data(), vector.data());
+  return give(std::move(vector), {n, components});
+}
+
+void scatter_places(ConstIntegers start, ConstShorts node, ConstDoubles value, ConstDoubles vector,
+                    Doubles nodal) {
+  const auto at = view(start, node, value);
+  const int components = static_cast<int>(nodal.shape(1));
+  require_size(vector, at.start[at.cells] * components, "vector");
+  boundary::scatter(at, components, vector.data(), nodal.data());
+}
+
+}  // namespace
+
+void bind_place(nb::module_& module) {
+  using namespace nb::literals;
+  module.def("cells_of_places", &cells_of_places, "place"_a, "origin"_a, "cell_size"_a,
+             "cell_keys"_a,
+             "Keys of the cells with soil that places (n,dim) act on, and the places in them.");
+  module.def("shape_values", &shape_values, "local"_a, "cell_size"_a,
+             "Shape functions (n,2^dim) at places (n,dim) in a cell, x fastest.");
+  module.def("shape_functions", &shape_functions, "local"_a, "cell_size"_a,
+             "The same and their gradients (n,2^dim,dim).");
+  module.def("interpolate_places", &interpolate_places, "start"_a, "node"_a, "value"_a, "nodal"_a,
+             "sum_a N_a nodal_a at the places of each cell.");
+  module.def("scatter_places", &scatter_places, "start"_a, "node"_a, "value"_a, "vector"_a,
+             "nodal"_a, "Adds sum_q N_qa vector_q to nodal.");
+}
+
+}  // namespace tilth::bind

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Elements of a few nodes with forces linear in the nodal displacement: products and assembly. An
+// element's matrix is dense, or one matrix between nodes that all elements share, scaled.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "../parallel.hpp"
+#include "stiffness.hpp"
+#include "view.hpp"
+
+namespace tilth::kernel {
+
+/// Elements of `nodes` nodes each, and their order of parallel assembly (colour_groups).
+struct Elements {
+  std::int64_t elements;
+  int nodes;
+  const std::int32_t* node;  // (elements, nodes)
+  std::int64_t colours;
+  const std::int64_t* colour_start;
+  const std::int64_t* slab_start;
+  const std::int64_t* order;
+};
+
+/// As for_groups_by_colour: no two calls at the same time share a node.
+template <class Body>
+void for_elements_by_colour(const Elements& elements, Body&& body) {
+#pragma omp parallel if (8 * elements.elements >= parallel_from)
+  for (std::int64_t c = 0; c < elements.colours; ++c) {
+#pragma omp for schedule(dynamic, 1)
+    for (std::int64_t s = elements.colour_start[c]; s < elements.colour_start[c + 1]; ++s)
+      for (std::int64_t k = elements.slab_start[s]; k < elements.slab_start[s + 1]; ++k)
+        body(elements.order[k]);
+  }
+}
+
+/// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).
+template <int Dim>
+struct DenseMatrices {
+  const double* matrix;
+
+  struct Element {
+    const double* block;
+    int n;
+
+    template <bool Magnitude>
+    void multiply(const double* in, double* out) const {
+      for (int a = 0; a < n; ++a)
+        for (int i = 0; i < Dim; ++i) {
+          double sum = 0.0;
+          for (int b = 0; b < n; ++b)
+            for (int k = 0; k < Dim; ++k) {
+              const double entry = block[((a * n + b) * Dim + i) * Dim + k];
+              sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Dim + k];
+            }
+          out[a * Dim + i] = sum;
+        }
+    }
+
+    void add_block(int a, int b, double* into) const {
+      const double* own = block + (a * n + b) * Dim * Dim;
+      for (int ik = 0; ik < Dim * Dim; ++ik) into[ik] += own[ik];
+    }
+  };
+
+  Element element(std::int64_t e, int n) const { return {matrix + e * n * n * Dim * Dim, n}; }
+};
+
+/// weight_e unit_ab between the components of two nodes in which both are `free`; weights >= 0,
+/// `unit` (n, n), `free` (elements, n, Dim).
+template <int Dim>
+struct ScaledMatrix {
+  const double* weight;
+  const double* unit;
+  const bool* free;
+
+  struct Element {
+    const double* unit;
+    int n;
+    double weight;
+    double free[maximum_nodes * Dim];  // 1 or 0
+
+    template <bool Magnitude>
+    void multiply(const double* in, double* out) const {
+      for (int a = 0; a < n; ++a) {
+        double sum[Dim] = {};
+        for (int b = 0; b < n; ++b) {
+          const double entry = Magnitude ? std::fabs(unit[a * n + b]) : unit[a * n + b];
+          for (int i = 0; i < Dim; ++i) sum[i] += entry * (free[b * Dim + i] * in[b * Dim + i]);
+        }
+        for (int i = 0; i < Dim; ++i) out[a * Dim + i] = free[a * Dim + i] * weight * sum[i];
+      }
+    }
+
+    void add_block(int a, int b, double* into) const {
+      const double entry = weight * unit[a * n + b];
+      for (int i = 0; i < Dim; ++i)
+        into[i * (Dim + 1)] += free[a * Dim + i] * free[b * Dim + i] * entry;
+    }
+  };
+
+  Element element(std::int64_t e, int n) const {
+    Element result;
+    result.unit = unit, result.n = n, result.weight = weight[e];
+    for (int i = 0; i < n * Dim; ++i) result.free[i] = free[e * n * Dim + i] ? 1.0 : 0.0;
+    return result;
+  }
+};
+
+/// Adds the forces (elements, n, Dim) to `nodal` (nodes, Dim).
+template <int Dim>
+void add_element_forces(const Elements& elements, const double* force, double* nodal) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i)
+        nodal[Dim * std::int64_t{node[a]} + i] += force[(e * n + a) * Dim + i];
+  });
+}
+
+/// Adds each element's matrix, or that of its entries' magnitudes, times `vector` (nodes, Dim) to
+/// `product` (nodes, Dim).
+template <bool Magnitude, int Dim, class Matrices>
+void add_element_products(const Elements& elements, const Matrices& matrices, const double* vector,
+                          double* product) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    double in[maximum_nodes * Dim], out[maximum_nodes * Dim];
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i) in[a * Dim + i] = vector[Dim * std::int64_t{node[a]} + i];
+    matrices.element(e, n).template multiply<Magnitude>(in, out);
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < Dim; ++i) product[Dim * std::int64_t{node[a]} + i] += out[a * Dim + i];
+  });
+}
+
+/// Adds the elements' matrices to the node blocks `matrix`.
+template <int Dim, class Matrices>
+void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
+                        const Matrices& matrices, double* matrix) {
+  const int n = elements.nodes;
+  for_elements_by_colour(elements, [&](std::int64_t e) {
+    const std::int32_t* node = elements.node + e * n;
+    const std::int32_t* position = blocks.position + blocks.start[e];
+    const auto element = matrices.element(e, n);
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b < n; ++position) {
+        double* block = matrix + std::int64_t{*position} * Dim * Dim;
+        do {
+          element.add_block(a, b, block);
+          block += Dim * Dim;
+          ++b;
+        } while (b < n && node[b] == node[b - 1] + 1);
+      }
+  });
+}
+
+}  // namespace tilth::kernel

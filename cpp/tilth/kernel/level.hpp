@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far the volumetric strains of points that flow go towards their cells' mean (f_bar.py).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "../parallel.hpp"
+#include "f_bar.hpp"
+
+namespace tilth::kernel {
+
+/// Fills `change` with forget times (mean of the point's cells - strain), where the mean of a cell
+/// is weighted by share, volume and `forget`. `group_start` (groups + 1) are the groups' points.
+inline void level_strains(std::int64_t groups, const std::int64_t* group_start,
+                          const Centres& centres, std::int64_t cells, const double* strain,
+                          const double* volume, const double* forget, double* change) {
+  std::vector<double> total(cells, 0.0), mean(cells, 0.0);
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int32_t* cell = centres.cell + centres.cell_start[g];
+    const double* share = centres.share + centres.share_start[g];
+    const int n = centres.cells_of(g);
+    for (std::int64_t p = group_start[g]; p < group_start[g + 1]; ++p, share += n)
+      for (int c = 0; c < n; ++c) {
+        const double weight = share[c] * volume[p] * forget[p];
+        total[cell[c]] += weight;
+        mean[cell[c]] += weight * strain[p];
+      }
+  }
+  for (std::int64_t c = 0; c < cells; ++c) mean[c] /= total[c] > 0.0 ? total[c] : 1.0;
+#pragma omp parallel for schedule(static) if (group_start[groups] >= parallel_from)
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int32_t* cell = centres.cell + centres.cell_start[g];
+    const double* share = centres.share + centres.share_start[g];
+    const int n = centres.cells_of(g);
+    for (std::int64_t p = group_start[g]; p < group_start[g + 1]; ++p, share += n) {
+      double target = 0.0;
+      for (int c = 0; c < n; ++c) target += share[c] * mean[cell[c]];
+      change[p] = forget[p] > 0.0 ? forget[p] * (target - strain[p]) : 0.0;
+    }
+  }
+}
+
+}  // namespace tilth::kernel

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pattern of a step's node-block matrix, kept while the soil stays on the same nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth import _core
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Shorts = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Elements of n nodes each in the matrix's pattern.
+
+    Attributes:
+        node: node numbers, shape (elements, n).
+        colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
+        block_start, block_position: where their blocks stand in the matrix (sparse/pattern.hpp).
+        reach: largest number of cells between two nodes of an element.
+    """
+
+    node: Shorts
+    colour_start: Integers
+    slab_start: Integers
+    order: Integers
+    block_start: Integers
+    block_position: Shorts
+    reach: int
+
+
+class Pattern:
+    """Pattern of the matrix that couples the nodes of each group, and those of each element.
+
+    Args:
+        key: sorted keys of the active nodes, shape (nodes,).
+        groups: per body, first place of each group in the list of nodes, and this list.
+        couplings: nodes of the elements of each coupling, shape (elements, n).
+
+    Attributes:
+        row_start: first block of each row, shape (nodes + 1,).
+        column: of each block, sorted within a row.
+    """
+
+    def __init__(
+        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+    ) -> None:
+        self._key, self._groups, self._couplings = key, groups, couplings
+        lists = groups + [(_row_starts(node), node.ravel()) for node in couplings]
+        offsets = np.cumsum([0] + [len(node) for _, node in lists])
+        start = [start[:-1] + offset for (start, _), offset in zip(lists, offsets, strict=False)]
+        self.row_start: Integers
+        self.column: Shorts
+        self.row_start, self.column = _core.block_pattern(
+            len(key),
+            np.concatenate([*start, offsets[-1:]]),
+            np.concatenate([node for _, node in lists]),
+        )
+
+    def serves(
+        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+    ) -> bool:
+        """Returns whether it is the pattern of these nodes, groups and couplings, too."""
+        mine = [self._key, *(array for group in self._groups for array in group), *self._couplings]
+        other = [key, *(array for group in groups for array in group), *couplings]
+        return len(mine) == len(other) and all(map(np.array_equal, mine, other))
+
+    @cached_property
+    def block_positions(self) -> list[tuple[Integers, Shorts]]:
+        """Per body, where the blocks of its groups stand: start, position."""
+        return [
+            _core.block_positions(start, node, self.row_start, self.column)
+            for start, node in self._groups
+        ]
+
+    @cached_property
+    def elements(self) -> list[Elements]:
+        """Of each coupling, in the order in which they were declared."""
+        lattice = np.asarray(_core.lattice(self._key))
+        return [self._elements(node, lattice[node]) for node in self._couplings]
+
+    def _elements(self, node: Shorts, place: Integers) -> Elements:
+        first = place.min(axis=1)
+        count = (place.max(axis=1) - first + 1).astype(np.int32)
+        positions = _core.block_positions(
+            _row_starts(node), node.ravel(), self.row_start, self.column
+        )
+        reach = int(count.max(initial=1)) - 1
+        return Elements(node, *_core.colour_groups(first, count), *positions, reach)
+
+    @cached_property
+    def diagonal(self) -> Integers:
+        """Position of each node's diagonal block in the matrix, shape (nodes,)."""
+        rows = np.repeat(np.arange(len(self._key)), np.diff(self.row_start))
+        return np.flatnonzero(rows == self.column)
+
+
+def _row_starts(node: Shorts) -> Integers:
+    return np.arange(len(node) + 1, dtype=np.int64) * int(node.shape[1])
