@@ -3,26 +3,24 @@
 
 `user_in_steps` [s] is the user time of the load steps alone, `linear_iterations` the sum over all
 multigrid solutions, `last` the tracked quantities at the end, `bytes_per_point` the size of the
-points' arrays.
+points' arrays, `peak` the largest memory of the process and `peak_of_imports` that before the model
+is read [byte].
 """
 
 from __future__ import annotations
 
 import json
-import resource
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
+from measure import peak_memory, user_seconds
+
 import tilth
 from tilth import Model
 from tilth.simulation import Simulation
 from tilth.solvers import Multigrid
-
-
-def user_seconds() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
 
 
 class Watch:
@@ -53,6 +51,7 @@ class Watch:
 
 
 def main() -> None:
+    imports = peak_memory()
     model = Model.from_dict(json.loads(Path(sys.argv[1]).read_text()))
     watch = Watch()
     with tempfile.TemporaryDirectory() as folder:
@@ -68,6 +67,8 @@ def main() -> None:
         "user_in_steps": watch.seconds,
         "linear_solutions": watch.solutions,
         "linear_iterations": watch.iterations,
+        "peak": peak_memory(),
+        "peak_of_imports": imports,
         "wall": result.seconds,
         "processor": result.processor_seconds,
         "last": last,

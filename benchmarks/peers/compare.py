@@ -67,6 +67,7 @@ class Run:
     iterations: int
     points: int
     user_in_steps: float
+    peak: int
     answer: float
 
 
@@ -81,7 +82,7 @@ def run_kratos(problem: Problem, threads: int, environment: KratosEnvironment, f
     done = json.loads(next(line for line in printed.splitlines() if line.startswith("{")))
     if not done["converged"]:
         raise Failed(f"Kratos does not converge in step {done['steps']}")
-    names = ("steps", "iterations", "points", "user_in_steps", "answer")
+    names = ("steps", "iterations", "points", "user_in_steps", "peak", "answer")
     return Run(usage, **{name: done[name] for name in names})
 
 
@@ -90,7 +91,7 @@ def run_tilth(problem: Problem, threads: int) -> Run:
     done = case.done
     name = problem.model.track[0].name
     answer = next(v for column, v in done["last"].items() if column.startswith(f"{name} ["))
-    names = ("steps", "iterations", "points", "user_in_steps")
+    names = ("steps", "iterations", "points", "user_in_steps", "peak")
     return Run(case.usage, **{name: done[name] for name in names}, answer=answer)
 
 
@@ -139,7 +140,7 @@ def row(name: str, code: str, threads: int, runs: list[Run], first: float) -> st
         f"{1e6 * in_steps / one.iterations / one.points:.2f}",
         f"{median([run.usage.user for run in runs]) - first:.2f}",
         f"{median([run.usage.wall for run in runs]):.1f}",
-        f"{median([run.usage.peak for run in runs]) / 1e6:.0f}",
+        f"{median([run.peak for run in runs]) / 1e6:.0f}",
     ]
     return f"{name:<12}{code:<20}" + "".join(f"{cell:>11}" for cell in cells)
 

@@ -6,17 +6,16 @@ the quantity to compare, and the version of Kratos.
 """
 
 import json
-import resource
+import sys
 from pathlib import Path
 
 import KratosMultiphysics as Kratos
 import KratosMultiphysics.MPMApplication as Mpm
 from KratosMultiphysics.MPMApplication.mpm_analysis import MpmAnalysis
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-def user_seconds():
-    """User time of this process and its threads [s]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+from measure import peak_memory, user_seconds
 
 
 class Run(MpmAnalysis):
@@ -106,6 +105,7 @@ def main():
         "steps": run.steps,
         "iterations": run.iterations,
         "user_in_steps": run.seconds,
+        "peak": peak_memory(),
         "answer": run.answer(),
         "converged": not run.failed,
         "version": Kratos.KratosGlobals.Kernel.Version(),
