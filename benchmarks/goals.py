@@ -109,7 +109,7 @@ def whole_runs(measured: Measurements) -> Iterator[Row]:
         median([run.usage.user for run in runs]) - measured.start, "s",
         f"user time less start-up; {done['iterations']} iterations; AMPLE about "
         f"{ample.cantilever_seconds(done['points'], done['iterations']):.0f} s by its time per "
-        "point",
+        "point for as many",
     )  # fmt: skip
     columns = [run_case(column(), 2) for _ in range(measured.repeats)]
     yield Row(

@@ -56,6 +56,7 @@ def spawn(
         Failed: it did not end with exit code 0; carries the end of what it wrote.
     """
     environment = dict(os.environ, OMP_WAIT_POLICY="passive")
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # it would make each run compile its sources
     if threads is not None:
         environment |= dict.fromkeys(("OMP_NUM_THREADS", *ONE_THREAD_LIBRARIES), str(threads))
     begin = time.perf_counter()
