@@ -41,7 +41,7 @@ def kratos_environment(
     Raises:
         NoPeer: no environment can be made, or PyPI has no Kratos for it.
     """
-    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    python = folder.absolute() / "bin/python"
     if not python.exists():
         run([interpreter, "-m", "venv", str(folder)], "no virtual environment can be made")
     found = installed(python)
