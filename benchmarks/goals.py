@@ -41,7 +41,7 @@ class Row:
         met = self.measured >= self.limit if self.at_least else self.measured <= self.limit
         goal = f"{'>=' if self.at_least else '<='} {self.limit:g}"
         return (
-            f"{self.what:<46}{goal:>9} {self.measured:>9.3g} {self.unit:<6}"
+            f"{self.what:<46}{goal:>9} {self.measured:>9.4g} {self.unit:<6}"
             f"{'yes' if met else 'no':<4} {self.note}"
         )
 
