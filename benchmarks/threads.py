@@ -4,18 +4,19 @@
 from __future__ import annotations
 
 import os
-import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 os.environ["OMP_WAIT_POLICY"] = "passive"
 
 import numpy as np
-from core import model_of
+from measure import median
+from problems import block, cantilever
 
-from tilth import _core
+from tilth import Model, _core
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
+from tilth.verification.cases import varied
 
 ROUNDS, CALLS = 15, 6
 
@@ -49,16 +50,20 @@ def seconds(part: Callable[[], object]) -> float:
     return (time.perf_counter() - start) / CALLS
 
 
-def main() -> None:
-    """Prints microseconds per point with one and two threads, and the ratio of the pairs."""
-    problems = {"2D gimp": ("cantilever, gimp", 0.0625), "3D linear": ("3D block, linear", 0.2)}
-    print("microseconds per point and call, wall clock; ratio one over two: median (best)")
-    for name, (problem, cell_size) in problems.items():
-        model = model_of(problem)
-        entries = model.to_dict()
-        entries["grid"]["cell_size"] = cell_size
-        simulation = Simulation(type(model).from_dict(entries))
-        points = len(simulation.points)
+def problems() -> dict[str, Model]:
+    return {
+        "2D GIMP": varied(cantilever("gimp"), {"grid.cell_size": 0.0625}),
+        "3D linear": block(yield_stress=848.7),
+    }
+
+
+def ratios() -> Iterator[tuple[str, int, str, tuple[float, float], float, float]]:
+    """Yields problem, points, part, time of a call with one and two threads [s], and the ratio.
+
+    The ratio is the median of the pairs; the best pair comes last.
+    """
+    for name, model in problems().items():
+        simulation = Simulation(model)
         for part, call in parts_of(simulation).items():
             call()
             times: dict[int, list[float]] = {1: [], 2: []}
@@ -66,12 +71,17 @@ def main() -> None:
                 for threads, found in times.items():
                     _core.set_threads(threads)
                     found.append(seconds(call))
-            ratios = [one / two for one, two in zip(times[1], times[2], strict=True)]
-            one, two = (1e6 / points * statistics.median(found) for found in times.values())
-            print(
-                f"{name:<10}{points:>9,}  {part:<9} {one:.3f}  {two:.3f}  "
-                f"{statistics.median(ratios):.2f} ({max(ratios):.2f})"
-            )
+            pairs = [one / two for one, two in zip(times[1], times[2], strict=True)]
+            both = (median(times[1]), median(times[2]))
+            yield name, len(simulation.points), part, both, median(pairs), max(pairs)
+
+
+def main() -> None:
+    """Prints microseconds per point with one and two threads, and the ratio of the pairs."""
+    print("microseconds per point and call, wall clock; ratio one over two: median (best)")
+    for name, points, part, both, ratio, best in ratios():
+        one, two = (1e6 / points * found for found in both)
+        print(f"{name:<10}{points:>9,}  {part:<9} {one:.3f}  {two:.3f}  {ratio:.2f} ({best:.2f})")
 
 
 if __name__ == "__main__":
