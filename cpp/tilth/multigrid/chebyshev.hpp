@@ -19,25 +19,26 @@ inline constexpr float safety = 1.1f;           // on the largest eigenvalue tha
 template <int Dim>
 void bound_eigenvalues(Level<Dim>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    for_scaled_residual(level, nullptr, level.eigenvector.data(),
-                        [&](std::int32_t v, const float* scaled) {
-                          for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i)
-                            level.other[at + i] = -scaled[i];
-                        });
+    scale_residual(level, nullptr, &level.eigenvector);
     double size = 0.0, before = 0.0;  // in a fixed order: not threaded
     float most = 0.0f, most_before = 0.0f;
-    for (std::int64_t i = 0; i < level.unknowns(); ++i) {
-      size += double{level.other[i]} * level.other[i];
-      before += double{level.eigenvector[i]} * level.eigenvector[i];
-      most = std::max(most, std::abs(level.other[i]));
-      most_before = std::max(most_before, std::abs(level.eigenvector[i]));
+    for (int i = 0; i < Dim; ++i) {
+      const float *now = level.scaled[i], *last = level.eigenvector[i];
+#pragma omp simd reduction(+ : size, before) reduction(max : most, most_before)
+      for (std::int32_t v = 0; v < level.nodes(); ++v) {
+        size += double{now[v]} * now[v];
+        before += double{last[v]} * last[v];
+        most = std::max(most, std::abs(now[v]));
+        most_before = std::max(most_before, std::abs(last[v]));
+      }
     }
     if (!(size > 0.0)) return;
     level.largest =
         safety * std::max(static_cast<float>(std::sqrt(size / before)), most / most_before);
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
-    for (std::int64_t i = 0; i < level.unknowns(); ++i)
-      level.eigenvector[i] = factor * level.other[i];
+    for (int i = 0; i < Dim; ++i)
+      for (std::int32_t v = 0; v < level.nodes(); ++v)
+        level.eigenvector[i][v] = factor * level.scaled[i][v];
   }
 }
 
@@ -52,18 +53,18 @@ void smooth(Level<Dim>& level, bool from_zero) {
     const float next = 1.0f / (2.0f * ratio - rho);
     const float keep = step == 0 ? 0.0f : next * rho;
     const float add = step == 0 ? 1.0f / centre : 2.0f * next / radius;
-    const float* old = level.solution.data();
-    const bool zero = step == 0 && from_zero;
-    for_scaled_residual(
-        level, level.right.data(), zero ? nullptr : old, [&](std::int32_t v, const float* scaled) {
-          for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i) {
-            const float before = step == 0 ? 0.0f : keep * level.change[at + i];
-            level.change[at + i] = before + add * scaled[i];
-            level.other[at + i] = (zero ? 0.0f : old[at + i]) + level.change[at + i];
-          }
-        });
+    const float kept = step == 0 && from_zero ? 0.0f : 1.0f;
+    scale_residual(level, &level.right, kept == 0.0f ? nullptr : &level.solution);
+    for (int i = 0; i < Dim; ++i) {
+      float *change = level.change[i], *solution = level.solution[i];
+      const float* scaled = level.scaled[i];
+#pragma omp parallel for simd schedule(static) if (level.threaded())
+      for (std::int32_t v = 0; v < level.nodes(); ++v) {
+        change[v] = keep * change[v] + add * scaled[v];
+        solution[v] = kept * solution[v] + change[v];
+      }
+    }
     if (step > 0) rho = next;
-    std::swap(level.solution, level.other);
   }
 }
 

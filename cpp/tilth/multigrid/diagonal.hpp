@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -106,17 +107,50 @@ void group_nodes(Level<Dim>& level) {
   }
 }
 
+/// Inverts the block of one node by its cofactors; zero where the node shares a block.
+template <int Dim>
+void invert_own(Level<Dim>& level, std::int32_t v) {
+  double a[Dim][Dim], cofactor[Dim][Dim];
+  bool free[Dim];
+  for (int i = 0; i < Dim; ++i) free[i] = level.alone[v] && level.mask[i][v] != 0.0f;
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j)
+      a[i][j] = free[i] && free[j] ? level.at(v, level.diagonal[v], i, j) : double(i == j);
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j) {
+      if constexpr (Dim == 3) {
+        const int k = (i + 1) % 3, l = (i + 2) % 3, m = (j + 1) % 3, n = (j + 2) % 3;
+        cofactor[i][j] = a[k][m] * a[l][n] - a[k][n] * a[l][m];
+      } else {
+        cofactor[i][j] = i == j ? a[1 - i][1 - j] : -a[1 - i][1 - j];
+      }
+    }
+  double determinant = 0.0;
+  for (int j = 0; j < Dim; ++j) determinant += a[0][j] * cofactor[0][j];
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j)
+      level.inverse[i * Dim + j][v] = free[i] && free[j] && determinant != 0.0
+                                          ? static_cast<float>(cofactor[j][i] / determinant)
+                                          : 0.0f;
+}
+
+/// Marks unknowns without stiffness as held.
+template <int Dim>
+void hold_unsupported(Level<Dim>& level) {
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (int i = 0; i < Dim; ++i)
+      if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[i][v] = 0.0f;
+}
+
 /// Inverts the blocks on the free unknowns; an unknown without stiffness becomes held.
 template <int Dim>
 void invert_diagonal(Level<Dim>& level) {
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (int i = 0; i < Dim; ++i)
-      if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[v * Dim + i] = 0.0f;
+  hold_unsupported(level);
   group_nodes(level);
   const auto inverse_of = [&](const std::int32_t* node, int nodes, auto place) {
     const int n = nodes * Dim;
     std::vector<double> matrix(std::size_t(n) * n, 0.0);
-    const auto free = [&](int i) { return level.mask[node[i / Dim] * Dim + i % Dim] != 0.0f; };
+    const auto free = [&](int i) { return level.mask[i % Dim][node[i / Dim]] != 0.0f; };
     for (int a = 0; a < nodes; ++a)
       for (std::int64_t e = 0; e < level.entries(node[a]); ++e)
         for (int b = 0; b < nodes; ++b)
@@ -133,8 +167,7 @@ void invert_diagonal(Level<Dim>& level) {
         place[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    if (level.alone[v]) inverse_of(&v, 1, level.inverse.data() + std::int64_t{v} * Dim * Dim);
+  for (std::int32_t v = 0; v < level.nodes(); ++v) invert_own(level, v);
   constexpr int column = most_in_a_block * Dim;  // padded: one length for all loops
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
   level.shared_inverse.assign(level.shared_node.size() * Dim * column, 0.0f);
@@ -150,32 +183,32 @@ void invert_diagonal(Level<Dim>& level) {
   }
 }
 
-/// Calls `use(v, z)` for each node with its part of z = inverse * (base - A x); `base` may be
-/// null, for zero, and so may `x`.
-template <int Dim, class Use>
-void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, Use use) {
-  const auto residual = [&](std::int32_t v, const float* product, float* out) {
+/// scaled <- inverse * (base - A x); `base` may be null, for zero, and so may `x`.
+template <int Dim>
+void scale_residual(Level<Dim>& level, const std::type_identity_t<Field<Dim>>* base,
+                    const Field<Dim>* x) {
+  const auto strip = [&](std::int32_t first, std::int32_t count, const auto& product) {
     for (int i = 0; i < Dim; ++i)
-      out[i] = (base ? base[std::int64_t{v} * Dim + i] : 0.0f) - product[i];
-  };
-  const auto row = [&](std::int32_t v, const float* product) {
-    if (!level.alone[v]) {
-      residual(v, product, level.residual.data() + std::int64_t{v} * Dim);
-      return;
+      for (std::int32_t k = 0; k < count; ++k)
+        level.residual[i][first + k] = (base ? (*base)[i][first + k] : 0.0f) - product[i][k];
+    for (int i = 0; i < Dim; ++i) {
+      float* scaled = level.scaled[i] + first;
+      std::fill_n(scaled, count, 0.0f);
+      for (int j = 0; j < Dim; ++j) {
+        const float* inverse = level.inverse[i * Dim + j] + first;
+        const float* rest = level.residual[j] + first;
+#pragma omp simd
+        for (std::int32_t k = 0; k < count; ++k) scaled[k] += inverse[k] * rest[k];
+      }
     }
-    float rest[Dim], scaled[Dim] = {};
-    residual(v, product, rest);
-    const float* inverse = level.inverse.data() + std::int64_t{v} * Dim * Dim;
-    for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) scaled[i] += inverse[i * Dim + j] * rest[j];
-    use(v, scaled);
   };
   if (x) {
-    level.for_product(x, row);
+    level.strips.for_product(*x, strip);
   } else {
-    const float zero[Dim] = {};
+    const float zero[Dim][widest] = {};
 #pragma omp parallel for schedule(static) if (level.threaded())
-    for (std::int32_t v = 0; v < level.nodes(); ++v) row(v, zero);
+    for (std::int32_t first = 0; first < level.nodes(); first += widest)
+      strip(first, std::min(widest, level.nodes() - first), zero);
   }
   constexpr int column = most_in_a_block * Dim;
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
@@ -185,13 +218,13 @@ void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, U
     const float* inverse = level.shared_inverse.data() + level.shared_start[g] * Dim * column;
     for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k)
       for (int j = 0; j < Dim; ++j, inverse += column) {
-        const float rest = level.residual[std::int64_t{level.shared_node[k]} * Dim + j];
+        const float rest = level.residual[j][level.shared_node[k]];
 #pragma omp simd
         for (int i = 0; i < column; ++i) scaled[i] += inverse[i] * rest;
       }
     const float* part = scaled;
     for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k, part += Dim)
-      use(level.shared_node[k], part);
+      for (int i = 0; i < Dim; ++i) level.scaled[i][level.shared_node[k]] = part[i];
   }
 }
 

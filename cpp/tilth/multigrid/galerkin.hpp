@@ -113,13 +113,13 @@ void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
 template <int Dim>
 void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
   const Box<Dim> box(fine);
-  constexpr std::int64_t width = Dim;  // of one scalar row
+  constexpr std::int64_t width = Dim * Dim;
   const std::int64_t row_size = box.places() * width, reach = box.coarse;
   std::vector<std::int64_t> code(fine.nodes());
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
 #pragma omp parallel if (fine.threaded())
   {
-    std::vector<float> rows(Dim * row_size), scratch(row_size);
+    Floats rows(row_size), scratch(row_size);
 #pragma omp for schedule(static)
     for (std::int32_t c = 0; c < coarse.nodes(); ++c) {
       std::fill(rows.begin(), rows.end(), 0.0f);
@@ -128,31 +128,28 @@ void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
       for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k) {
         const std::int32_t v = fine.child[k];
         const float weight = fine.child_weight[k];
-        const std::int64_t count = fine.entries(v), length = fine.padded(v);
+        const std::int64_t count = fine.entries(v);
         const std::int32_t* column = fine.column.data() + fine.row_start[v];
-        const float* value = fine.value.data() + fine.value_start[v];
+        const float* value = fine.value.data() + fine.row_start[v] * width;
         for (std::int64_t first = 0; first < count;) {
           const std::int64_t place = code[column[first]];
           std::int64_t last = first + 1;  // consecutive places along x are one piece
           while (last < count && code[column[last]] - place == last - first) ++last;
-          for (int i = 0; i < Dim; ++i) {
-            float* out = rows.data() + i * row_size + (place - origin) * width;
-            const float* in = value + i * length + first * width;
-            for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
-          }
+          float* out = rows.data() + (place - origin) * width;
+          const float* in = value + first * width;
+#pragma omp simd
+          for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
           first = last;
         }
       }
       const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
-      for (int i = 0; i < Dim; ++i) {
-        const float* sums = box.contract(rows.data() + i * row_size, scratch.data(), width);
-        float* out = coarse.value.data() + coarse.value_start[c] + i * coarse.padded(c);
-        for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
-          const Place& q = coarse.lattice[column[e]];
-          std::int64_t place = q[0] - p[0] + reach + box.coarse_side() * (q[1] - p[1] + reach);
-          if (Dim == 3) place += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + reach);
-          for (int j = 0; j < Dim; ++j) out[e * width + j] = sums[place * width + j];
-        }
+      const float* sums = box.contract(rows.data(), scratch.data(), width);
+      float* out = coarse.value.data() + coarse.row_start[c] * width;
+      for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
+        const Place& q = coarse.lattice[column[e]];
+        std::int64_t place = q[0] - p[0] + reach + box.coarse_side() * (q[1] - p[1] + reach);
+        if (Dim == 3) place += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + reach);
+        for (int j = 0; j < width; ++j) out[e * width + j] = sums[place * width + j];
       }
     }
   }
