@@ -10,8 +10,8 @@
 
 namespace tilth::multigrid {
 
-inline constexpr int degree = 3;
-inline constexpr float smoothed_share = 0.08f;  // least eigenvalue damped, over the largest
+inline constexpr int degree = 5;
+inline constexpr float smoothed_share = 0.03f;  // least eigenvalue damped, over the largest
 inline constexpr float safety = 1.1f;           // on the largest eigenvalue that was found
 
 /// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
@@ -19,11 +19,16 @@ inline constexpr float safety = 1.1f;           // on the largest eigenvalue tha
 template <int Dim>
 void bound_eigenvalues(Level<Dim>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    scale_residual(level, nullptr, &level.eigenvector);
+    for_scaled_residual(
+        level, nullptr, &level.eigenvector,
+        [&](std::int32_t first, std::int32_t count, const auto& scaled) {
+          for (int i = 0; i < Dim; ++i) store(scaled[i], count, level.other[i] + first);
+        },
+        [&](int i, std::int32_t v, float scaled) { level.other[i][v] = scaled; });
     double size = 0.0, before = 0.0;  // in a fixed order: not threaded
     float most = 0.0f, most_before = 0.0f;
     for (int i = 0; i < Dim; ++i) {
-      const float *now = level.scaled[i], *last = level.eigenvector[i];
+      const float *now = level.other[i], *last = level.eigenvector[i];
 #pragma omp simd reduction(+ : size, before) reduction(max : most, most_before)
       for (std::int32_t v = 0; v < level.nodes(); ++v) {
         size += double{now[v]} * now[v];
@@ -38,7 +43,7 @@ void bound_eigenvalues(Level<Dim>& level, int iterations) {
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
     for (int i = 0; i < Dim; ++i)
       for (std::int32_t v = 0; v < level.nodes(); ++v)
-        level.eigenvector[i][v] = factor * level.scaled[i][v];
+        level.eigenvector[i][v] = factor * level.other[i][v];
   }
 }
 
@@ -53,17 +58,26 @@ void smooth(Level<Dim>& level, bool from_zero) {
     const float next = 1.0f / (2.0f * ratio - rho);
     const float keep = step == 0 ? 0.0f : next * rho;
     const float add = step == 0 ? 1.0f / centre : 2.0f * next / radius;
-    const float kept = step == 0 && from_zero ? 0.0f : 1.0f;
-    scale_residual(level, &level.right, kept == 0.0f ? nullptr : &level.solution);
-    for (int i = 0; i < Dim; ++i) {
-      float *change = level.change[i], *solution = level.solution[i];
-      const float* scaled = level.scaled[i];
-#pragma omp parallel for simd schedule(static) if (level.threaded())
-      for (std::int32_t v = 0; v < level.nodes(); ++v) {
-        change[v] = keep * change[v] + add * scaled[v];
-        solution[v] = kept * solution[v] + change[v];
-      }
-    }
+    const bool zero = step == 0 && from_zero;
+    for_scaled_residual(
+        level, &level.right, zero ? nullptr : &level.solution,
+        [&](std::int32_t first, std::int32_t count, const auto& scaled) {
+          for (int i = 0; i < Dim; ++i) {
+            const float *change = level.change[i] + first, *old = level.solution[i] + first;
+            float next_change[widest], improved[widest];
+            for (int k = 0; k < widest; ++k) {
+              next_change[k] = keep * change[k] + add * scaled[i][k];
+              improved[k] = (zero ? 0.0f : old[k]) + next_change[k];
+            }
+            store(next_change, count, level.change[i] + first);
+            store(improved, count, level.other[i] + first);
+          }
+        },
+        [&](int i, std::int32_t v, float scaled) {
+          level.change[i][v] += add * scaled;
+          level.other[i][v] += add * scaled;
+        });
+    std::swap(level.solution, level.other);
     if (step > 0) rho = next;
   }
 }

@@ -16,8 +16,8 @@
 
 namespace tilth::multigrid {
 
-inline constexpr double strong = 0.25;      // coupling over the geometric mean of own stiffnesses
-inline constexpr double very_strong = 0.6;  // couplings that mark where blocks are shared
+inline constexpr float strong = 0.25f;      // coupling over the geometric mean of own stiffnesses
+inline constexpr float very_strong = 0.6f;  // couplings that mark where blocks are shared
 inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
 inline constexpr int bins = 32;             // of coupling strengths, to order them
 
@@ -53,21 +53,22 @@ inline void invert(int n, std::vector<double>& matrix) {
 template <int Dim>
 void group_nodes(Level<Dim>& level) {
   std::vector<float> own(level.nodes());
-  const auto size = [&](std::int32_t v, std::int64_t e) {
+  const auto square = [&](std::int32_t v, std::int64_t e) {
+    const float* block = level.value.data() + (level.row_start[v] + e) * Dim * Dim;
     float sum = 0.0f;
-    for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) sum += level.at(v, e, i, j) * level.at(v, e, i, j);
-    return std::sqrt(sum);
+    for (int k = 0; k < Dim * Dim; ++k) sum += block[k] * block[k];
+    return sum;
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = size(v, level.diagonal[v]);
+  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = std::sqrt(square(v, level.diagonal[v]));
   std::vector<signed char> bin(level.column.size(), -1);
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
       const std::int64_t at = level.row_start[v] + e;
-      const double share = size(v, e) / std::sqrt(double{own[v]} * own[level.column[at]]);
-      if (share > strong) bin[at] = static_cast<signed char>(std::min(share, 0.99) * bins);
+      const float both = own[v] * own[level.column[at]], coupling = square(v, e);
+      if (coupling > strong * strong * both)
+        bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
     }
   std::vector<char> near(level.nodes(), 0);
   for (std::int32_t v = 0; v < level.nodes(); ++v)
@@ -183,24 +184,24 @@ void invert_diagonal(Level<Dim>& level) {
   }
 }
 
-/// scaled <- inverse * (base - A x); `base` may be null, for zero, and so may `x`.
-template <int Dim>
-void scale_residual(Level<Dim>& level, const std::type_identity_t<Field<Dim>>* base,
-                    const Field<Dim>* x) {
+/// Calls `use(first, count, z)` with the components z[Dim][widest] of inverse * (base - A x) for
+/// the nodes of each strip, zero on nodes that share a block, and then `add(i, v, z)` with each
+/// component of those. `base` may be null, for zero, and so may `x`.
+template <int Dim, class Use, class Add>
+void for_scaled_residual(Level<Dim>& level, const std::type_identity_t<Field<Dim>>* base,
+                         const Field<Dim>* x, Use use, Add add) {
   const auto strip = [&](std::int32_t first, std::int32_t count, const auto& product) {
+    float rest[Dim][widest], scaled[Dim][widest] = {};  // lanes beyond `count` are ignored
     for (int i = 0; i < Dim; ++i)
-      for (std::int32_t k = 0; k < count; ++k)
-        level.residual[i][first + k] = (base ? (*base)[i][first + k] : 0.0f) - product[i][k];
-    for (int i = 0; i < Dim; ++i) {
-      float* scaled = level.scaled[i] + first;
-      std::fill_n(scaled, count, 0.0f);
+      for (int k = 0; k < widest; ++k)
+        rest[i][k] = (base ? (*base)[i][first + k] : 0.0f) - product[i][k];
+    for (int i = 0; i < Dim; ++i)
       for (int j = 0; j < Dim; ++j) {
         const float* inverse = level.inverse[i * Dim + j] + first;
-        const float* rest = level.residual[j] + first;
-#pragma omp simd
-        for (std::int32_t k = 0; k < count; ++k) scaled[k] += inverse[k] * rest[k];
+        for (int k = 0; k < widest; ++k) scaled[i][k] += inverse[k] * rest[j][k];
       }
-    }
+    for (int i = 0; i < Dim; ++i) store(rest[i], count, level.residual[i] + first);
+    use(first, count, scaled);
   };
   if (x) {
     level.strips.for_product(*x, strip);
@@ -212,7 +213,7 @@ void scale_residual(Level<Dim>& level, const std::type_identity_t<Field<Dim>>* b
   }
   constexpr int column = most_in_a_block * Dim;
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
-#pragma omp parallel for schedule(static) if (level.threaded())
+#pragma omp parallel for schedule(static) if (level.threaded() && groups > 0)
   for (std::int64_t g = 0; g < groups; ++g) {
     alignas(64) float scaled[column] = {};
     const float* inverse = level.shared_inverse.data() + level.shared_start[g] * Dim * column;
@@ -224,7 +225,7 @@ void scale_residual(Level<Dim>& level, const std::type_identity_t<Field<Dim>>* b
       }
     const float* part = scaled;
     for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k, part += Dim)
-      for (int i = 0; i < Dim; ++i) level.scaled[i][level.shared_node[k]] = part[i];
+      for (int i = 0; i < Dim; ++i) add(i, level.shared_node[k], part[i]);
   }
 }
 

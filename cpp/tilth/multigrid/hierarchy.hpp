@@ -21,6 +21,9 @@ class Hierarchy {
  public:
   virtual ~Hierarchy() = default;
 
+  /// Forgets all matrices: what follows has the same bits as with a new hierarchy.
+  virtual void begin() = 0;
+
   /// Takes a matrix of the pattern: blocks (entries, dim, dim).
   virtual void fill(const double* blocks) = 0;
 
@@ -36,11 +39,10 @@ class HierarchyOf final : public Hierarchy {
  public:
   /// `place` sorted along z, y, x; `held` (nodes * dim) marks prescribed unknowns.
   HierarchyOf(std::vector<Place> place, std::vector<std::int64_t> row_start,
-              std::vector<std::int32_t> column, const bool* held) {
+              std::vector<std::int32_t> column, const bool* held)
+      : held_(held, held + place.size() * Dim) {
     level_.push_back(std::make_unique<Level<Dim>>(Lattice(std::move(place))));
     level_[0]->set_pattern(std::move(row_start), std::move(column));
-    for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i)
-      level_[0]->mask[i % Dim][i / Dim] = !held[i];
     while (level_.back()->unknowns() > coarsest_unknowns) {
       Level<Dim>& fine = *level_.back();
       auto coarse = std::make_unique<Level<Dim>>(fine.lattice.coarser());
@@ -49,7 +51,15 @@ class HierarchyOf final : public Hierarchy {
       couple(fine, *coarse);
       level_.push_back(std::move(coarse));
     }
+    begin();
+  }
+
+  void begin() override {
+    filled_ = false;
+    for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i)
+      level_[0]->mask[i % Dim][i / Dim] = !held_[i];
     for (auto& level : level_) {
+      level->largest = 1.0f;
       std::uint32_t random = 1;
       for (std::int64_t i = 0; i < level->unknowns(); ++i) {
         random = 1664525u * random + 1013904223u;
@@ -65,15 +75,21 @@ class HierarchyOf final : public Hierarchy {
       for (int i = 0; i < Dim; ++i)
         greatest = std::max(
             greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
+    std::vector<char> touched(finest.nodes(), 0);  // by held unknowns
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i) touched[v] |= finest.mask[i][v] == 0.0f;
     scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
 #pragma omp parallel for schedule(static) if (finest.threaded())
     for (std::int32_t v = 0; v < finest.nodes(); ++v) {
-      for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e)
+      for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e) {
+        const double* in = blocks + e * Dim * Dim;
+        float* out = finest.value.data() + e * Dim * Dim;
+        for (int k = 0; k < Dim * Dim; ++k) out[k] = static_cast<float>(scale_ * in[k]);
+        if (!touched[v] && !touched[finest.column[e]]) continue;
         for (int i = 0; i < Dim; ++i)
           for (int j = 0; j < Dim; ++j)
-            finest.value[(e * Dim + i) * Dim + j] =
-                finest.mask[i][v] * finest.mask[j][finest.column[e]] *
-                static_cast<float>(scale_ * blocks[(e * Dim + i) * Dim + j]);
+            out[i * Dim + j] *= finest.mask[i][v] * finest.mask[j][finest.column[e]];
+      }
     }
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
@@ -127,18 +143,22 @@ class HierarchyOf final : public Hierarchy {
     }
     Level<Dim>& coarse = *level_[l + 1];
     smooth(level, true);
-    level.strips.for_product(
-        level.solution, [&](std::int32_t first, std::int32_t count, const auto& product) {
-          for (int i = 0; i < Dim; ++i)
-            for (std::int32_t k = 0; k < count; ++k)
-              level.residual[i][first + k] = level.right[i][first + k] - product[i][k];
-        });
+    level.strips.for_product(level.solution,
+                             [&](std::int32_t first, std::int32_t count, const auto& product) {
+                               for (int i = 0; i < Dim; ++i) {
+                                 float rest[widest];
+                                 for (int k = 0; k < widest; ++k)
+                                   rest[k] = level.right[i][first + k] - product[i][k];
+                                 store(rest, count, level.residual[i] + first);
+                               }
+                             });
     restrict_to(level, level.residual, coarse.nodes(), coarse.right);
     descend(l + 1);
     add_interpolated(level, coarse.solution, level.solution);
     smooth(level, false);
   }
 
+  std::vector<char> held_;  // (nodes * dim): prescribed unknowns
   std::vector<std::unique_ptr<Level<Dim>>> level_;
   DenseFactors coarsest_;
   double scale_ = 1.0;

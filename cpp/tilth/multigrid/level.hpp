@@ -23,7 +23,7 @@ struct Level {
         solution(nodes()),
         change(nodes()),
         residual(nodes()),
-        scaled(nodes()),
+        other(nodes()),
         eigenvector(nodes()) {}
 
   /// Takes the pattern; diagonal blocks must be in it.
@@ -57,7 +57,7 @@ struct Level {
   std::vector<std::int32_t> shared_node;
   Floats shared_inverse;
   Field<Dim> mask;  // 1 free, 0 held
-  Field<Dim> right, solution, change, residual, scaled, eigenvector;
+  Field<Dim> right, solution, change, residual, other, eigenvector;
   float largest = 1.0f;  // bound of the eigenvalues of inverse * matrix
 
   // to the next coarser level: a node's parents, and a parent's nodes, with their weights

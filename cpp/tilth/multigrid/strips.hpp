@@ -43,6 +43,14 @@ inline void load(const std::int16_t* from, typename Vector::Reals& to) {
                                typename Vector::Reals);
 }
 
+/// Copies the first `count` of `widest` numbers.
+inline void store(const float* from, std::int32_t count, float* to) {
+  if (count == widest)
+    std::memcpy(to, from, widest * sizeof *from);
+  else
+    std::copy_n(from, count, to);
+}
+
 struct Strip {
   std::int32_t first, count, width;      // its nodes, padded to `width`
   std::int64_t distance, distances = 0;  // where its list of distances begins, and their number
@@ -157,26 +165,30 @@ class Strips {
             T* out) {
     std::fill_n(out, strip.distances * Dim * Dim * strip.width, T(0));
     for (std::int32_t k = 0; k < strip.count; ++k) {
+      constexpr int size = Dim * Dim;
       const std::int32_t v = strip.first + k;
-      float largest[Dim] = {}, factor[Dim];
-      for (std::int64_t e = row_start[v]; !Whole && e < row_start[v + 1]; ++e)
-        for (int i = 0; i < Dim; ++i)
-          for (int j = 0; j < Dim; ++j)
-            largest[i] = std::max(largest[i], std::abs(blocks[(e * Dim + i) * Dim + j]));
+      const float* const begin = blocks.data() + row_start[v] * size;
+      const float* const end = blocks.data() + row_start[v + 1] * size;
+      float largest[size] = {}, factor[size];
+      for (const float* block = begin; !Whole && block < end; block += size)
+        for (int n = 0; n < size; ++n) largest[n] = std::max(largest[n], std::abs(block[n]));
       for (int i = 0; i < Dim; ++i) {
-        scale_[i][v] = Whole ? 1.0f : largest[i] / 32767.0f;
-        factor[i] = largest[i] > 0.0f ? 32767.0f / largest[i] : 0.0f;
+        const float most = *std::max_element(largest + i * Dim, largest + (i + 1) * Dim);
+        scale_[i][v] = Whole ? 1.0f : most / 32767.0f;
+        std::fill_n(factor + i * Dim, Dim, most > 0.0f ? 32767.0f / most : 0.0f);
       }
-      for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
-        for (int i = 0; i < Dim; ++i)
-          for (int j = 0; j < Dim; ++j) {
-            const float value = blocks[(e * Dim + i) * Dim + j];
-            T& place = out[((slot_[e] * Dim + i) * Dim + j) * strip.width + k];
-            if constexpr (Whole)
-              place = value;
-            else
-              place = static_cast<T>(std::lrintf(factor[i] * value));
-          }
+      const std::uint16_t* slot = slot_.data() + row_start[v];
+      for (const float* block = begin; block < end; block += size, ++slot) {
+        T rounded[size];
+        for (int n = 0; n < size; ++n) {
+          if constexpr (Whole)
+            rounded[n] = block[n];
+          else
+            rounded[n] = static_cast<T>(std::lrintf(factor[n] * block[n]));
+        }
+        T* place = out + std::int64_t{*slot} * size * strip.width + k;
+        for (int n = 0; n < size; ++n) place[n * strip.width] = rounded[n];
+      }
     }
   }
 
