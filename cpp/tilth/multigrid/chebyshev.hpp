@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagonal.hpp"
+#include "scaled_residual.hpp"
 
 namespace tilth::multigrid {
 
 inline constexpr int degree = 5;
-inline constexpr float smoothed_share = 0.03f;  // least eigenvalue damped, over the largest
-inline constexpr float safety = 1.1f;           // on the largest eigenvalue that was found
+inline constexpr float smoothed_share = 0.025f;  // least eigenvalue damped, over the largest
+inline constexpr float safety = 1.1f;            // on the largest eigenvalue that was found
 
 /// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
 /// nodes shows in the largest entry before it shows in the norm.

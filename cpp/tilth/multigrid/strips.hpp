@@ -43,6 +43,13 @@ inline void load(const std::int16_t* from, typename Vector::Reals& to) {
                                typename Vector::Reals);
 }
 
+/// The nearest integer, for numbers of less than 16 bits: what is added leaves no room for a
+/// fraction. No call of a library, so that loops over it become vector instructions.
+inline std::int16_t rounded_to_short(float number) {
+  constexpr float no_fraction = 0x1.8p23f;
+  return static_cast<std::int16_t>(static_cast<std::int32_t>((number + no_fraction) - no_fraction));
+}
+
 /// Copies the first `count` of `widest` numbers.
 inline void store(const float* from, std::int32_t count, float* to) {
   if (count == widest)
@@ -184,7 +191,7 @@ class Strips {
           if constexpr (Whole)
             rounded[n] = block[n];
           else
-            rounded[n] = static_cast<T>(std::lrintf(factor[n] * block[n]));
+            rounded[n] = rounded_to_short(factor[n] * block[n]);
         }
         T* place = out + std::int64_t{*slot} * size * strip.width + k;
         for (int n = 0; n < size; ++n) place[n * strip.width] = rounded[n];
