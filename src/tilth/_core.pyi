@@ -1,6 +1,6 @@
 """Kernels of tilth: flat arrays in, flat arrays out, no hidden state."""
 
-from typing import Annotated
+from typing import Annotated, overload
 
 import numpy
 from numpy.typing import NDArray
@@ -129,8 +129,13 @@ def current_volumes(deformation_gradient: Annotated[NDArray[numpy.float64], dict
 def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the points' interpolated vectors."""
 
+@overload
 def advance(kind: str, increment: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], cauchy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Deformation gradient and Cauchy stress after a converged step."""
+
+@overload
+def advance(length: float, p: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], q: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], r: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> float:
+    """Adds length p to x, takes length q from r; returns r . r, as `inner`."""
 
 def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from the deformation gradient."""
@@ -227,6 +232,11 @@ class Multigrid:
 
     def __init__(self, dim: int, lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> None: ...
 
+    def begin(self) -> None:
+        """
+        Forgets all matrices; what follows has the same bits as with a new one.
+        """
+
     def fill(self, blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> None:
         """Takes the values of a matrix of the pattern."""
 
@@ -239,5 +249,14 @@ class Multigrid:
 def block_product(dim: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the product A x, zero where held."""
 
+def asymmetry(dim: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], u: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], v: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> float:
+    """Returns |u . A v - v . A u| / |A v|, zero for no matrix."""
+
 def inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> float:
     """Inner product with the same bits for any number of threads."""
+
+def two_inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], c: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> list[float]:
+    """Inner products a . b and a . c, as `inner`."""
+
+def combine(factor: float, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], keep: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Replaces y by factor x + keep y."""

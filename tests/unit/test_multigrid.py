@@ -13,8 +13,10 @@ from implicit_blocks import squeezed
 from small_problems import BASES, KINDS, block_entries, dimension, plane, rollers, weight
 
 from tilth import Model, _core
+from tilth.grid import ActiveGrid
 from tilth.simulation import Simulation
 from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
+from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
 from tilth.step import _share_left
 from tilth.verification.cases import example, varied
@@ -209,6 +211,91 @@ def test_inner_product_in_pieces() -> None:
     for n in (0, 1, 4095, 4096, 4097, 10000):
         a, b = random.normal(size=(2, n))
         assert _core.inner(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 4095, 4097])
+def test_fused_vector_operations(n: int) -> None:
+    a, b, c, x = np.random.default_rng(0).normal(size=(4, n))
+    assert _core.two_inner(a, b, c) == pytest.approx((float(a @ b), float(a @ c)), rel=1e-12)
+    y = b.copy()
+    _core.combine(2.0, a, -0.5, y)
+    np.testing.assert_allclose(y, 2.0 * a - 0.5 * b, rtol=1e-14, atol=1e-14)
+    moved, rest = x.copy(), c.copy()
+    size = _core.advance(0.3, a, b, moved, rest)
+    np.testing.assert_allclose(moved, x + 0.3 * a, rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(rest, c - 0.3 * b, rtol=1e-14, atol=1e-14)
+    assert size == pytest.approx(float(rest @ rest), rel=1e-12)
+
+
+def test_asymmetry_is_that_of_the_matrix() -> None:
+    system, _ = systems_of(block("plane_strain", "linear", 8))[0]
+    system.blocks *= np.random.default_rng(0).uniform(0.5, 1.5, system.blocks.shape)
+    held, active = system.held, system.active
+    u, v = (np.where(held, 0.0, without_pattern(system, seed)) for seed in (1, 2))
+    of_u, of_v = (np.where(held, 0.0, system.times(x)) for x in (u, v))
+    expected = abs((u * of_v).sum() - (v * of_u).sum()) / np.linalg.norm(of_v)
+    found = _core.asymmetry(
+        2, active.row_start, active.column, system.blocks, held, u.ravel(), v.ravel()
+    )
+    assert found == pytest.approx(expected, rel=1e-10)
+    assert found > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_sixteen_bits_suffice_for_a_soft_layer_on_rock(kind: str) -> None:
+    """A row's coefficients are stored relative to its largest: here 1e6 times the soil's own."""
+    entries = block(kind, "linear", CELLS[kind], anti_locking="f_bar").to_dict()
+    soil, (body,) = entries["materials"]["soil"], entries["bodies"]
+    entries["materials"]["rock"] = soil | {"young_modulus": 1e6 * soil["young_modulus"]}
+    below, above = (body["shape"] | {end: list(body["shape"][end])} for end in ("upper", "lower"))
+    below["upper"][-1] = above["lower"][-1] = round(0.5 * CELLS[kind]) / CELLS[kind]
+    entries["bodies"] = [
+        body | {"shape": above},
+        body | {"name": "base", "material": "rock", "shape": below},
+    ]
+    system, right = systems_of(Model.from_dict(entries))[0]
+    assert solve(system, right)[1] <= 20
+    assert solve(system, without_pattern(system))[1] <= 20
+
+
+def test_nearly_incompressible_block() -> None:
+    model = varied(
+        block("3d", "linear", 8, anti_locking="f_bar"), {"materials.soil.poisson_ratio": 0.499}
+    )
+    system, _ = systems_of(model)[0]
+    assert solve(system, without_pattern(system))[1] <= 60
+
+
+def test_levels_kept_for_the_same_grid_give_the_same_bits() -> None:
+    system, right = systems_of(block("plane_strain", "gimp", 24, cut=0.7))[0]
+    kept = Multigrid(system.active, system.held)
+    kept.fill(3.0 * system.blocks + 1.0)
+    other = system.held.copy()
+    other[np.flatnonzero(~other[:, 0])[0], 0] = True
+    assert not kept.begin(system.active, other)
+    assert kept.begin(system.active, system.held)
+    kept.fill(system.blocks)
+    fresh = Multigrid(system.active, system.held)
+    fresh.fill(system.blocks)
+    found = [solver.solve(right, TOLERANCE).x.tobytes() for solver in (kept, fresh)]
+    assert found[0] == found[1]
+
+
+def test_levels_are_made_anew_only_for_another_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    systems = [systems_of(block("plane_strain", "linear", n))[0] for n in (24, 24, 25)]
+    made: list[int] = []
+
+    class Counted(Multigrid):
+        def __init__(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> None:
+            made.append(len(held))
+            super().__init__(active, held)
+
+    monkeypatch.setattr(linear_module, "Multigrid", Counted)
+    solver = LinearSolver(choose_solver("superlu"), 0)
+    for system, right in systems:
+        for _ in range(2):  # iterations of Newton's method
+            solver.solve(system, right, TOLERANCE)
+    assert made == [25**2, 26**2]
 
 
 def test_gaps_and_negative_places_of_the_lattice() -> None:

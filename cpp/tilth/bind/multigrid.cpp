@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
@@ -48,15 +49,51 @@ void block_product(int dim, ConstIntegers row_start, ConstShorts column, ConstDo
   require_size(x, nodes * dim, "x");
   require_size(product, nodes * dim, "product");
   nb::gil_scoped_release release;
-  const auto multiply = dim == 2 ? multigrid::block_product<2> : multigrid::block_product<3>;
-  multiply(nodes, row_start.data(), column.data(), blocks.data(), held.data(), x.data(),
-           product.data());
+  const auto multiply = dim == 2 ? multigrid::block_product<2, 1> : multigrid::block_product<3, 1>;
+  multiply(nodes, row_start.data(), column.data(), blocks.data(), held.data(), {x.data()},
+           {product.data()});
+}
+
+double asymmetry(int dim, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
+                 ConstFlags held, ConstDoubles u, ConstDoubles v) {
+  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  require_size(held, nodes * dim, "held");
+  require_size(u, nodes * dim, "u");
+  require_size(v, nodes * dim, "v");
+  nb::gil_scoped_release release;
+  const auto measure = dim == 2 ? multigrid::asymmetry<2> : multigrid::asymmetry<3>;
+  return measure(nodes, row_start.data(), column.data(), blocks.data(), held.data(), u.data(),
+                 v.data());
 }
 
 double inner(ConstDoubles a, ConstDoubles b) {
   require_size(b, static_cast<std::int64_t>(a.size()), "b");
   nb::gil_scoped_release release;
   return multigrid::inner(static_cast<std::int64_t>(a.size()), a.data(), b.data());
+}
+
+std::array<double, 2> two_inner(ConstDoubles a, ConstDoubles b, ConstDoubles c) {
+  const auto n = static_cast<std::int64_t>(a.size());
+  require_size(b, n, "b");
+  require_size(c, n, "c");
+  nb::gil_scoped_release release;
+  return multigrid::two_inner(n, a.data(), b.data(), c.data());
+}
+
+void combine(double factor, ConstDoubles x, double keep, Doubles y) {
+  const auto n = static_cast<std::int64_t>(x.size());
+  require_size(y, n, "y");
+  nb::gil_scoped_release release;
+  multigrid::combine(n, factor, x.data(), keep, y.data());
+}
+
+double advance(double length, ConstDoubles p, ConstDoubles q, Doubles x, Doubles r) {
+  const auto n = static_cast<std::int64_t>(p.size());
+  require_size(q, n, "q");
+  require_size(x, n, "x");
+  require_size(r, n, "r");
+  nb::gil_scoped_release release;
+  return multigrid::advance(n, length, p.data(), q.data(), x.data(), r.data());
 }
 
 }  // namespace
@@ -66,14 +103,24 @@ void bind_multigrid(nb::module_& module) {
   nb::class_<Hierarchy>(module, "Multigrid",
                         "Geometric multigrid over an integer lattice of nodes; pattern fixed.")
       .def(nb::new_(&make), "dim"_a, "lattice"_a, "row_start"_a, "column"_a, "held"_a)
+      .def("begin", &Hierarchy::begin,
+           "Forgets all matrices; what follows has the same bits as with a new one.")
       .def("fill", &fill, "blocks"_a, "Takes the values of a matrix of the pattern.")
       .def("cycle", &cycle, "residual"_a, "approximate"_a,
            "Fills `approximate` with one V-cycle for `residual`.")
       .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.");
   module.def("block_product", &block_product, "dim"_a, "row_start"_a, "column"_a, "blocks"_a,
              "held"_a, "x"_a, "product"_a, "Fills the product A x, zero where held.");
+  module.def("asymmetry", &asymmetry, "dim"_a, "row_start"_a, "column"_a, "blocks"_a, "held"_a,
+             "u"_a, "v"_a, "Returns |u . A v - v . A u| / |A v|, zero for no matrix.");
   module.def("inner", &inner, "a"_a, "b"_a,
              "Inner product with the same bits for any number of threads.");
+  module.def("two_inner", &two_inner, "a"_a, "b"_a, "c"_a,
+             "Inner products a . b and a . c, as `inner`.");
+  module.def("combine", &combine, "factor"_a, "x"_a, "keep"_a, "y"_a,
+             "Replaces y by factor x + keep y.");
+  module.def("advance", &advance, "length"_a, "p"_a, "q"_a, "x"_a, "r"_a,
+             "Adds length p to x, takes length q from r; returns r . r, as `inner`.");
 }
 
 }  // namespace tilth::bind

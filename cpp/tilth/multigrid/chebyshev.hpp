@@ -6,38 +6,44 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagonal.hpp"
+#include "scaled_residual.hpp"
 
 namespace tilth::multigrid {
 
-inline constexpr int degree = 3;
-inline constexpr float smoothed_share = 0.08f;  // least eigenvalue damped, over the largest
-inline constexpr float safety = 1.1f;           // on the largest eigenvalue that was found
+inline constexpr int degree = 5;
+inline constexpr float smoothed_share = 0.025f;  // least eigenvalue damped, over the largest
+inline constexpr float safety = 1.1f;            // on the largest eigenvalue that was found
 
 /// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
 /// nodes shows in the largest entry before it shows in the norm.
 template <int Dim>
 void bound_eigenvalues(Level<Dim>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    for_scaled_residual(level, nullptr, level.eigenvector.data(),
-                        [&](std::int32_t v, const float* scaled) {
-                          for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i)
-                            level.other[at + i] = -scaled[i];
-                        });
+    for_scaled_residual(
+        level, nullptr, &level.eigenvector,
+        [&](std::int32_t first, std::int32_t count, const auto& scaled) {
+          for (int i = 0; i < Dim; ++i) store(scaled[i], count, level.other[i] + first);
+        },
+        [&](int i, std::int32_t v, float scaled) { level.other[i][v] = scaled; });
     double size = 0.0, before = 0.0;  // in a fixed order: not threaded
     float most = 0.0f, most_before = 0.0f;
-    for (std::int64_t i = 0; i < level.unknowns(); ++i) {
-      size += double{level.other[i]} * level.other[i];
-      before += double{level.eigenvector[i]} * level.eigenvector[i];
-      most = std::max(most, std::abs(level.other[i]));
-      most_before = std::max(most_before, std::abs(level.eigenvector[i]));
+    for (int i = 0; i < Dim; ++i) {
+      const float *now = level.other[i], *last = level.eigenvector[i];
+#pragma omp simd reduction(+ : size, before) reduction(max : most, most_before)
+      for (std::int32_t v = 0; v < level.nodes(); ++v) {
+        size += double{now[v]} * now[v];
+        before += double{last[v]} * last[v];
+        most = std::max(most, std::abs(now[v]));
+        most_before = std::max(most_before, std::abs(last[v]));
+      }
     }
     if (!(size > 0.0)) return;
     level.largest =
         safety * std::max(static_cast<float>(std::sqrt(size / before)), most / most_before);
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
-    for (std::int64_t i = 0; i < level.unknowns(); ++i)
-      level.eigenvector[i] = factor * level.other[i];
+    for (int i = 0; i < Dim; ++i)
+      for (std::int32_t v = 0; v < level.nodes(); ++v)
+        level.eigenvector[i][v] = factor * level.other[i][v];
   }
 }
 
@@ -52,18 +58,27 @@ void smooth(Level<Dim>& level, bool from_zero) {
     const float next = 1.0f / (2.0f * ratio - rho);
     const float keep = step == 0 ? 0.0f : next * rho;
     const float add = step == 0 ? 1.0f / centre : 2.0f * next / radius;
-    const float* old = level.solution.data();
     const bool zero = step == 0 && from_zero;
     for_scaled_residual(
-        level, level.right.data(), zero ? nullptr : old, [&](std::int32_t v, const float* scaled) {
-          for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i) {
-            const float before = step == 0 ? 0.0f : keep * level.change[at + i];
-            level.change[at + i] = before + add * scaled[i];
-            level.other[at + i] = (zero ? 0.0f : old[at + i]) + level.change[at + i];
+        level, &level.right, zero ? nullptr : &level.solution,
+        [&](std::int32_t first, std::int32_t count, const auto& scaled) {
+          for (int i = 0; i < Dim; ++i) {
+            const float *change = level.change[i] + first, *old = level.solution[i] + first;
+            float next_change[widest], improved[widest];
+            for (int k = 0; k < widest; ++k) {
+              next_change[k] = keep * change[k] + add * scaled[i][k];
+              improved[k] = (zero ? 0.0f : old[k]) + next_change[k];
+            }
+            store(next_change, count, level.change[i] + first);
+            store(improved, count, level.other[i] + first);
           }
+        },
+        [&](int i, std::int32_t v, float scaled) {
+          level.change[i][v] += add * scaled;
+          level.other[i][v] += add * scaled;
         });
-    if (step > 0) rho = next;
     std::swap(level.solution, level.other);
+    if (step > 0) rho = next;
   }
 }
 

@@ -15,10 +15,13 @@ namespace tilth::multigrid {
 class DenseFactors {
  public:
   template <int Dim>
-  void factorise(Level<Dim>& level) {
+  void factorise(const Level<Dim>& level) {
     n_ = level.unknowns();
     factor_.assign(n_ * n_, 0.0);
     pivot_.resize(n_);
+    free_.resize(n_);
+    for (std::int64_t row = 0; row < n_; ++row)
+      free_[row] = level.mask[row % Dim][row / Dim] != 0.0f;
     for (std::int32_t v = 0; v < level.nodes(); ++v)
       for (std::int64_t e = 0; e < level.entries(v); ++e)
         for (int i = 0; i < Dim; ++i)
@@ -27,7 +30,7 @@ class DenseFactors {
             const std::int64_t column =
                 std::int64_t{level.column[level.row_start[v] + e]} * Dim + j;
             factor_[row * n_ + column] =
-                level.mask[row] * level.mask[column] != 0.0f ? level.at(v, e, i, j) : row == column;
+                free_[row] && free_[column] ? level.at(v, e, i, j) : row == column;
           }
     for (std::int64_t k = 0; k < n_; ++k) {
       std::int64_t pivot = k;
@@ -49,8 +52,10 @@ class DenseFactors {
     }
   }
 
-  void solve(const float* right, float* solution) const {
-    std::vector<double> x(right, right + n_);
+  template <int Dim>
+  void solve(const Field<Dim>& right, Field<Dim>& solution) const {
+    std::vector<double> x(n_);
+    for (std::int64_t k = 0; k < n_; ++k) x[k] = right[k % Dim][k / Dim];
     for (std::int64_t k = 0; k < n_; ++k) {
       std::swap(x[k], x[pivot_[k]]);
     }
@@ -60,12 +65,13 @@ class DenseFactors {
       for (std::int64_t j = k + 1; j < n_; ++j) x[k] -= factor_[k * n_ + j] * x[j];
       const double by = factor_[k * n_ + k];
       x[k] = by != 0.0 ? x[k] / by : 0.0;
-      solution[k] = static_cast<float>(x[k]);
+      solution[k % Dim][k / Dim] = static_cast<float>(x[k]);
     }
   }
 
  private:
   std::int64_t n_ = 0;
+  std::vector<char> free_;
   std::vector<double> factor_;
   std::vector<std::int64_t> pivot_;
 };

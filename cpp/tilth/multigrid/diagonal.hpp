@@ -15,8 +15,8 @@
 
 namespace tilth::multigrid {
 
-inline constexpr double strong = 0.25;      // coupling over the geometric mean of own stiffnesses
-inline constexpr double very_strong = 0.6;  // couplings that mark where blocks are shared
+inline constexpr float strong = 0.25f;      // coupling over the geometric mean of own stiffnesses
+inline constexpr float very_strong = 0.6f;  // couplings that mark where blocks are shared
 inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
 inline constexpr int bins = 32;             // of coupling strengths, to order them
 
@@ -52,21 +52,23 @@ inline void invert(int n, std::vector<double>& matrix) {
 template <int Dim>
 void group_nodes(Level<Dim>& level) {
   std::vector<float> own(level.nodes());
-  const auto size = [&](std::int32_t v, std::int64_t e) {
+  const auto square = [&](std::int32_t v, std::int64_t e) {
+    const float* block = level.value.data() + (level.row_start[v] + e) * Dim * Dim;
     float sum = 0.0f;
-    for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) sum += level.at(v, e, i, j) * level.at(v, e, i, j);
-    return std::sqrt(sum);
+#pragma omp simd reduction(+ : sum)
+    for (int k = 0; k < Dim * Dim; ++k) sum += block[k] * block[k];
+    return sum;
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = size(v, level.diagonal[v]);
+  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = std::sqrt(square(v, level.diagonal[v]));
   std::vector<signed char> bin(level.column.size(), -1);
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
       const std::int64_t at = level.row_start[v] + e;
-      const double share = size(v, e) / std::sqrt(double{own[v]} * own[level.column[at]]);
-      if (share > strong) bin[at] = static_cast<signed char>(std::min(share, 0.99) * bins);
+      const float both = own[v] * own[level.column[at]], coupling = square(v, e);
+      if (coupling > strong * strong * both)
+        bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
     }
   std::vector<char> near(level.nodes(), 0);
   for (std::int32_t v = 0; v < level.nodes(); ++v)
@@ -106,17 +108,50 @@ void group_nodes(Level<Dim>& level) {
   }
 }
 
+/// Inverts the block of one node by its cofactors; zero where the node shares a block.
+template <int Dim>
+void invert_own(Level<Dim>& level, std::int32_t v) {
+  double a[Dim][Dim], cofactor[Dim][Dim];
+  bool free[Dim];
+  for (int i = 0; i < Dim; ++i) free[i] = level.alone[v] && level.mask[i][v] != 0.0f;
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j)
+      a[i][j] = free[i] && free[j] ? level.at(v, level.diagonal[v], i, j) : double(i == j);
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j) {
+      if constexpr (Dim == 3) {
+        const int k = (i + 1) % 3, l = (i + 2) % 3, m = (j + 1) % 3, n = (j + 2) % 3;
+        cofactor[i][j] = a[k][m] * a[l][n] - a[k][n] * a[l][m];
+      } else {
+        cofactor[i][j] = i == j ? a[1 - i][1 - j] : -a[1 - i][1 - j];
+      }
+    }
+  double determinant = 0.0;
+  for (int j = 0; j < Dim; ++j) determinant += a[0][j] * cofactor[0][j];
+  for (int i = 0; i < Dim; ++i)
+    for (int j = 0; j < Dim; ++j)
+      level.inverse[i * Dim + j][v] = free[i] && free[j] && determinant != 0.0
+                                          ? static_cast<float>(cofactor[j][i] / determinant)
+                                          : 0.0f;
+}
+
+/// Marks unknowns without stiffness as held.
+template <int Dim>
+void hold_unsupported(Level<Dim>& level) {
+  for (std::int32_t v = 0; v < level.nodes(); ++v)
+    for (int i = 0; i < Dim; ++i)
+      if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[i][v] = 0.0f;
+}
+
 /// Inverts the blocks on the free unknowns; an unknown without stiffness becomes held.
 template <int Dim>
 void invert_diagonal(Level<Dim>& level) {
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (int i = 0; i < Dim; ++i)
-      if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[v * Dim + i] = 0.0f;
+  hold_unsupported(level);
   group_nodes(level);
   const auto inverse_of = [&](const std::int32_t* node, int nodes, auto place) {
     const int n = nodes * Dim;
     std::vector<double> matrix(std::size_t(n) * n, 0.0);
-    const auto free = [&](int i) { return level.mask[node[i / Dim] * Dim + i % Dim] != 0.0f; };
+    const auto free = [&](int i) { return level.mask[i % Dim][node[i / Dim]] != 0.0f; };
     for (int a = 0; a < nodes; ++a)
       for (std::int64_t e = 0; e < level.entries(node[a]); ++e)
         for (int b = 0; b < nodes; ++b)
@@ -133,8 +168,7 @@ void invert_diagonal(Level<Dim>& level) {
         place[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    if (level.alone[v]) inverse_of(&v, 1, level.inverse.data() + std::int64_t{v} * Dim * Dim);
+  for (std::int32_t v = 0; v < level.nodes(); ++v) invert_own(level, v);
   constexpr int column = most_in_a_block * Dim;  // padded: one length for all loops
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
   level.shared_inverse.assign(level.shared_node.size() * Dim * column, 0.0f);
@@ -147,51 +181,6 @@ void invert_diagonal(Level<Dim>& level) {
     float* inverse = level.shared_inverse.data() + first * Dim * column;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
-  }
-}
-
-/// Calls `use(v, z)` for each node with its part of z = inverse * (base - A x); `base` may be
-/// null, for zero, and so may `x`.
-template <int Dim, class Use>
-void for_scaled_residual(Level<Dim>& level, const float* base, const float* x, Use use) {
-  const auto residual = [&](std::int32_t v, const float* product, float* out) {
-    for (int i = 0; i < Dim; ++i)
-      out[i] = (base ? base[std::int64_t{v} * Dim + i] : 0.0f) - product[i];
-  };
-  const auto row = [&](std::int32_t v, const float* product) {
-    if (!level.alone[v]) {
-      residual(v, product, level.residual.data() + std::int64_t{v} * Dim);
-      return;
-    }
-    float rest[Dim], scaled[Dim] = {};
-    residual(v, product, rest);
-    const float* inverse = level.inverse.data() + std::int64_t{v} * Dim * Dim;
-    for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) scaled[i] += inverse[i * Dim + j] * rest[j];
-    use(v, scaled);
-  };
-  if (x) {
-    level.for_product(x, row);
-  } else {
-    const float zero[Dim] = {};
-#pragma omp parallel for schedule(static) if (level.threaded())
-    for (std::int32_t v = 0; v < level.nodes(); ++v) row(v, zero);
-  }
-  constexpr int column = most_in_a_block * Dim;
-  const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
-#pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int64_t g = 0; g < groups; ++g) {
-    alignas(64) float scaled[column] = {};
-    const float* inverse = level.shared_inverse.data() + level.shared_start[g] * Dim * column;
-    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k)
-      for (int j = 0; j < Dim; ++j, inverse += column) {
-        const float rest = level.residual[std::int64_t{level.shared_node[k]} * Dim + j];
-#pragma omp simd
-        for (int i = 0; i < column; ++i) scaled[i] += inverse[i] * rest;
-      }
-    const float* part = scaled;
-    for (std::int64_t k = level.shared_start[g]; k < level.shared_start[g + 1]; ++k, part += Dim)
-      use(level.shared_node[k], part);
   }
 }
 

@@ -28,6 +28,9 @@ struct Box {
   std::int64_t side() const { return 2 * fine + 1; }
   std::int64_t coarse_side() const { return 2 * coarse + 1; }
   std::int64_t places() const { return side() * side() * (Dim == 3 ? side() : 1); }
+  std::int64_t coarse_places() const {
+    return coarse_side() * coarse_side() * (Dim == 3 ? coarse_side() : 1);
+  }
   std::int64_t code(const Place& p) const { return p[0] + side() * (p[1] + side() * p[2]); }
   std::int64_t centre() const { return fine * (1 + side() * (1 + (Dim == 3 ? side() : 0))); }
 
@@ -67,44 +70,41 @@ void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
   const std::int64_t n = coarse.nodes(), reach = box.coarse;
   std::vector<std::int64_t> code(fine.nodes()), start(n + 1, 0);
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
-  std::vector<std::int32_t> column;
-  for (const bool counting : {true, false}) {
+  const std::int64_t places = box.coarse_places();
+  std::vector<char> coupled(n * places);
 #pragma omp parallel if (fine.threaded())
-    {
-      std::vector<float> touched(box.places()), scratch(box.places());
+  {
+    std::vector<float> touched(box.places()), scratch(box.places());
 #pragma omp for schedule(static)
-      for (std::int64_t c = 0; c < n; ++c) {
-        std::fill(touched.begin(), touched.end(), 0.0f);
-        const Place& p = coarse.lattice[c];
-        const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
-        for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k)
-          for (std::int64_t e = fine.row_start[fine.child[k]];
-               e < fine.row_start[fine.child[k] + 1]; ++e)
-            touched[code[fine.column[e]] - origin] = 1.0f;
-        const float* found = box.contract(touched.data(), scratch.data(), 1);
-        std::int64_t at = start[c];
-        for (std::int64_t z = Dim == 3 ? -reach : 0; z <= (Dim == 3 ? reach : 0); ++z)
-          for (std::int64_t y = -reach; y <= reach; ++y)
-            for (std::int64_t x = -reach; x <= reach; ++x, ++found) {
-              if (*found == 0.0f) continue;
-              if (!counting)
-                column[at] = coarse.lattice.find({static_cast<std::int32_t>(p[0] + x),
-                                                  static_cast<std::int32_t>(p[1] + y),
-                                                  static_cast<std::int32_t>(p[2] + z)});
-              ++at;
-            }
-        if (counting) start[c] = at;
+    for (std::int64_t c = 0; c < n; ++c) {
+      std::fill(touched.begin(), touched.end(), 0.0f);
+      const Place& p = coarse.lattice[c];
+      const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
+      for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k)
+        for (std::int64_t e = fine.row_start[fine.child[k]]; e < fine.row_start[fine.child[k] + 1];
+             ++e)
+          touched[code[fine.column[e]] - origin] = 1.0f;
+      const float* found = box.contract(touched.data(), scratch.data(), 1);
+      for (std::int64_t k = 0; k < places; ++k) {
+        coupled[c * places + k] = found[k] != 0.0f;
+        start[c + 1] += found[k] != 0.0f;
       }
     }
-    if (counting) {
-      std::int64_t total = 0;
-      for (std::int64_t c = 0; c <= n; ++c) {
-        const std::int64_t own = start[c];
-        start[c] = total;
-        total += own;
-      }
-      column.resize(total);
-    }
+  }
+  for (std::int64_t c = 0; c < n; ++c) start[c + 1] += start[c];
+  std::vector<std::int32_t> column(start[n]);
+#pragma omp parallel for schedule(static) if (fine.threaded())
+  for (std::int64_t c = 0; c < n; ++c) {
+    const Place& p = coarse.lattice[c];
+    const char* found = coupled.data() + c * places;
+    std::int64_t at = start[c];
+    for (std::int64_t z = Dim == 3 ? -reach : 0; z <= (Dim == 3 ? reach : 0); ++z)
+      for (std::int64_t y = -reach; y <= reach; ++y)
+        for (std::int64_t x = -reach; x <= reach; ++x)
+          if (*found++)
+            column[at++] = coarse.lattice.find({static_cast<std::int32_t>(p[0] + x),
+                                                static_cast<std::int32_t>(p[1] + y),
+                                                static_cast<std::int32_t>(p[2] + z)});
   }
   coarse.set_pattern(std::move(start), std::move(column));
 }
@@ -113,13 +113,13 @@ void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
 template <int Dim>
 void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
   const Box<Dim> box(fine);
-  constexpr std::int64_t width = Dim;  // of one scalar row
+  constexpr std::int64_t width = Dim * Dim;
   const std::int64_t row_size = box.places() * width, reach = box.coarse;
   std::vector<std::int64_t> code(fine.nodes());
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
 #pragma omp parallel if (fine.threaded())
   {
-    std::vector<float> rows(Dim * row_size), scratch(row_size);
+    Floats rows(row_size), scratch(row_size);
 #pragma omp for schedule(static)
     for (std::int32_t c = 0; c < coarse.nodes(); ++c) {
       std::fill(rows.begin(), rows.end(), 0.0f);
@@ -128,31 +128,30 @@ void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
       for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k) {
         const std::int32_t v = fine.child[k];
         const float weight = fine.child_weight[k];
-        const std::int64_t count = fine.entries(v), length = fine.padded(v);
+        const std::int64_t count = fine.entries(v);
         const std::int32_t* column = fine.column.data() + fine.row_start[v];
-        const float* value = fine.value.data() + fine.value_start[v];
+        const float* value = fine.value.data() + fine.row_start[v] * width;
         for (std::int64_t first = 0; first < count;) {
           const std::int64_t place = code[column[first]];
           std::int64_t last = first + 1;  // consecutive places along x are one piece
           while (last < count && code[column[last]] - place == last - first) ++last;
-          for (int i = 0; i < Dim; ++i) {
-            float* out = rows.data() + i * row_size + (place - origin) * width;
-            const float* in = value + i * length + first * width;
-            for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
-          }
+          float* out = rows.data() + (place - origin) * width;
+          const float* in = value + first * width;
+          for (; first + 3 <= last; first += 3, in += 3 * width, out += 3 * width)
+#pragma omp simd
+            for (std::int64_t j = 0; j < 3 * width; ++j) out[j] += weight * in[j];
+          for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
           first = last;
         }
       }
       const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
-      for (int i = 0; i < Dim; ++i) {
-        const float* sums = box.contract(rows.data() + i * row_size, scratch.data(), width);
-        float* out = coarse.value.data() + coarse.value_start[c] + i * coarse.padded(c);
-        for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
-          const Place& q = coarse.lattice[column[e]];
-          std::int64_t place = q[0] - p[0] + reach + box.coarse_side() * (q[1] - p[1] + reach);
-          if (Dim == 3) place += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + reach);
-          for (int j = 0; j < Dim; ++j) out[e * width + j] = sums[place * width + j];
-        }
+      const float* sums = box.contract(rows.data(), scratch.data(), width);
+      float* out = coarse.value.data() + coarse.row_start[c] * width;
+      for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
+        const Place& q = coarse.lattice[column[e]];
+        std::int64_t place = q[0] - p[0] + reach + box.coarse_side() * (q[1] - p[1] + reach);
+        if (Dim == 3) place += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + reach);
+        for (int j = 0; j < width; ++j) out[e * width + j] = sums[place * width + j];
       }
     }
   }

@@ -21,6 +21,9 @@ class Hierarchy {
  public:
   virtual ~Hierarchy() = default;
 
+  /// Forgets all matrices: what follows has the same bits as with a new hierarchy.
+  virtual void begin() = 0;
+
   /// Takes a matrix of the pattern: blocks (entries, dim, dim).
   virtual void fill(const double* blocks) = 0;
 
@@ -36,10 +39,10 @@ class HierarchyOf final : public Hierarchy {
  public:
   /// `place` sorted along z, y, x; `held` (nodes * dim) marks prescribed unknowns.
   HierarchyOf(std::vector<Place> place, std::vector<std::int64_t> row_start,
-              std::vector<std::int32_t> column, const bool* held) {
+              std::vector<std::int32_t> column, const bool* held)
+      : held_(held, held + place.size() * Dim) {
     level_.push_back(std::make_unique<Level<Dim>>(Lattice(std::move(place))));
     level_[0]->set_pattern(std::move(row_start), std::move(column));
-    for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i) level_[0]->mask[i] = !held[i];
     while (level_.back()->unknowns() > coarsest_unknowns) {
       Level<Dim>& fine = *level_.back();
       auto coarse = std::make_unique<Level<Dim>>(fine.lattice.coarser());
@@ -48,11 +51,19 @@ class HierarchyOf final : public Hierarchy {
       couple(fine, *coarse);
       level_.push_back(std::move(coarse));
     }
+    begin();
+  }
+
+  void begin() override {
+    filled_ = false;
+    for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i)
+      level_[0]->mask[i % Dim][i / Dim] = !held_[i];
     for (auto& level : level_) {
+      level->largest = 1.0f;
       std::uint32_t random = 1;
       for (std::int64_t i = 0; i < level->unknowns(); ++i) {
         random = 1664525u * random + 1013904223u;
-        level->eigenvector[i] = static_cast<float>(random >> 8) * 0x1p-23f - 1.0f;
+        level->eigenvector[i % Dim][i / Dim] = static_cast<float>(random >> 8) * 0x1p-23f - 1.0f;
       }
     }
   }
@@ -64,30 +75,33 @@ class HierarchyOf final : public Hierarchy {
       for (int i = 0; i < Dim; ++i)
         greatest = std::max(
             greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
+    std::vector<char> touched(finest.nodes(), 0);  // by held unknowns
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i) touched[v] |= finest.mask[i][v] == 0.0f;
     scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
 #pragma omp parallel for schedule(static) if (finest.threaded())
     for (std::int32_t v = 0; v < finest.nodes(); ++v) {
-      const float* own = finest.mask.data() + std::int64_t{v} * Dim;
-      const std::int64_t first = finest.row_start[v], length = finest.padded(v);
-      float* row = finest.value.data() + finest.value_start[v];
-      for (std::int64_t e = 0; e < finest.entries(v); ++e) {
-        const float* others = finest.mask.data() + std::int64_t{finest.column[first + e]} * Dim;
+      for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e) {
+        const double* in = blocks + e * Dim * Dim;
+        float* out = finest.value.data() + e * Dim * Dim;
+        for (int k = 0; k < Dim * Dim; ++k) out[k] = static_cast<float>(scale_ * in[k]);
+        if (!touched[v] && !touched[finest.column[e]]) continue;
         for (int i = 0; i < Dim; ++i)
           for (int j = 0; j < Dim; ++j)
-            row[i * length + e * Dim + j] =
-                own[i] * others[j] *
-                static_cast<float>(scale_ * blocks[((first + e) * Dim + i) * Dim + j]);
+            out[i * Dim + j] *= finest.mask[i][v] * finest.mask[j][finest.column[e]];
       }
     }
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
-        std::fill(level_[l]->mask.begin(), level_[l]->mask.end(), 1.0f);
+        level_[l]->mask = Field<Dim>(level_[l]->nodes(), 1.0f);
         multiply_out(*level_[l - 1], *level_[l]);
       }
+      if (l + 1 == level_.size()) break;
       invert_diagonal(*level_[l]);
-      if (l + 1 < level_.size())
-        bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
+      level_[l]->strips.set_values(level_[l]->row_start, level_[l]->value, level_[l]->alone);
+      bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
     }
+    hold_unsupported(*level_.back());
     coarsest_.factorise(*level_.back());
     filled_ = true;
   }
@@ -99,13 +113,16 @@ class HierarchyOf final : public Hierarchy {
     for (std::int64_t i = 0; i < n; ++i) greatest = std::max(greatest, std::abs(residual[i]));
     const double size = greatest > 0.0 ? greatest : 1.0;
 #pragma omp parallel for schedule(static) if (finest.threaded())
-    for (std::int64_t i = 0; i < n; ++i)
-      finest.right[i] = finest.mask[i] * static_cast<float>(residual[i] / size);
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i)
+        finest.right[i][v] =
+            finest.mask[i][v] * static_cast<float>(residual[std::int64_t{v} * Dim + i] / size);
     descend(0);
     const double factor = size * scale_;
 #pragma omp parallel for schedule(static) if (finest.threaded())
-    for (std::int64_t i = 0; i < n; ++i)
-      approximate[i] = factor * finest.mask[i] * finest.solution[i];
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i)
+        approximate[std::int64_t{v} * Dim + i] = factor * finest.mask[i][v] * finest.solution[i][v];
   }
 
   std::vector<std::int64_t> sizes() const override {
@@ -121,21 +138,27 @@ class HierarchyOf final : public Hierarchy {
   void descend(std::size_t l) {
     Level<Dim>& level = *level_[l];
     if (l + 1 == level_.size()) {
-      coarsest_.solve(level.right.data(), level.solution.data());
+      coarsest_.solve(level.right, level.solution);
       return;
     }
     Level<Dim>& coarse = *level_[l + 1];
     smooth(level, true);
-    level.for_product(level.solution.data(), [&](std::int32_t v, const float* product) {
-      for (std::int64_t at = std::int64_t{v} * Dim, i = 0; i < Dim; ++i)
-        level.other[at + i] = level.right[at + i] - product[i];
-    });
-    restrict_to(level, level.other.data(), coarse.nodes(), coarse.right.data());
+    level.strips.for_product(level.solution,
+                             [&](std::int32_t first, std::int32_t count, const auto& product) {
+                               for (int i = 0; i < Dim; ++i) {
+                                 float rest[widest];
+                                 for (int k = 0; k < widest; ++k)
+                                   rest[k] = level.right[i][first + k] - product[i][k];
+                                 store(rest, count, level.residual[i] + first);
+                               }
+                             });
+    restrict_to(level, level.residual, coarse.nodes(), coarse.right);
     descend(l + 1);
-    add_interpolated(level, coarse.solution.data(), level.solution.data());
+    add_interpolated(level, coarse.solution, level.solution);
     smooth(level, false);
   }
 
+  std::vector<char> held_;  // (nodes * dim): prescribed unknowns
   std::vector<std::unique_ptr<Level<Dim>>> level_;
   DenseFactors coarsest_;
   double scale_ = 1.0;

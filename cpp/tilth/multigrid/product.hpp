@@ -4,6 +4,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -11,38 +13,94 @@
 
 namespace tilth::multigrid {
 
-/// product <- A x for node blocks (entries, Dim, Dim), zero for held unknowns.
-template <int Dim>
+/// product <- A x for node blocks (entries, Dim, Dim) and each of some vectors, zero for held
+/// unknowns.
+template <int Dim, std::size_t Count>
 void block_product(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
-                   const double* blocks, const bool* held, const double* x, double* product) {
+                   const double* blocks, const bool* held, std::array<const double*, Count> x,
+                   std::array<double*, Count> product) {
 #pragma omp parallel for schedule(static) if (row_start[nodes] >= 8 * parallel_from)
   for (std::int64_t v = 0; v < nodes; ++v) {
-    double sum[Dim] = {};
+    double sum[Count][Dim] = {};
     for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
       const double* block = blocks + e * Dim * Dim;
-      const double* other = x + std::int64_t{column[e]} * Dim;
-      for (int i = 0; i < Dim; ++i)
-        for (int j = 0; j < Dim; ++j) sum[i] += block[i * Dim + j] * other[j];
+      for (std::size_t k = 0; k < Count; ++k) {
+        const double* other = x[k] + std::int64_t{column[e]} * Dim;
+        for (int i = 0; i < Dim; ++i)
+          for (int j = 0; j < Dim; ++j) sum[k][i] += block[i * Dim + j] * other[j];
+      }
     }
-    for (int i = 0; i < Dim; ++i) product[v * Dim + i] = held[v * Dim + i] ? 0.0 : sum[i];
+    for (std::size_t k = 0; k < Count; ++k)
+      for (int i = 0; i < Dim; ++i) product[k][v * Dim + i] = held[v * Dim + i] ? 0.0 : sum[k][i];
   }
 }
 
-/// Inner product: pieces of a fixed length, their sums added in order.
-inline double inner(std::int64_t n, const double* a, const double* b) {
+/// Calls `add(begin, end, sums)` for pieces of a fixed length and adds their `Count` sums in order.
+template <int Count, class Add>
+std::array<double, Count> sum_in_pieces(std::int64_t n, Add add) {
   constexpr std::int64_t piece = 4096;
   const std::int64_t pieces = (n + piece - 1) / piece;
-  std::vector<double> sums(pieces, 0.0);
+  std::vector<std::array<double, Count>> sums(pieces);
 #pragma omp parallel for schedule(static) if (n >= 8 * parallel_from)
   for (std::int64_t p = 0; p < pieces; ++p) {
+    sums[p] = add(p * piece, std::min(n, (p + 1) * piece));
+  }
+  std::array<double, Count> total{};
+  for (const auto& own : sums)
+    for (int k = 0; k < Count; ++k) total[k] += own[k];
+  return total;
+}
+
+inline double inner(std::int64_t n, const double* a, const double* b) {
+  return sum_in_pieces<1>(n, [=](std::int64_t begin, std::int64_t end) {
     double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
-    for (std::int64_t i = p * piece; i < std::min(n, (p + 1) * piece); ++i) sum += a[i] * b[i];
-    sums[p] = sum;
-  }
-  double total = 0.0;
-  for (const double sum : sums) total += sum;
-  return total;
+    for (std::int64_t i = begin; i < end; ++i) sum += a[i] * b[i];
+    return std::array{sum};
+  })[0];
+}
+
+/// a . b and a . c in one pass.
+inline std::array<double, 2> two_inner(std::int64_t n, const double* a, const double* b,
+                                       const double* c) {
+  return sum_in_pieces<2>(n, [=](std::int64_t begin, std::int64_t end) {
+    double with_b = 0.0, with_c = 0.0;
+#pragma omp simd reduction(+ : with_b, with_c)
+    for (std::int64_t i = begin; i < end; ++i) with_b += a[i] * b[i], with_c += a[i] * c[i];
+    return std::array{with_b, with_c};
+  });
+}
+
+/// y <- factor x + keep y.
+inline void combine(std::int64_t n, double factor, const double* x, double keep, double* y) {
+#pragma omp parallel for simd schedule(static) if (n >= 8 * parallel_from)
+  for (std::int64_t i = 0; i < n; ++i) y[i] = factor * x[i] + keep * y[i];
+}
+
+/// A step of conjugate gradients: x <- x + length p, r <- r - length q; returns r . r.
+inline double advance(std::int64_t n, double length, const double* p, const double* q, double* x,
+                      double* r) {
+  return sum_in_pieces<1>(n, [=](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+    for (std::int64_t i = begin; i < end; ++i) {
+      x[i] += length * p[i];
+      r[i] -= length * q[i];
+      sum += r[i] * r[i];
+    }
+    return std::array{sum};
+  })[0];
+}
+
+/// |u . A v - v . A u| / |A v|.
+template <int Dim>
+double asymmetry(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
+                 const double* blocks, const bool* held, const double* u, const double* v) {
+  const std::int64_t n = nodes * Dim;
+  std::vector<double> of_u(n), of_v(n);
+  block_product<Dim, 2>(nodes, row_start, column, blocks, held, {u, v}, {of_u.data(), of_v.data()});
+  const auto [size, u_of_v] = two_inner(n, of_v.data(), of_v.data(), u);
+  return size == 0.0 ? 0.0 : std::abs(u_of_v - inner(n, of_u.data(), v)) / std::sqrt(size);
 }
 
 }  // namespace tilth::multigrid

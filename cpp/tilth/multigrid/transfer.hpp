@@ -44,29 +44,25 @@ void link(Level<Dim>& fine, const Lattice& coarse) {
 
 /// coarse <- P^T residual.
 template <int Dim>
-void restrict_to(const Level<Dim>& fine, const float* residual, std::int32_t coarse_nodes,
-                 float* coarse) {
+void restrict_to(const Level<Dim>& fine, const Field<Dim>& residual, std::int32_t coarse_nodes,
+                 Field<Dim>& coarse) {
 #pragma omp parallel for schedule(static) if (fine.threaded())
   for (std::int32_t c = 0; c < coarse_nodes; ++c) {
     float sum[Dim] = {};
     for (std::int64_t e = fine.child_start[c]; e < fine.child_start[c + 1]; ++e)
-      for (int i = 0; i < Dim; ++i)
-        sum[i] += fine.child_weight[e] * residual[std::int64_t{fine.child[e]} * Dim + i];
-    for (int i = 0; i < Dim; ++i) coarse[std::int64_t{c} * Dim + i] = sum[i];
+      for (int i = 0; i < Dim; ++i) sum[i] += fine.child_weight[e] * residual[i][fine.child[e]];
+    for (int i = 0; i < Dim; ++i) coarse[i][c] = sum[i];
   }
 }
 
 /// solution <- solution + P coarse on the free unknowns.
 template <int Dim>
-void add_interpolated(const Level<Dim>& fine, const float* coarse, float* solution) {
+void add_interpolated(const Level<Dim>& fine, const Field<Dim>& coarse, Field<Dim>& solution) {
 #pragma omp parallel for schedule(static) if (fine.threaded())
   for (std::int32_t v = 0; v < fine.nodes(); ++v)
     for (std::int64_t e = fine.parent_start[v]; e < fine.parent_start[v + 1]; ++e)
-      for (int i = 0; i < Dim; ++i) {
-        const std::int64_t at = std::int64_t{v} * Dim + i;
-        solution[at] +=
-            fine.mask[at] * fine.parent_weight[e] * coarse[std::int64_t{fine.parent[e]} * Dim + i];
-      }
+      for (int i = 0; i < Dim; ++i)
+        solution[i][v] += fine.mask[i][v] * fine.parent_weight[e] * coarse[i][fine.parent[e]];
 }
 
 }  // namespace tilth::multigrid

@@ -17,7 +17,8 @@ from tilth import _core
 from tilth.solvers.protocol import Solution, SolveFailed
 
 Floats = npt.NDArray[np.float64]
-Operator = Callable[[Floats], Floats]
+Operator = Callable[[Floats, Floats], None]
+"""Fills its second argument with what it makes of the first."""
 
 
 class NotDefinite(SolveFailed):
@@ -34,7 +35,8 @@ def conjugate_gradients(
     """Solves A x = b for a symmetric positive definite matrix and preconditioner.
 
     The direction is made conjugate by the change of the residual (Polak and Ribiere), which
-    forgives a preconditioner in single precision.
+    forgives a preconditioner in single precision. That change is the last step's length times
+    the last product.
 
     Raises:
         NotDefinite: the matrix or the preconditioner is not positive definite.
@@ -44,22 +46,21 @@ def conjugate_gradients(
     if size == 0.0:
         return Solution(np.zeros_like(right_side), 0, 0.0)
     x, r = np.zeros_like(right_side), right_side.copy()
-    p, before, z_r = np.zeros_like(r), np.zeros_like(r), 1.0
+    p, q, z = np.zeros_like(r), np.zeros_like(r), np.empty_like(r)
+    z_r, length = 1.0, 0.0
     for iteration in range(1, limit + 1):
-        z = precondition(r)
-        share = -_core.inner(z, before) / z_r
-        z_r, z_r_before = _core.inner(z, r), z_r
-        p *= share + z_r / z_r_before
-        p += z
-        q = product(p)
+        precondition(r, z)
+        z_r_before = z_r
+        z_r, z_q = _core.two_inner(z, r, q)
+        _core.combine(1.0, z, -length * z_q / z_r_before, p)
+        product(p, q)
         p_q = _core.inner(p, q)
         if not (z_r > 0.0 and p_q > 0.0):
             raise NotDefinite("a matrix or preconditioner that is not positive definite")
-        x += z_r / p_q * p
-        before[:] = r
-        r -= z_r / p_q * q
-        if _core.inner(r, r) <= (tolerance * size) ** 2:
-            r = right_side - product(x)
+        length = z_r / p_q
+        if _core.advance(length, p, q, x, r) <= (tolerance * size) ** 2:
+            product(x, q)
+            r = right_side - q
             residual = math.sqrt(_core.inner(r, r)) / size
             if residual <= 2.0 * tolerance:
                 return Solution(x, iteration, residual)
@@ -89,11 +90,13 @@ def flexible_gmres(
         while len(directions) < RESTART and iterations < limit:
             k = len(directions)
             iterations += 1
-            directions.append(precondition(basis[k]))
-            w = product(directions[k])
+            directions.append(np.empty_like(r))
+            w = np.empty_like(r)
+            precondition(basis[k], directions[k])
+            product(directions[k], w)
             for i, v in enumerate(basis):
                 triangle[i, k] = _core.inner(v, w)
-                w -= triangle[i, k] * v
+                _core.combine(-triangle[i, k], v, 1.0, w)
             length = math.sqrt(_core.inner(w, w))
             column = triangle[:, k]
             for i, (c, s) in enumerate(turns):
@@ -116,8 +119,9 @@ def flexible_gmres(
         for i in reversed(range(n)):
             shares[i] = (rest[i] - triangle[i, i + 1 : n] @ shares[i + 1 :]) / triangle[i, i]
         for share, direction in zip(shares, directions, strict=True):
-            x += share * direction
-        r = right_side - product(x)
+            _core.combine(share, direction, 1.0, x)
+        product(x, w)
+        r = right_side - w
         residual = math.sqrt(_core.inner(r, r)) / size
         if residual <= 2.0 * tolerance:
             return Solution(x, iterations, residual)

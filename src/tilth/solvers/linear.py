@@ -37,6 +37,8 @@ class LinearSolver:
         self._note = note
         self._system: LinearSystem | None = None
         self._multigrid: Multigrid | None = None
+        self._begun = False  # whether the levels belong to this step
+        self._failed = False  # whether multigrid failed in this step
 
     def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution, shape (nodes, dim), zero where held.
@@ -46,20 +48,16 @@ class LinearSolver:
         Raises:
             SolveFailed: if the direct solver fails.
         """
-        fresh = system is not self._system
-        self._system = system
-        if fresh:
-            self._multigrid = None
-        if self._multigrid_from is not None and system.held.size >= self._multigrid_from:
+        if system is not self._system:
+            self._system, self._begun, self._failed = system, False, False
+        large = self._multigrid_from is not None and system.held.size >= self._multigrid_from
+        if large and not self._failed:
             try:
-                if fresh:
-                    self._multigrid = Multigrid(system.active, system.held)
-                if self._multigrid is not None:
-                    self._multigrid.fill(system.blocks, system.hard)
-                    x = self._multigrid.solve(right_side, tolerance).x
-                    return x.reshape(right_side.shape)
+                multigrid = self._levels(system)
+                multigrid.fill(system.blocks, system.hard)
+                return multigrid.solve(right_side, tolerance).x.reshape(right_side.shape)
             except SolveFailed as error:
-                self._multigrid = None
+                self._failed = True
                 self._note(str(error))
         solution = np.zeros_like(right_side)
         if len(system.free):
@@ -67,3 +65,13 @@ class LinearSolver:
             free = self._direct.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
         return solution
+
+    def _levels(self, system: LinearSystem) -> Multigrid:
+        """Returns the levels of a step, the last step's where the active grid is the same."""
+        if not self._begun:
+            if self._multigrid is None or not self._multigrid.begin(system.active, system.held):
+                self._multigrid = None  # its memory is free before the new levels need theirs
+                self._multigrid = Multigrid(system.active, system.held)
+            self._begun = True
+        assert self._multigrid is not None
+        return self._multigrid

@@ -44,12 +44,23 @@ class Multigrid:
             raise SolveFailed("the pieces of the active grid are too far apart")
         self._active = active
         self._dim = active.grid.dim
-        self._held = np.ascontiguousarray(held)
+        self._held = held.copy(order="C")
         self._pattern = (active.row_start, active.column)
         angle = np.arange(self._held.size, dtype=float)  # no structure, the same on any machine
         self._probes = [np.where(held.ravel(), 0.0, np.cos(k * angle)) for k in (1.3, 2.1)]
         self._exact: ExactPart | None = None
         self._hierarchy = _core.Multigrid(self._dim, active.lattice, *self._pattern, self._held)
+
+    def begin(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> bool:
+        """Makes ready for another active grid and returns True if it has the same pattern."""
+        same = np.array_equal(held, self._held) and all(
+            np.array_equal(getattr(active, name), getattr(self._active, name))
+            for name in ("lattice", "row_start", "column")
+        )
+        if same:
+            self._active, self._pattern = active, (active.row_start, active.column)
+            self._hierarchy.begin()
+        return same
 
     def fill(self, blocks: Floats, hard: npt.NDArray[np.bool_] | None = None) -> None:
         """Takes the node blocks of a matrix, shape (entries of the pattern, dim, dim).
@@ -62,7 +73,9 @@ class Multigrid:
         """
         self._blocks = blocks
         self._hierarchy.fill(blocks)
-        self._asymmetry = self._measure_asymmetry()
+        self._asymmetry = _core.asymmetry(
+            self._dim, *self._pattern, blocks, self._held, *self._probes
+        )
         if not np.isfinite(self._asymmetry):
             raise SolveFailed("the matrix has entries that are not numbers")
         self._exact = None
@@ -84,28 +97,17 @@ class Multigrid:
                 pass
         return flexible_gmres(*operators, free, tolerance, ITERATIONS)
 
-    def _product(self, x: Floats) -> Floats:
-        product = np.empty_like(x)
+    def _product(self, x: Floats, product: Floats) -> None:
         _core.block_product(self._dim, *self._pattern, self._blocks, self._held, x, product)
-        return product
 
-    def _precondition(self, residual: Floats) -> Floats:
+    def _precondition(self, residual: Floats, approximate: Floats) -> None:
         if self._exact is None:
-            return self._cycle(residual)
+            self._hierarchy.cycle(residual, approximate)
+            return
         part = self._exact.solve(residual)
-        approximate = part + self._cycle(residual - self._product(part))
+        rest = np.empty_like(residual)
+        self._product(part, rest)
+        _core.combine(1.0, residual, -1.0, rest)
+        self._hierarchy.cycle(rest, approximate)
+        approximate += part
         self._exact.improve(approximate, residual)
-        return approximate
-
-    def _cycle(self, residual: Floats) -> Floats:
-        approximate = np.empty_like(residual)
-        self._hierarchy.cycle(residual, approximate)
-        return approximate
-
-    def _measure_asymmetry(self) -> float:
-        """Relative difference of u . A v and v . A u for two vectors without structure."""
-        u, v = self._probes
-        product = self._product(v)
-        size = _core.inner(product, product) ** 0.5
-        difference = _core.inner(u, product) - _core.inner(v, self._product(u))
-        return float(abs(difference) / size) if size > 0.0 else 0.0

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Vectors of a level in single precision, a piece of memory per component, so that neighbouring
+// nodes are handled by one instruction.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <new>
+#include <vector>
+
+namespace tilth::multigrid {
+
+/// Memory that starts on a cache line.
+template <class T>
+struct Aligned {
+  using value_type = T;
+  static constexpr std::align_val_t line{64};
+  Aligned() = default;
+  template <class U>
+  Aligned(const Aligned<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), line)); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, line); }
+  bool operator==(const Aligned&) const { return true; }
+};
+
+using Floats = std::vector<float, Aligned<float>>;
+
+/// `Components` numbers per node. Up to `margin` places before the first node and behind the last
+/// one may be read; they are zero.
+template <int Components>
+class Field {
+ public:
+  static constexpr std::int64_t margin = 16;
+
+  explicit Field(std::int64_t nodes = 0, float value = 0.0f)
+      : stride_((nodes + 2 * margin - 1) / margin * margin),
+        number_(Components * stride_ + margin, 0.0f) {
+    for (int i = 0; i < Components; ++i)
+      for (std::int64_t v = 0; v < nodes; ++v) (*this)[i][v] = value;
+  }
+
+  float* operator[](int i) { return number_.data() + i * stride_ + margin; }
+  const float* operator[](int i) const { return number_.data() + i * stride_ + margin; }
+
+ private:
+  std::int64_t stride_;
+  Floats number_;
+};
+
+}  // namespace tilth::multigrid
