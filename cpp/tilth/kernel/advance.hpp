@@ -12,8 +12,8 @@
 #include "../grid.hpp"
 #include "../parallel.hpp"
 #include "../tensor.hpp"
+#include "point.hpp"
 #include "response.hpp"
-#include "stress.hpp"
 
 namespace tilth::kernel {
 
@@ -81,7 +81,7 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
           c[k] += rule == DomainRule::right_stretch ? f[3 * m + i] * f[3 * m + j]
                                                     : f[3 * i + m] * f[3 * j + m];
       }
-      Spectrum s = spectrum<K::in_plane>(c);
+      Spectrum<double> s = spectrum<K::in_plane>(c);
       for (double& value : s.value) value = std::sqrt(value);
       double component[6];
       compose(s.value, s.vector, component);
