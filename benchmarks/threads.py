@@ -52,6 +52,7 @@ def seconds(part: Callable[[], object]) -> float:
 
 def problems() -> dict[str, Model]:
     return {
+        "2D linear": varied(cantilever("linear"), {"grid.cell_size": 0.0625}),
         "2D GIMP": varied(cantilever("gimp"), {"grid.cell_size": 0.0625}),
         "3D linear": block(yield_stress=848.7),
     }

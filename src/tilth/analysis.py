@@ -19,7 +19,6 @@ from tilth.model import Model
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
 from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
 from tilth.points import MaterialPoints
-from tilth.present import load_model, write_report
 from tilth.record import Recorder
 from tilth.simulation import Simulation
 
@@ -86,6 +85,8 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
         BadInput: there is nothing to resume in `out`.
         AnalysisFailed: as in `run`.
     """
+    from tilth.present import load_model
+
     folder = Path(out)
     used = set_threads(threads)
     model = load_model(folder)
@@ -125,6 +126,8 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
 
 def _report(simulation: Simulation, recorder: Recorder) -> None:
     if simulation.model.output.report:
+        from tilth.present import write_report
+
         with simulation.timers.measure("rest"):
             write_report(recorder.folder)
 

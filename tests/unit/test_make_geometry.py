@@ -27,7 +27,7 @@ from test_model_implicit import (
 )
 
 from tilth.errors import BadInput
-from tilth.geometry import make_geometry
+from tilth.geometry.make import make_geometry
 from tilth.model import Model
 
 SQUARE_FUNCTION = """

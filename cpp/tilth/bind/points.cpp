@@ -282,7 +282,7 @@ void elastic_energy(const std::string& material_name, ConstDoubles parameters, C
   require_size(energy, points, "energy");
   material::with_material(material_name, parameters.data(), [&](auto material) {
     for (std::int64_t p = 0; p < points; ++p) {
-      const Spectrum s = spectrum<false>(strain.data() + 6 * p);
+      const Spectrum<double> s = spectrum<false>(strain.data() + 6 * p);
       energy.data()[p] = material.moduli.energy(s.value);
     }
   });

@@ -12,8 +12,8 @@
 #include "../grid.hpp"
 #include "../parallel.hpp"
 #include "../tensor.hpp"
+#include "point.hpp"
 #include "response.hpp"
-#include "stress.hpp"
 
 namespace tilth::kernel {
 

@@ -121,8 +121,8 @@ double volumetric_stretch(const Centres& centres, std::int64_t group, const doub
 }
 
 /// Replaces the displacement gradient by that of dF_bar.
-template <class K>
-void stretch_gradient(double stretch_minus_one, double h[3][3]) {
+template <class K, class T>
+void stretch_gradient(const T& stretch_minus_one, T h[3][3]) {
   for (int i = 0; i < f_bar_directions<K>; ++i)
     for (int j = 0; j < f_bar_directions<K>; ++j)
       h[i][j] += stretch_minus_one * (h[i][j] + (i == j ? 1.0 : 0.0));

@@ -8,18 +8,18 @@
 
 namespace tilth::kernel {
 
-template <class K>
+/// `T` is double, as points keep it, or Lanes: the same of several points at once.
+template <class K, class T = double>
 struct Response {
   static constexpr int pairs = K::dim == 3 ? 3 : 1;  // (0,1), (1,2), (2,0)
 
-  double to_current[K::dim]
-                   [K::dim];    // [p][J]: gradient at the start of the step -> current, along n_p
-  double axis[K::dim][K::dim];  // [i][p]: component i of n_p
-  double kirchhoff[3];          // principal Kirchhoff stress [stress]
-  double tangent[3][3];         // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
-  double beta[K::dim];          // principal values of the trial left Cauchy-Green tensor
-  double shear[pairs];          // (tau_a - tau_b) / (beta_a - beta_b) [stress]
-  double hoop_inverse;          // 1 / hoop stretch of the step (axisymmetry)
+  T to_current[K::dim][K::dim];  // [p][J]: gradient at the start of the step -> current, along n_p
+  T axis[K::dim][K::dim];        // [i][p]: component i of n_p
+  T kirchhoff[3];                // principal Kirchhoff stress [stress]
+  T tangent[3][3];               // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
+  T beta[K::dim];                // principal values of the trial left Cauchy-Green tensor
+  T shear[pairs];                // (tau_a - tau_b) / (beta_a - beta_b) [stress]
+  T hoop_inverse;                // 1 / hoop stretch of the step (axisymmetry)
 
   static constexpr int pair(int a, int b) {
     return K::dim == 3 ? (a + b == 1 ? 0 : a + b == 3 ? 1 : 2) : 0;

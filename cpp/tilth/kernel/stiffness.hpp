@@ -6,9 +6,17 @@
 // spatial tangent a (stress part less the geometric tau_il delta_jk) has in principal axes only
 //   a_pprr = D_pr - delta_pr tau_p,   a_pqpq = s_pq beta_q,   a_pqqp = s_pq beta_p - tau_p,
 // with s_pq = (tau_p - tau_q) / (beta_p - beta_q). (docs/theory/mechanics.md, "Tangent")
+// Several points of a group are added at once, as one product of small dense matrices
+// (product.hpp). Where D is symmetric and there is no F-bar the blocks below the diagonal in (i, k)
+// are those above it, transposed, and are not computed.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
 #include "f_bar.hpp"
+#include "product.hpp"
 #include "response.hpp"
 #include "view.hpp"
 
@@ -21,56 +29,116 @@ struct BlockPositions {
   const std::int32_t* position;  // (row nodes x runs) per group
 };
 
-/// transform[q][i][k][r]: row i, column k of the factor of g_r in the tangent's column q.
+/// A number for each direction, in one vector register; in 3D there is room for a fourth.
+template <int Dim>
+struct DirectionsOf;
+template <>
+struct DirectionsOf<2> {
+  using Vector = double __attribute__((vector_size(16)));
+};
+template <>
+struct DirectionsOf<3> {
+  using Vector = HalfLanes;
+};
+template <class K>
+using PerDirection = typename DirectionsOf<K::dim>::Vector;
+
+/// transform[q][i][r][k]: row i, column k of the factor of g_r in the tangent's column q.
 template <class K>
 void principal_tangent(const Response<K>& s, double volume,
-                       double transform[K::dim][K::dim][K::dim][K::dim]) {
+                       PerDirection<K> transform[K::dim][K::dim][K::dim]) {
   constexpr int dim = K::dim;
+  PerDirection<K> along[dim] = {};  // [p][k]: component k of n_p
+  for (int p = 0; p < dim; ++p)
+    for (int k = 0; k < dim; ++k) along[p][k] = s.axis[k][p];
   for (int q = 0; q < dim; ++q) {
     double direct[dim], crossed[dim], normal[dim];
     for (int p = 0; p < dim; ++p) {
-      normal[p] = s.tangent[q][p] - (p == q ? s.kirchhoff[q] : 0.0);
-      const double shear = p == q ? 0.0 : s.shear[Response<K>::pair(p, q)];
+      const double own = p == q ? s.kirchhoff[q] : 0.0;
+      const double shear = p == q ? 0.0 : volume * s.shear[Response<K>::pair(p, q)];
+      normal[p] = volume * (s.tangent[q][p] - own);
       direct[p] = p == q ? normal[q] : shear * s.beta[q];
-      crossed[p] = p == q ? 0.0 : shear * s.beta[p] - s.kirchhoff[p];
+      crossed[p] = shear * s.beta[p] - volume * s.kirchhoff[p];
     }
-    for (int i = 0; i < dim; ++i)
-      for (int k = 0; k < dim; ++k)
-        for (int r = 0; r < dim; ++r) {
-          double sum = 0.0;
-          if (r == q) {
-            for (int p = 0; p < dim; ++p) sum += s.axis[i][p] * s.axis[k][p] * direct[p];
-          } else {
-            sum =
-                s.axis[i][q] * s.axis[k][r] * normal[r] + s.axis[i][r] * s.axis[k][q] * crossed[r];
-          }
-          transform[q][i][k][r] = volume * sum;
-        }
+    PerDirection<K> straight[dim];
+    for (int p = 0; p < dim; ++p) straight[p] = direct[p] * along[p];
+    for (int i = 0; i < dim; ++i) {
+      transform[q][i][q] = s.axis[i][0] * straight[0];
+      for (int p = 1; p < dim; ++p) transform[q][i][q] += s.axis[i][p] * straight[p];
+    }
+    for (int r = 0; r < dim; ++r) {
+      if (r == q) continue;
+      const PerDirection<K> first = normal[r] * along[r], second = crossed[r] * along[q];
+      for (int i = 0; i < dim; ++i)
+        transform[q][i][r] = s.axis[i][q] * first + s.axis[i][r] * second;
+    }
   }
 }
 
-/// Adds one group's dense matrix block[a][i][k][b] to the rows of its nodes.
-template <int Dim>
+/// Whether the point's tangent is symmetric to round-off.
+template <class K>
+bool is_symmetric(const Response<K>& s) {
+  constexpr double round_off = 1e-14;
+  const double size = round_off * (std::fabs(s.tangent[0][0]) + std::fabs(s.tangent[1][1]) +
+                                   std::fabs(s.tangent[2][2]));
+  return std::fabs(s.tangent[0][1] - s.tangent[1][0]) <= size &&
+         std::fabs(s.tangent[1][2] - s.tangent[2][1]) <= size &&
+         std::fabs(s.tangent[2][0] - s.tangent[0][2]) <= size;
+}
+
+/// Adds one group's dense matrix block[a][i][k][b] to the rows of its nodes. A symmetric one is
+/// read at i <= k only.
+template <int Dim, bool Symmetric = false>
 void scatter_blocks(int n, const std::int32_t* node, const std::int32_t* position,
                     const double* block, double* matrix) {
+  constexpr int entries = Dim * Dim;
   for (int a = 0; a < n; ++a) {
     for (int b = 0; b < n; ++position) {
-      double* entry = matrix + std::int64_t{*position} * Dim * Dim;
+      double* entry = matrix + std::int64_t{*position} * entries;
       int end = b + 1;
       while (end < n && node[end] == node[end - 1] + 1) ++end;
-      for (; b < end; ++b, entry += Dim * Dim)
-        for (int ik = 0; ik < Dim * Dim; ++ik) entry[ik] += block[(a * Dim * Dim + ik) * n + b];
+      for (; b < end; ++b, entry += entries) {
+        const auto at = [&](int ik) {
+          const int i = ik / Dim, k = ik % Dim;
+          const bool mirrored = Symmetric && k < i;
+          return mirrored ? block[((b * Dim + k) * Dim + i) * n + a]
+                          : block[(a * entries + ik) * n + b];
+        };
+        int ik = 0;
+        for (; ik + 4 <= entries; ik += 4) {
+          HalfLanes sum;
+          std::memcpy(&sum, entry + ik, sizeof sum);
+          sum += HalfLanes{at(ik), at(ik + 1), at(ik + 2), at(ik + 3)};
+          std::memcpy(entry + ik, &sum, sizeof sum);
+        }
+        for (; ik < entries; ++ik) entry[ik] += at(ik);
+      }
     }
   }
+}
+
+/// Asks for the blocks of a group before they are needed: they come from all over the matrix.
+template <int Dim>
+void prefetch_blocks(int n, const std::int32_t* node, const std::int32_t* position,
+                     const double* matrix) {
+  constexpr int line = 8;  // numbers of a cache line
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++position) {
+      const double* entry = matrix + std::int64_t{*position} * Dim * Dim;
+      const int begin = b++;
+      while (b < n && node[b] == node[b - 1] + 1) ++b;
+      for (int e = 0; e < (b - begin) * Dim * Dim + line; e += line)
+        __builtin_prefetch(entry + e, 1);
+    }
 }
 
 /// Part of F-bar's tangent that is not a point's own: V q (x) (d ln J0 - d ln J), added to
-/// column[q][i][k][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
+/// column[i][k][q][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
 ///   q_p = sum_r D_pr / n - tau_p  (de Souza Neto et al. 1996, in principal axes).
 template <class K, int Capacity>
-void add_f_bar(const Response<K>& s, double volume, int n, const double current[K::dim][Capacity],
+void add_f_bar(const Response<K>& s, double volume, int n, const double (*current)[Capacity],
                const double* value, double hoop_per_value, double difference[K::dim][Capacity],
-               double column[K::dim][K::dim][K::dim][Capacity], double* local) {
+               double* const column[K::dim][K::dim], double* local) {
   constexpr int dim = K::dim;
   double by_volume[3];
   for (int p = 0; p < 3; ++p) {
@@ -88,7 +156,7 @@ void add_f_bar(const Response<K>& s, double volume, int n, const double current[
       for (int k = 0; k < dim; ++k) {
         const double factor = s.axis[i][q] * by_volume[q];
 #pragma omp simd
-        for (int b = 0; b < n; ++b) column[q][i][k][b] += factor * difference[k][b];
+        for (int b = 0; b < n; ++b) column[i][k][q * Capacity + b] += factor * difference[k][b];
       }
   if constexpr (K::hoop)
     for (int a = 0; a < n; ++a)
@@ -99,6 +167,81 @@ void add_f_bar(const Response<K>& s, double volume, int n, const double current[
       }
 }
 
+/// Adds what the hoop stress of a point and its strain have to do with the stiffness
+/// (axisymmetry); `current` are the point's gradients, (dim, Capacity).
+template <class K, int Capacity>
+void add_hoop(const Response<K>& s, double volume, double radius, int n,
+              const double (*current)[Capacity], const double* value, double* local) {
+  constexpr int dim = K::dim;
+  const double per_value = s.hoop_inverse / radius;
+  double by_hoop[dim] = {}, hoop_by[dim][dim] = {};  // d tau_i / d hoop; d tau_hoop / d l
+  for (int r = 0; r < dim; ++r)
+    for (int k = 0; k < dim; ++k) hoop_by[r][k] = s.tangent[2][r] * s.axis[k][r];
+  for (int a = 0; a < n; ++a) {
+    for (int i = 0; i < dim; ++i) {
+      by_hoop[i] = 0.0;
+      for (int r = 0; r < dim; ++r) by_hoop[i] += s.axis[i][r] * s.tangent[r][2] * current[r][a];
+    }
+    const double hoop = volume * per_value * value[a];
+    for (int b = 0; b < n; ++b) {
+      const double radial = volume * per_value * value[b];
+      for (int i = 0; i < dim; ++i) local[(a * dim + i) * dim * n + b] += by_hoop[i] * radial;
+      for (int k = 0; k < dim; ++k) {
+        double sum = 0.0;
+        for (int r = 0; r < dim; ++r) sum += hoop_by[r][k] * current[r][b];
+        local[(a * dim * dim + k) * n + b] += hoop * sum;
+      }
+      local[a * dim * dim * n + b] +=
+          hoop * (s.tangent[2][2] - s.kirchhoff[2]) * per_value * value[b];
+    }
+  }
+}
+
+/// The two factors of a group's stiffness: for each point and principal direction q a row of
+/// `current`, the nodes' gradients, and one of `column`[i][k], the tangent's column times
+/// gradients. N nodes, 0 for a number known at run time.
+template <class K, int N>
+struct Factors {
+  static constexpr int dim = K::dim;
+  static constexpr int capacity = padded_columns(N > 0 ? N : maximum_nodes);
+  static constexpr int bytes_of_point = 8 * dim * dim * dim * capacity;
+  static constexpr int points_at_once = std::clamp(24576 / bytes_of_point, 1, 16);  // stay in L1
+
+  alignas(32) double current[points_at_once * dim][capacity];
+  alignas(32) double column[dim][dim][points_at_once * dim][capacity];
+
+  /// Gives the places of `current` beyond the last node a value.
+  void clear_padding(int n) {
+    for (auto& row : current) std::fill(row + n, row + padded_columns(n), 0.0);
+  }
+
+  /// Fills the rows of the point in this place, those of i > k only if not `symmetric`.
+  void fill(int place, const Response<K>& s, double volume, int n, const double* gradient,
+            bool symmetric) {
+    double (*rows)[capacity] = current + place * dim;
+    for (int q = 0; q < dim; ++q)
+      for (int b = 0; b < n; ++b) {
+        double sum = 0.0;
+        for (int j = 0; j < dim; ++j) sum += s.to_current[q][j] * gradient[j * n + b];
+        rows[q][b] = sum;
+      }
+    PerDirection<K> transform[dim][dim][dim];
+    principal_tangent<K>(s, volume, transform);
+    const int width = N > 0 ? capacity : padded_columns(n);
+    for (int i = 0; i < dim; ++i)
+      for (int k = symmetric ? i : 0; k < dim; ++k)
+        for (int q = 0; q < dim; ++q) {
+          double* entry = column[i][k][place * dim + q];
+#pragma omp simd
+          for (int b = 0; b < width; ++b) {
+            double sum = 0.0;
+            for (int r = 0; r < dim; ++r) sum += transform[q][i][r][k] * rows[r][b];
+            entry[b] = sum;
+          }
+        }
+  }
+};
+
 template <class K>
 void stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* initial_volume,
                const double* position, const double* response_array, const Centres* centres,
@@ -107,86 +250,53 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
   for_groups_by_colour(stencil, [&](std::int64_t g) {
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
-      constexpr int capacity = N > 0 ? N : maximum_nodes;
+      constexpr int capacity = Factors<K, N>::capacity;
       const int n = N > 0 ? N : stencil.nodes_of(g);
-      double local[capacity * dim * dim * capacity];
-      for (int e = 0; e < n * dim * dim * n; ++e) local[e] = 0.0;
-      std::int64_t offset = stencil.value_start[g];
-      for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n) {
-        const Response<K>& s = response[p];
-        const double* gradient = stencil.gradient + dim * offset;
-        double current[dim][capacity];           // gradients along the principal axes
-        double column[dim][dim][dim][capacity];  // [q][i][k][b]
-        double transform[dim][dim][dim][dim];
-        for (int q = 0; q < dim; ++q) {
-#pragma omp simd
-          for (int b = 0; b < n; ++b) {
-            double sum = 0.0;
-            for (int j = 0; j < dim; ++j) sum += s.to_current[q][j] * gradient[j * n + b];
-            current[q][b] = sum;
-          }
-        }
-        principal_tangent<K>(s, initial_volume[p], transform);
-        for (int q = 0; q < dim; ++q)
-          for (int i = 0; i < dim; ++i)
-            for (int k = 0; k < dim; ++k) {
-#pragma omp simd
-              for (int b = 0; b < n; ++b) {
-                double sum = 0.0;
-                for (int r = 0; r < dim; ++r) sum += transform[q][i][k][r] * current[r][b];
-                column[q][i][k][b] = sum;
-              }
-            }
-        if (centres != nullptr) {
-          const double* shares = centres->share + centres->share_start[g] +
-                                 (p - stencil.start[g]) * centres->cells_of(g);
-          double difference[dim][capacity] = {};
-          add_centre_trace<dim, capacity>(*centres, g, shares, p, difference);
-          const double per_value = K::hoop ? s.hoop_inverse / position[dim * p] : 0.0;
-          add_f_bar<K, capacity>(s, initial_volume[p], n, current, stencil.value + offset,
-                                 per_value, difference, column, local);
-        }
-        for (int a = 0; a < n; ++a)
-          for (int i = 0; i < dim; ++i)
-            for (int k = 0; k < dim; ++k) {
-              double* row = local + ((a * dim + i) * dim + k) * n;
-#pragma omp simd
-              for (int b = 0; b < n; ++b) {
-                double sum = row[b];
-                for (int q = 0; q < dim; ++q) sum += current[q][a] * column[q][i][k][b];
-                row[b] = sum;
-              }
-            }
-        if constexpr (K::hoop) {
+      const std::int64_t start = stencil.start[g], end = stencil.start[g + 1];
+      const bool only_products = !K::hoop && centres == nullptr;
+      const bool symmetric =
+          only_products && std::all_of(response + start, response + end, is_symmetric<K>);
+      const std::int32_t* node = stencil.node + stencil.node_start[g];
+      const std::int32_t* block = blocks.position + blocks.start[g];
+      prefetch_blocks<dim>(n, node, block, matrix);
+      double local[(N > 0 ? N * N : maximum_nodes * maximum_nodes) * dim * dim];
+      if (!only_products) std::fill_n(local, n * dim * dim * n, 0.0);
+      Factors<K, N> factors;
+      if (n < capacity) factors.clear_padding(n);
+      for (std::int64_t first = start; first < end; first += factors.points_at_once) {
+        const int points =
+            static_cast<int>(std::min<std::int64_t>(factors.points_at_once, end - first));
+        for (int place = 0; place < points; ++place) {
+          const std::int64_t p = first + place;
+          const Response<K>& s = response[p];
+          const std::int64_t offset = stencil.value_start[g] + (p - start) * n;
           const double* value = stencil.value + offset;
-          const double per_value = s.hoop_inverse / position[dim * p];
-          double by_hoop[dim] = {}, hoop_by[dim][dim] = {};  // d tau_i / d hoop; d tau_hoop / d l
-          for (int r = 0; r < dim; ++r)
-            for (int k = 0; k < dim; ++k) hoop_by[r][k] = s.tangent[2][r] * s.axis[k][r];
-          for (int a = 0; a < n; ++a) {
-            for (int i = 0; i < dim; ++i) {
-              by_hoop[i] = 0.0;
-              for (int r = 0; r < dim; ++r)
-                by_hoop[i] += s.axis[i][r] * s.tangent[r][2] * current[r][a];
-            }
-            const double hoop = initial_volume[p] * per_value * value[a];
-            for (int b = 0; b < n; ++b) {
-              const double radial = initial_volume[p] * per_value * value[b];
-              for (int i = 0; i < dim; ++i)
-                local[(a * dim + i) * dim * n + b] += by_hoop[i] * radial;
-              for (int k = 0; k < dim; ++k) {
-                double sum = 0.0;
-                for (int r = 0; r < dim; ++r) sum += hoop_by[r][k] * current[r][b];
-                local[(a * dim * dim + k) * n + b] += hoop * sum;
-              }
-              local[a * dim * dim * n + b] +=
-                  hoop * (s.tangent[2][2] - s.kirchhoff[2]) * per_value * value[b];
-            }
+          const auto* current = factors.current + place * dim;
+          factors.fill(place, s, initial_volume[p], n, stencil.gradient + dim * offset, symmetric);
+          if (centres != nullptr) {
+            const double* shares =
+                centres->share + centres->share_start[g] + (p - start) * centres->cells_of(g);
+            double difference[dim][capacity] = {};
+            add_centre_trace<dim, capacity>(*centres, g, shares, p, difference);
+            const double per_value = K::hoop ? s.hoop_inverse / position[dim * p] : 0.0;
+            double* column[dim][dim];
+            for (int i = 0; i < dim; ++i)
+              for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][place * dim];
+            add_f_bar<K, capacity>(s, initial_volume[p], n, current, value, per_value, difference,
+                                   column, local);
           }
+          if constexpr (K::hoop)
+            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current, value,
+                                  local);
         }
+        for (int i = 0; i < dim; ++i)
+          for (int k = symmetric ? i : 0; k < dim; ++k)
+            product<capacity>(
+                n, points * dim, factors.current, factors.column[i][k],
+                {local + (i * dim + k) * n, dim * dim * n, only_products && first == start});
       }
-      scatter_blocks<dim>(n, stencil.node + stencil.node_start[g],
-                          blocks.position + blocks.start[g], local, matrix);
+      const auto scatter = symmetric ? &scatter_blocks<dim, true> : &scatter_blocks<dim, false>;
+      scatter(n, node, block, local, matrix);
     });
   });
 }

@@ -14,12 +14,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from tilth.boundaries.motion import cofactor, make_motion, rotation_part
 from tilth.boundaries.protocol import Floats
 from tilth.errors import BadInput
-from tilth.geometry import make_geometry
 from tilth.geometry.protocol import QuadraturePoints
 from tilth.geometry.quadrature import SEGMENT, make_quadrature
 from tilth.model import ImplicitBoundary, Model
@@ -147,6 +145,8 @@ class Implicit:
     def __init__(self, declared: ImplicitBoundary, model: Model) -> None:
         self.name = declared.name
         self.declared = declared
+        from tilth.geometry.make import make_geometry  # slow to load: SciPy's trees and splines
+
         self.geometry = make_geometry(declared, model)
         self.motion = make_motion(declared, self.geometry, model)
         self.delta = model.delta(declared)
@@ -318,6 +318,8 @@ class Implicit:
         if self.geometry.flat:
             away = self.geometry.gradient(at_rest[behind])
             foot = at_rest[behind] - distance[behind, None] * away
+            from scipy.spatial import cKDTree
+
             _, nearest = cKDTree(self.terms.reference).query(foot)
             along = np.einsum("ni,ni->n", away, self.terms.normal[nearest])
             behind = behind[along > 1.0 - 1e-9]

@@ -18,7 +18,7 @@ from tilth.model.problems import problems_of, rejection, suggestion
 class Declared(BaseModel):
     """A frozen, validated declaration; a wrong entry raises `BadInput`, naming key and value."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     if not TYPE_CHECKING:  # type checkers read the signature off the fields
 

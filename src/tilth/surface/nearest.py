@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from tilth.surface.chain import Flags, Floats, Integers
 from tilth.surface.spline import LocalCubicSpline
@@ -50,6 +49,8 @@ class NearestPlaces:
         self.spline = spline
         self._segment = np.repeat(np.arange(len(spline)), SAMPLES + 1)
         self._t = np.tile(np.linspace(0.0, 1.0, SAMPLES + 1), len(spline))
+        from scipy.spatial import cKDTree
+
         self._tree = cKDTree(spline.position(self._segment, self._t))
         leg = np.linalg.norm(np.diff(spline.control, axis=1), axis=2)
         # The speed is at most three times the longest leg of the control polygon.

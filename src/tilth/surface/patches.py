@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from tilth.surface.chain import Floats, Integers
 from tilth.surface.triangles import Triangles
@@ -137,6 +136,8 @@ def joined(patches: Sequence[Patch]) -> Triangles:
     triangle = np.concatenate([p.triangle + f for p, f in zip(patches, first, strict=True)])
     corner = vertices[triangle]
     shortest = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).min()
+    from scipy.spatial import cKDTree
+
     pairs = cKDTree(vertices).query_pairs(SAME_VERTEX * shortest, output_type="ndarray")
     # Every vertex is the first of those at its place.
     same = np.arange(len(vertices))

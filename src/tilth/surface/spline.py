@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline
 
 from tilth.surface.chain import Chain, Floats, Integers
 from tilth.surface.tangents import tangents
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 # Gauss points of an arc length. The speed is even: their error is round-off for points as dense
 # as a curve needs.
@@ -115,6 +118,8 @@ class LocalCubicSpline:
         Its inner knots are double, at corners triple, where the corner is a control point; the
         ends are clamped, also those of a closed curve.
         """
+        from scipy.interpolate import BSpline
+
         n = len(self)
         corner = self.chain.corner[1:n]
         count = np.where(corner, 3, 2)

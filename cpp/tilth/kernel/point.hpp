@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stress update of single points: displacement gradient -> trial elastic strain -> return mapping
+// in principal logarithmic strains. The tensors of `lane_count` points are computed at a time; the
+// material is asked point by point.
+// (Simo 1992; Charlton, Coombs & Augarde 2017; docs/theory/mechanics.md)
+#pragma once
+
+#include <cstdint>
+
+#include "../tensor.hpp"
+#include "f_bar.hpp"
+#include "response.hpp"
+
+namespace tilth::kernel {
+
+/// State of the points at the start of the step and what the trial displacement makes of it.
+struct StressArrays {
+  const double* position;             // (n, dim), for the radius
+  const double* elastic_deformation;  // (n, 6) exp(2 eps) - 1 at the start of the step
+  const double* plastic_before;       // (n, 2) equivalent plastic strain, dissipation density
+  const double* state_before;         // (n, state_width) internal variables of the material
+  double* increment;                  // (n, 3, 3) deformation gradient of the step
+  double* strain;                     // (n, 6) elastic logarithmic strain
+  double* plastic;                    // (n, 2)
+  double* state;                      // (n, state_width)
+  double* response;                   // (n, response_size)
+  std::int64_t state_width;           // columns of the state arrays, at least state_count
+};
+
+enum class PointStatus : std::int64_t { good = 0, inverted = 1, return_mapping = 2 };
+
+/// Trial left Cauchy-Green tensor less the identity: c + X + X^T + X H^T with X = H (1 + c), where
+/// c = b - 1 at the start of the step and H the displacement gradient; exact for small strains.
+template <class T>
+TILTH_FUNCTION void trial_deformation(const T h[3][3], const T before[6], T after[6]) {
+  const T b[3][3] = {{1.0 + before[0], before[3], before[5]},
+                     {before[3], 1.0 + before[1], before[4]},
+                     {before[5], before[4], 1.0 + before[2]}};
+  T x[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) x[i][j] = h[i][0] * b[0][j] + h[i][1] * b[1][j] + h[i][2] * b[2][j];
+  for (int k = 0; k < 6; ++k) {
+    const int i = row_of_component[k];
+    const int j = column_of_component[k];
+    after[k] =
+        before[k] + x[i][j] + x[j][i] + x[i][0] * h[j][0] + x[i][1] * h[j][1] + x[i][2] * h[j][2];
+  }
+}
+
+/// Inverse of F = 1 + H; returns det F.
+template <class T>
+TILTH_FUNCTION T invert(const T f[3][3], T inverse[3][3]) {
+  T cofactor[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      cofactor[i][j] = f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1];
+    }
+  const T determinant =
+      f[0][0] * cofactor[0][0] + f[0][1] * cofactor[0][1] + f[0][2] * cofactor[0][2];
+  const T one_over = 1.0 / determinant;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) inverse[i][j] = cofactor[j][i] * one_over;
+  return determinant;
+}
+
+/// (tau_a - tau_b) / (beta_a - beta_b); near equal principal strains the limit
+/// (d tau_a/d eps_a - d tau_a/d eps_b) / (2 beta), whose error is quadratic in the gap.
+template <class T>
+TILTH_FUNCTION T shear_stiffness(const T tau[3], const T tangent[3][3], const T strain[3],
+                                 const T beta_minus_one[3], int a, int b) {
+  const T gap = strain[a] - strain[b];
+  const T scale = magnitude(strain[0]) + magnitude(strain[1]) + magnitude(strain[2]);
+  const T limit = 0.5 * (tangent[a][a] - tangent[a][b] + tangent[b][b] - tangent[b][a]);
+  const T slope = select(magnitude(gap) > 1e-5 * scale, (tau[a] - tau[b]) / gap, limit);
+  return slope *
+         logarithm_divided_difference(strain[a], strain[b], beta_minus_one[a], beta_minus_one[b]);
+}
+
+/// Points whose displacement gradient is known and whose stress is not.
+struct Batch {
+  int size = 0;
+  std::int64_t point[lane_count];
+  double gradient[3][3][lane_count];  // of the step; hoop part at [2][2]
+  double stretch[lane_count];         // F-bar's stretch less 1; 0 without
+
+  void add(std::int64_t p, const double h[3][3], double stretch_minus_one) {
+    point[size] = p;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) gradient[i][j][size] = h[i][j];
+    stretch[size] = stretch_minus_one;
+    ++size;
+  }
+
+  /// Repeats the last point in the lanes that have none.
+  void fill() {
+    for (int lane = size; lane < lane_count; ++lane) {
+      point[lane] = point[size - 1];
+      stretch[lane] = stretch[size - 1];
+      for (auto& row : gradient)
+        for (auto& entry : row) entry[lane] = entry[size - 1];
+    }
+  }
+};
+
+/// Writes `count` numbers of each of the first `size` lanes to array[point][count].
+inline void scatter_lanes(const Lanes* from, int count, const Batch& batch, double* array) {
+  double of_lanes[64][lane_count];
+  for (int e = 0; e < count; ++e) from[e].store(of_lanes[e]);
+  for (int lane = 0; lane < batch.size; ++lane) {
+    double* to = array + count * batch.point[lane];
+    for (int e = 0; e < count; ++e) to[e] = of_lanes[e][lane];
+  }
+}
+
+inline void gather_lanes(const double* array, int count, const Batch& batch, Lanes* to) {
+  double of_lanes[64][lane_count];
+  for (int lane = 0; lane < lane_count; ++lane)
+    for (int e = 0; e < count; ++e) of_lanes[e][lane] = array[count * batch.point[lane] + e];
+  for (int e = 0; e < count; ++e) to[e] = Lanes::load(of_lanes[e]);
+}
+
+/// Asks the material of each lane for stress, elastic strain and tangent; returns where it failed.
+/// Lanes that are not `good` are left out.
+template <class Material>
+unsigned update_material(const Material& material, const Batch& batch, const Mask& good,
+                         const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
+                         Lanes elastic[3], Lanes tangent[3][3]) {
+  double of_lanes[18][lane_count] = {};  // trial, tau, elastic, tangent
+  for (int a = 0; a < 3; ++a) trial[a].store(of_lanes[a]);
+  unsigned failed = 0;
+  for (int lane = 0; lane < batch.size; ++lane) {
+    if (!good[lane]) continue;
+    const std::int64_t p = batch.point[lane];
+    const double strain[3] = {of_lanes[0][lane], of_lanes[1][lane], of_lanes[2][lane]};
+    double stress[3], recovered[3], slope[3][3];
+    if (!material.update(strain, arrays.plastic_before[2 * p],
+                         arrays.state_before + arrays.state_width * p,
+                         arrays.state + arrays.state_width * p, stress, recovered, slope))
+      failed |= 1u << lane;
+    for (int a = 0; a < 3; ++a) {
+      of_lanes[3 + a][lane] = stress[a];
+      of_lanes[6 + a][lane] = recovered[a];
+      for (int b = 0; b < 3; ++b) of_lanes[9 + 3 * a + b][lane] = slope[a][b];
+    }
+  }
+  for (int a = 0; a < 3; ++a) {
+    tau[a] = Lanes::load(of_lanes[3 + a]);
+    elastic[a] = Lanes::load(of_lanes[6 + a]);
+    for (int b = 0; b < 3; ++b) tangent[a][b] = Lanes::load(of_lanes[9 + 3 * a + b]);
+  }
+  return failed;
+}
+
+/// Updates the points of a batch and empties it. Calls `fail(point, status)` for those that have no
+/// stress; what is written of them has no meaning.
+template <class K, class Material, class Fail>
+void update_batch(const Material& material, Batch& batch, const StressArrays& arrays, bool f_bar,
+                  Fail&& fail) {
+  if (batch.size == 0) return;
+  batch.fill();
+  Lanes h[3][3], f[3][3], inverse[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      h[i][j] = Lanes::load(batch.gradient[i][j]);
+      f[i][j] = i == j ? h[i][j] + 1.0 : h[i][j];
+    }
+  Mask good = invert(f, inverse) > 0.0;
+  if constexpr (K::dim == 2) good = good & (f[2][2] > 0.0);
+  if (f_bar) stretch_gradient<K>(Lanes::load(batch.stretch), h);
+
+  Lanes before[6], after[6], trial[3];
+  gather_lanes(arrays.elastic_deformation, 6, batch, before);
+  trial_deformation(h, before, after);
+  const Spectrum<Lanes> s = spectrum<K::in_plane>(after);
+  for (int a = 0; a < 3; ++a) {
+    const Mask positive = s.value[a] > -1.0;
+    good = good & positive;
+    trial[a] = 0.5 * log_one_plus(select(positive, s.value[a], 0.0));
+  }
+
+  Response<K, Lanes> response;
+  Lanes elastic[3];
+  const unsigned failed = update_material(material, batch, good, trial, arrays, response.kirchhoff,
+                                          elastic, response.tangent);
+
+  const Lanes plastic[3] = {trial[0] - elastic[0], trial[1] - elastic[1], trial[2] - elastic[2]};
+  const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
+  Lanes squared = 0.0, work = 0.0, accumulated[2], strain[6];
+  for (int a = 0; a < 3; ++a) {
+    squared += (plastic[a] - mean) * (plastic[a] - mean);
+    work += response.kirchhoff[a] * plastic[a];
+  }
+  gather_lanes(arrays.plastic_before, 2, batch, accumulated);
+  accumulated[0] += square_root(2.0 / 3.0 * squared);
+  accumulated[1] += work;
+  compose(elastic, s.vector, strain);
+
+  for (int a = 0; a < K::dim; ++a) {
+    response.beta[a] = 1.0 + s.value[a];
+    for (int i = 0; i < K::dim; ++i) response.axis[i][a] = s.vector[i][a];
+    for (int j = 0; j < K::dim; ++j) {
+      Lanes sum = 0.0;
+      for (int i = 0; i < K::dim; ++i) sum += s.vector[i][a] * inverse[j][i];
+      response.to_current[a][j] = sum;
+    }
+  }
+  for (int a = 0; a < Response<K>::pairs; ++a) {
+    const int b = (a + 1) % 3;
+    response.shear[Response<K>::pair(a, b)] =
+        shear_stiffness(response.kirchhoff, response.tangent, trial, s.value, a, b);
+  }
+  response.hoop_inverse = inverse[2][2];
+
+  scatter_lanes(accumulated, 2, batch, arrays.plastic);
+  scatter_lanes(strain, 6, batch, arrays.strain);
+  scatter_lanes(&f[0][0], 9, batch, arrays.increment);
+  scatter_lanes(reinterpret_cast<const Lanes*>(&response), response_size<K>, batch,
+                arrays.response);
+  for (int lane = 0; lane < batch.size; ++lane) {
+    if (!good[lane]) fail(batch.point[lane], PointStatus::inverted);
+    if (failed >> lane & 1u) fail(batch.point[lane], PointStatus::return_mapping);
+  }
+  batch.size = 0;
+}
+
+}  // namespace tilth::kernel
