@@ -353,6 +353,19 @@ def test_small_systems_are_left_to_the_direct_solver(over: int) -> None:
     assert bool(told) == (over < 0)
 
 
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_a_slender_system_is_as_large_as_it_is_thick(kind: str) -> None:
+    """A direct solver's work for an unknown depends on the cross-section, not on the length."""
+    dim, cells = dimension(kind), 4
+    model = block(kind, "linear", cells)
+    system = systems_of(model)[0][0]
+    assert linear_module.size(system) == pytest.approx(system.held.size, rel=1e-14)
+    long = [1.0] * (dim - 1) + [5.0]
+    system = systems_of(varied(model, {"bodies.0.shape.upper": long}))[0][0]
+    assert system.held.size == dim * (cells + 1) ** (dim - 1) * (5 * cells + 1)
+    assert linear_module.size(system) == pytest.approx(dim * (cells + 1) ** dim, rel=1e-14)
+
+
 @pytest.mark.parametrize(
     ("relative", "tolerance", "share"),
     [(1.0, 1e-9, 1e-4), (1e-6, 1e-9, 1e-4), (1e-7, 1e-9, 1e-3), (2e-9, 1e-9, 1e-2)],

@@ -15,6 +15,18 @@ from tilth.solvers.system import LinearSystem
 Floats = npt.NDArray[np.float64]
 
 
+def size(system: LinearSystem) -> float:
+    """Returns the number of unknowns, of a slender body those of a square or cube as thick.
+
+    A direct solver's work for an unknown grows with the cross-section of the active grid, not with
+    its length: the mean number of nodes in a slice across the longest side.
+    """
+    active = system.active
+    dim = active.grid.dim
+    section = active.nodes / (np.ptp(active.lattice, axis=0).max() + 1)
+    return float(min(system.held.size, dim * section ** (dim / (dim - 1))))
+
+
 class LinearSolver:
     """Solves the systems of a step; multigrid from `multigrid_from` unknowns on.
 
@@ -22,7 +34,7 @@ class LinearSolver:
 
     Args:
         direct: the direct solver.
-        multigrid_from: least number of unknowns for multigrid; None for never.
+        multigrid_from: least `size` of a system for multigrid; None for never.
         note: is told why multigrid failed.
     """
 
@@ -50,7 +62,7 @@ class LinearSolver:
         """
         if system is not self._system:
             self._system, self._begun, self._failed = system, False, False
-        large = self._multigrid_from is not None and system.held.size >= self._multigrid_from
+        large = self._multigrid_from is not None and size(system) >= self._multigrid_from
         if large and not self._failed:
             try:
                 multigrid = self._levels(system)
