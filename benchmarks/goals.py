@@ -10,11 +10,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from measure import CaseRun, machine, machine_rates, median, run_case, start_up
+import solvers
+from measure import CaseRun, machine, machine_rates, median, run_case, start_up, triad_rate
 from peers import ample
 from problems import block, cantilever, column
+from solvers import by_multigrid, last_system, slope_points
 from threads import ratios
 
+from tilth import _core
+from tilth.simulation import Simulation
 from tilth.verification.cases import example
 
 GROWTH = [16, 25, 32]
@@ -198,10 +202,42 @@ def memory_rows(measured: Measurements) -> Iterator[Row]:
     print(", ".join(f"{name} {size:.0f}" for name, size in each.items() if size))
 
 
+def solve_rows(measured: Measurements) -> Iterator[Row]:
+    """Linear systems of the elastic block, full and with a slope through its cells, to 1e-8."""
+    model = solvers.block(25, None)
+    systems = {
+        "full cells": (0.12, last_system(Simulation(model))),
+        "slope": (0.25, last_system(Simulation(model, slope_points(model)))),
+    }
+    iterations, times = {}, {}
+    for name, (limit, system) in systems.items():
+        found: dict[int, list[float]] = {1: [], 2: []}
+        for _ in range(4 * measured.repeats + 1):
+            for threads, each in found.items():
+                _core.set_threads(threads)
+                parts, iterations[name] = by_multigrid(*system)
+                each.append(sum(parts))
+        times[name] = found
+        yield Row(
+            f"linear solve, 25^3, {name}", limit, median(found[2]), "s",
+            f"wall with set-up, 2 threads, best {min(found[2]):.3f}, {iterations[name]} iterations",
+        )  # fmt: skip
+    yield Row(
+        "iterations, slope over full cells", 1.3, iterations["slope"] / iterations["full cells"], ""
+    )
+    triad = [triad_rate(2) / triad_rate(1) for _ in range(measured.repeats)]
+    pairs = [one / two for one, two in zip(*times["full cells"].values(), strict=True)]
+    yield Row(
+        "two threads, linear solve, full cells", median(triad), median(pairs), "",
+        f"best pair {max(pairs):.2f}; the limit is that of a triad", at_least=True,
+    )  # fmt: skip
+
+
 SECTIONS: dict[str, Callable[[Measurements], Iterator[Row]]] = {
     "whole": whole_runs,
     "footing": footing,
     "kernels": kernel_rows,
+    "solve": solve_rows,
     "growth": growth_rows,
     "threads": thread_rows,
     "memory": memory_rows,

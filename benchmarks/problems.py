@@ -10,11 +10,11 @@ SIZE = 5.0
 """Edge of the block [m]."""
 
 
-def cantilever(basis: str, solver: str = "superlu") -> tilth.Model:
+def cantilever(basis: str) -> tilth.Model:
     """AMPLE's end-loaded cantilever: 40 x 4 cells, 5,760 points, 50 steps."""
     return tilth.Model(
         title="AMPLE's end-loaded cantilever, 5,760 points",
-        analysis=tilth.Analysis(kind="plane_strain", solver=solver),
+        analysis=tilth.Analysis(kind="plane_strain"),
         grid=tilth.Grid(cell_size=0.25),
         materials={"beam": tilth.HenckyElastic(young_modulus=12e6, poisson_ratio=0.2)},
         bodies=[

@@ -4,14 +4,25 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from small_problems import BASES, KINDS, Laboratory, deformed_laboratory, dimension
+from small_problems import (
+    BASES,
+    KINDS,
+    Laboratory,
+    block_entries,
+    deformed_laboratory,
+    dimension,
+)
 
-from tilth import BadInput, _core
-from tilth.solvers import SOLVERS, LinearSystem, SolveFailed, choose_solver
+from tilth import BadInput, Model, _core
+from tilth.grid import Buffers, locate
+from tilth.simulation import Simulation
+from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, choose_solver
+from tilth.solvers.banded import BandedLU
 
 INSTALLED = [name for name, solver in SOLVERS.items() if solver.available()]
 every_solver = pytest.mark.parametrize("name", INSTALLED)
@@ -161,3 +172,36 @@ def test_nested_dissection_separates_and_saves_fill() -> None:
         return int(factors.L.nnz)
 
     assert fill(order) < 0.6 * fill(np.arange(n * n))
+
+
+@pytest.mark.parametrize(("cells", "banded"), [([2, 60], True), ([60, 2], True), ([30, 30], False)])
+def test_narrow_bands_are_left_to_the_banded_solver(cells: list[int], banded: bool) -> None:
+    entries = block_entries("plane_strain", "gimp", cells=1)
+    entries["grid"]["cell_size"] = 0.1
+    entries["bodies"][0]["shape"]["upper"] = [0.1 * count for count in cells]
+    simulation = Simulation(Model.from_dict(entries))
+    active = locate(simulation.points, simulation.grid, Buffers())
+    system = LinearSystem(active, np.zeros((active.nodes, 2), dtype=bool))
+    system.blocks[:] = 0.0
+    system.blocks[active.diagonal] = np.eye(2)
+    asked = []
+
+    class Asked(BandedLU):
+        def setup(self, matrix: sp.csc_matrix, near_null_space: Any = None) -> None:
+            asked.append(matrix.shape)
+            super().setup(matrix)
+
+    right_side = np.random.default_rng(0).normal(size=(active.nodes, 2))
+    solver = LinearSolver(choose_solver("superlu"), banded=Asked())
+    for _ in range(2):
+        np.testing.assert_allclose(solver.solve(system, right_side, 0.0), right_side, rtol=1e-14)
+    assert len(asked) == (2 if banded else 0)
+
+
+def test_band_is_found_anew_where_the_pattern_changes() -> None:
+    """Matrices of other sizes and patterns in turn, the first one twice."""
+    solver = BandedLU()
+    for n, symmetric in ((40, True), (40, True), (40, False), (25, True)):
+        matrix = random_matrix(n, symmetric)
+        solver.setup(matrix)
+        np.testing.assert_allclose(matrix @ solver.solve(np.ones(n)).x, np.ones(n), rtol=1e-12)

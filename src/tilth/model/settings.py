@@ -62,9 +62,9 @@ class Analysis(Declared):
     """Dimensionless stiffness that ties hardly filled cells to the material beside them [-]; 0
     leaves their nodes on weak springs.
     """
-    solver: Literal["auto", "superlu", "pardiso", "multigrid"] = "auto"
-    """Linear solver; "auto" takes multigrid for many unknowns, else the fastest direct solver
-    installed.
+    solver: Literal["auto", "superlu", "pardiso", "banded", "multigrid"] = "auto"
+    """Linear solver; "auto" takes multigrid for many unknowns, "banded" for slender bodies, else
+    the fastest direct solver installed.
     """
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tilth.errors import BadInput
+from tilth.solvers.banded import BandedLU
 from tilth.solvers.linear import LinearSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
@@ -13,7 +14,7 @@ from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
 
-SOLVERS: dict[str, type[Solver]] = {"pardiso": Pardiso, "superlu": SuperLU}
+SOLVERS: dict[str, type[Solver]] = {"pardiso": Pardiso, "superlu": SuperLU, "banded": BandedLU}
 """Direct solvers by the name that stands in a case file, the preferred one first."""
 
 __all__ = [
@@ -34,7 +35,7 @@ SMALL = 20_000
 
 
 MULTIGRID_FROM = {2: 10_000, 3: 4_000}
-"""Number of unknowns from which multigrid is quicker than any direct solver, by dimension."""
+"""Number of unknowns from which multigrid is quicker than sparse direct solvers, by dimension."""
 
 
 def linear_solver(
@@ -47,8 +48,10 @@ def linear_solver(
     """
     if name == "multigrid":
         return LinearSolver(choose_solver("auto", points), 0, note)
-    from_unknowns = MULTIGRID_FROM[dimension] if name == "auto" else None
-    return LinearSolver(choose_solver(name, points), from_unknowns, note)
+    direct = choose_solver(name, points)
+    if name == "auto":
+        return LinearSolver(direct, MULTIGRID_FROM[dimension], note, banded=BandedLU())
+    return LinearSolver(direct, note=note)
 
 
 def choose_solver(name: str, points: int = SMALL) -> Solver:

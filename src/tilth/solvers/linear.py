@@ -15,16 +15,22 @@ from tilth.solvers.system import LinearSystem
 Floats = npt.NDArray[np.float64]
 
 
+MOST_OF_BAND = 64
+"""Half the width of a band up to which its LU factors are found sooner than sparse ones."""
+
+
+def section(system: LinearSystem) -> float:
+    """Returns the mean number of active nodes in a slice across the grid's longest side."""
+    return system.active.nodes / float(np.ptp(system.active.lattice, axis=0).max() + 1)
+
+
 def size(system: LinearSystem) -> float:
     """Returns the number of unknowns, of a slender body those of a square or cube as thick.
 
-    A direct solver's work for an unknown grows with the cross-section of the active grid, not with
-    its length: the mean number of nodes in a slice across the longest side.
+    A direct solver's work for an unknown grows with the cross-section, not with the length.
     """
-    active = system.active
-    dim = active.grid.dim
-    section = active.nodes / (np.ptp(active.lattice, axis=0).max() + 1)
-    return float(min(system.held.size, dim * section ** (dim / (dim - 1))))
+    dim = system.active.grid.dim
+    return float(min(system.held.size, dim * section(system) ** (dim / (dim - 1))))
 
 
 class LinearSolver:
@@ -36,6 +42,7 @@ class LinearSolver:
         direct: the direct solver.
         multigrid_from: least `size` of a system for multigrid; None for never.
         note: is told why multigrid failed.
+        banded: takes the direct solver's place where the matrix is a narrow band.
     """
 
     def __init__(
@@ -43,14 +50,16 @@ class LinearSolver:
         direct: Solver,
         multigrid_from: int | None = None,
         note: Callable[[str], None] = lambda reason: None,
+        banded: Solver | None = None,
     ) -> None:
         self._direct = direct
         self._multigrid_from = multigrid_from
         self._note = note
+        self._banded = banded
         self._system: LinearSystem | None = None
         self._multigrid: Multigrid | None = None
+        self._large = False  # whether this step's systems are for multigrid
         self._begun = False  # whether the levels belong to this step
-        self._failed = False  # whether multigrid failed in this step
 
     def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution, shape (nodes, dim), zero where held.
@@ -61,22 +70,30 @@ class LinearSolver:
             SolveFailed: if the direct solver fails.
         """
         if system is not self._system:
-            self._system, self._begun, self._failed = system, False, False
-        large = self._multigrid_from is not None and size(system) >= self._multigrid_from
-        if large and not self._failed:
+            self._system, self._begun = system, False
+            self._large = self._multigrid_from is not None and size(system) >= self._multigrid_from
+        if self._large:
             try:
                 multigrid = self._levels(system)
                 multigrid.fill(system.blocks, system.hard)
                 return multigrid.solve(right_side, tolerance).x.reshape(right_side.shape)
             except SolveFailed as error:
-                self._failed = True
+                self._large = False
                 self._note(str(error))
         solution = np.zeros_like(right_side)
         if len(system.free):
-            self._direct.setup(system.matrix())
-            free = self._direct.solve(right_side.ravel()[system.free]).x
+            direct = self._direct_for(system)
+            direct.setup(system.matrix())
+            free = direct.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
         return solution
+
+    def _direct_for(self, system: LinearSystem) -> Solver:
+        active = system.active
+        half_band = active.grid.dim * section(system) * (active.reach + 1)
+        if self._banded is not None and half_band <= MOST_OF_BAND:
+            return self._banded
+        return self._direct
 
     def _levels(self, system: LinearSystem) -> Multigrid:
         """Returns the levels of a step, the last step's where the active grid is the same."""
