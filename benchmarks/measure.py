@@ -57,7 +57,8 @@ def spawn(
     Raises:
         Failed: it did not end with exit code 0; carries the end of what it wrote.
     """
-    environment = dict(os.environ, OMP_WAIT_POLICY="passive")
+    # as tilth itself has it
+    environment = dict(os.environ, OMP_WAIT_POLICY="passive", GOMP_SPINCOUNT="10000")
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # it would make each run compile its sources
     if threads is not None:
         environment |= dict.fromkeys(("OMP_NUM_THREADS", *ONE_THREAD_LIBRARIES), str(threads))

@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
-
-os.environ["OMP_WAIT_POLICY"] = "passive"
 
 import numpy as np
 from measure import median

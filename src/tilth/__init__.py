@@ -10,8 +10,11 @@ import importlib
 import os
 from typing import TYPE_CHECKING, Any
 
-# Idle OpenMP threads must not spin while Python or a linear solver is at work.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+# Idle OpenMP threads must not spin while Python or a linear solver is at work, but wait a moment:
+# to wake them takes longer than most loops of multigrid (docs/decisions/0012-multigrid.md).
+if "OMP_WAIT_POLICY" not in os.environ:
+    os.environ["OMP_WAIT_POLICY"] = "passive"
+    os.environ.setdefault("GOMP_SPINCOUNT", "10000")  # a fraction of a millisecond
 
 __version__ = "0.1.0"
 

@@ -219,7 +219,7 @@ class Ghost:
     moved <- (moved + E u) exp(-max |u| / h).
 
     Attributes:
-        gamma: the dimensionless factor, see `ghost_stabilisation`.
+        gamma: the dimensionless factor, see `ghost_faces`.
         face: sorted names of the faces: key of the lower cell and axis, shape (faces,).
         moved: modulus times motion of their nodes [stress length], shape (faces, nodes of a
             face, dim).

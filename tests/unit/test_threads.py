@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -106,3 +109,23 @@ def test_kernels_give_the_same_bits(kind: str, basis: str) -> None:
         nodal = laboratory.soil.scatter(laboratory.active, laboratory.points.position)
         results.append((force.tobytes(), matrix.data.tobytes(), nodal.tobytes()))
     assert results[0] == results[1] == results[2]
+
+
+@pytest.mark.parametrize(
+    ("given", "policy", "spins"),
+    [
+        ({}, "passive", "10000"),
+        ({"GOMP_SPINCOUNT": "7"}, "passive", "7"),
+        ({"OMP_WAIT_POLICY": "active"}, "active", "None"),
+    ],
+)
+def test_waiting_threads_spin_for_a_moment_only(
+    given: dict[str, str], policy: str, spins: str
+) -> None:
+    """What the user has set stays as it is."""
+    ask = "import os, tilth; print(*map(os.environ.get, ['OMP_WAIT_POLICY', 'GOMP_SPINCOUNT']))"
+    kept = {name: value for name, value in os.environ.items() if "OMP_" not in name}
+    found = subprocess.run(
+        [sys.executable, "-c", ask], env=kept | given, capture_output=True, text=True, check=True
+    )
+    assert found.stdout.split() == [policy, spins]
