@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from measure import median
+import numpy.typing as npt
 from problems import block, cantilever
 
 from tilth import Model, _core
@@ -58,20 +58,29 @@ def problems() -> dict[str, Model]:
 def ratios() -> Iterator[tuple[str, int, str, tuple[float, float], float, float]]:
     """Yields problem, points, part, time of a call with one and two threads [s], and the ratio.
 
-    The ratio is the median of the pairs; the best pair comes last.
+    The ratio is the median of the pairs; the best pair comes last. The last part of a problem is
+    the sum of the others.
     """
     for name, model in problems().items():
         simulation = Simulation(model)
+        total = np.zeros((2, ROUNDS))
         for part, call in parts_of(simulation).items():
             call()
-            times: dict[int, list[float]] = {1: [], 2: []}
-            for _ in range(ROUNDS):
-                for threads, found in times.items():
+            times = np.zeros((2, ROUNDS))
+            for turn in range(ROUNDS):
+                for threads in (1, 2):
                     _core.set_threads(threads)
-                    found.append(seconds(call))
-            pairs = [one / two for one, two in zip(times[1], times[2], strict=True)]
-            both = (median(times[1]), median(times[2]))
-            yield name, len(simulation.points), part, both, median(pairs), max(pairs)
+                    times[threads - 1, turn] = seconds(call)
+            total += times
+            yield name, len(simulation.points), part, *compared(times)
+        yield name, len(simulation.points), "all three", *compared(total)
+
+
+def compared(times: npt.NDArray[np.float64]) -> tuple[tuple[float, float], float, float]:
+    """Returns the medians of each row, that of the pairs' ratios, and the best of these."""
+    one, two = times
+    pairs = one / two
+    return (float(np.median(one)), float(np.median(two))), float(np.median(pairs)), max(pairs)
 
 
 def main() -> None:
