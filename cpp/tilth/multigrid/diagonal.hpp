@@ -20,31 +20,32 @@ inline constexpr float very_strong = 0.6f;  // couplings that mark where blocks 
 inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
 inline constexpr int bins = 32;             // of coupling strengths, to order them
 
-/// Replaces a dense matrix (n, n) by its inverse, by Gauss and Jordan with row interchanges.
-inline void invert(int n, std::vector<double>& matrix) {
-  std::vector<double> work(std::size_t(2) * n * n, 0.0);
-  const int width = 2 * n;
-  for (int i = 0; i < n; ++i) {
-    std::copy_n(matrix.begin() + i * n, n, work.begin() + i * width);
-    work[i * width + n + i] = 1.0;
-  }
+/// Replaces a dense matrix (n, n) by its inverse in place, by Gauss and Jordan with row
+/// interchanges; a row without a pivot becomes zero.
+inline void invert(int n, double* matrix) {
+  constexpr int most = 3 * most_in_a_block;
+  int pivot[most];
   for (int k = 0; k < n; ++k) {
-    int pivot = k;
+    pivot[k] = k;
     for (int i = k + 1; i < n; ++i)
-      if (std::abs(work[i * width + k]) > std::abs(work[pivot * width + k])) pivot = i;
-    if (pivot != k)
-      std::swap_ranges(work.begin() + k * width, work.begin() + (k + 1) * width,
-                       work.begin() + pivot * width);
-    const double by = work[k * width + k];
-    for (int j = 0; j < width; ++j)
-      work[k * width + j] = by != 0.0 ? work[k * width + j] / by : 0.0;
+      if (std::abs(matrix[i * n + k]) > std::abs(matrix[pivot[k] * n + k])) pivot[k] = i;
+    double* own = matrix + k * n;
+    if (pivot[k] != k) std::swap_ranges(own, own + n, matrix + pivot[k] * n);
+    const double by = own[k] != 0.0 ? 1.0 / own[k] : 0.0;
+    own[k] = by != 0.0 ? 1.0 : 0.0;
+    for (int j = 0; j < n; ++j) own[j] *= by;
     for (int i = 0; i < n; ++i) {
-      const double times = work[i * width + k];
+      double* row = matrix + i * n;
+      const double times = row[k];
       if (i == k || times == 0.0) continue;
-      for (int j = 0; j < width; ++j) work[i * width + j] -= times * work[k * width + j];
+      row[k] = 0.0;
+#pragma omp simd
+      for (int j = 0; j < n; ++j) row[j] -= times * own[j];
     }
   }
-  for (int i = 0; i < n; ++i) std::copy_n(work.begin() + i * width + n, n, matrix.begin() + i * n);
+  for (int k = n; k-- > 0;)
+    if (pivot[k] != k)
+      for (int i = 0; i < n; ++i) std::swap(matrix[i * n + k], matrix[i * n + pivot[k]]);
 }
 
 /// Groups nodes by their strong couplings, the strongest first, around very strong ones only: what
@@ -162,7 +163,7 @@ void invert_diagonal(Level<Dim>& level) {
                   matrix[(a * Dim + i) * n + b * Dim + j] = level.at(node[a], e, i, j);
     for (int i = 0; i < n; ++i)
       if (!free(i)) matrix[i * n + i] = 1.0;
-    invert(n, matrix);
+    invert(n, matrix.data());
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j)
         place[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
