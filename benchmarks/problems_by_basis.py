@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 from unittest.mock import patch
 
@@ -74,12 +75,12 @@ def main() -> None:
     heads = f"{'problem, basis':<34}{'result':>10}  {'error':<28}"
     print(f"{heads}{'steps':>6}{'iterations':>12}{'s':>8}")
     for basis in BASES:
-        row(f"strip_footing, {basis}", lambda: strip(basis))  # noqa: B023
+        row(f"strip_footing, {basis}", partial(strip, basis))
     for name, problem in (("pressure_cantilever", cantilever), ("rigid_footing_elastic", rigid)):
         for basis in BASES:
-            row(f"{name}, {basis}", lambda: problem(basis))  # noqa: B023
+            row(f"{name}, {basis}", partial(problem, basis))
         more = f"{name}, linear, {MORE_POINTS}"
-        row(more, lambda: problem("linear", MORE_POINTS))  # noqa: B023
+        row(more, partial(problem, "linear", MORE_POINTS))
 
 
 if __name__ == "__main__":

@@ -2,5 +2,20 @@
 """Settings of all tests; must come before the first import of tilth."""
 
 import os
+from collections.abc import Iterator
+
+import pytest
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # idle threads leave the cores to others
+
+
+@pytest.fixture
+def every_loop_in_parallel() -> Iterator[None]:
+    """All loops are threaded, however short; the number of threads is restored after the test."""
+    from tilth import _core
+
+    threads, points = _core.threads(), _core.parallel_from()
+    _core.set_parallel_from(0)
+    yield
+    _core.set_threads(threads)
+    _core.set_parallel_from(points)

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from small_problems import Floats, Laboratory
@@ -16,14 +14,7 @@ from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.place import locate_places
 from tilth.solvers.system import LinearSystem
 
-
-@pytest.fixture(autouse=True)
-def _restore_threads() -> Iterator[None]:
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
+pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 
 
 KINDS = ["plane_strain", "3d"]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -26,14 +25,7 @@ from small_problems import (
 from tilth import Model, _core
 from tilth.simulation import Simulation
 
-
-@pytest.fixture(autouse=True)
-def _restore_threads() -> Iterator[None]:
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
+pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 
 
 CELLS = {"plane_strain": 12, "axisymmetric": 12, "3d": 5}

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tilth.model import BodyForce, Box, Model
 from tilth.simulation import Simulation, StepResult
-from tilth.verification.cases import example, varied
+from tilth.verification.cases import example, varied, with_basis
 from tilth.verification.closed_forms import SelfWeightColumn
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.convergence import log_slope
@@ -105,8 +105,7 @@ def turned_domains(basis: str, long: bool) -> Iterator[Comparison]:
     by more when the column is turned: what is left there is the corners of the base.
     """
     aligned, turned_model = (
-        varied(example(PROBLEM, file), {"bodies.0.basis": basis, "bodies.0.domain_update": None})
-        for file in ("aligned.toml", "case.toml")
+        with_basis(example(PROBLEM, file), basis) for file in ("aligned.toml", "case.toml")
     )
     grids = (16, 32, 64) if long else (16, 32)
     at_case = {}
