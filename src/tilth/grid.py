@@ -59,9 +59,10 @@ class Stencil:
         cell_start, cell: keys of each group's cells; empty where they fill the box.
         node_key: keys of each group's nodes; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
-        value_start: offset of each group's first value, shape (groups + 1,).
-        value: basis values S [-], flat: per point one value per node.
-        gradient: gradients [1/length], flat: per point (dim, nodes).
+        value_start: where in `value` each group begins, shape (groups + 1,).
+        value: what is kept of each point's basis, flat (kernel/basis_values.hpp): where the nodes
+            fill a box the factors of the products over the directions, else values and gradients.
+        dim: number of directions.
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
     """
 
@@ -75,10 +76,25 @@ class Stencil:
     node: Shorts
     value_start: Integers
     value: Floats
-    gradient: Floats
+    dim: int
     colour_start: Integers
     slab_start: Integers
     order: Integers
+
+    @property
+    def boxed(self) -> bool:
+        """Whether the groups' nodes fill their boxes."""
+        return len(self.node_key) == 0
+
+    def basis(self) -> tuple[Floats, Floats]:
+        """Returns basis values S [-] and gradients [1/length] of all points, point after point.
+
+        Flat: per point one value for each of its group's nodes; gradients (dim, nodes).
+        """
+        numbers = int(np.diff(self.node_start) @ np.diff(self.start))
+        value, gradient = np.empty(numbers), np.empty(numbers * self.dim)
+        _core.basis_values(self, value, gradient)
+        return value, gradient
 
 
 class Buffers:
@@ -287,20 +303,22 @@ def _stencil(
     else:
         node_start = groups.node_start
         node = np.searchsorted(key, groups.node_key).astype(np.int32)
-    values = np.diff(node_start) * np.diff(start)
-    value_start = np.concatenate([[0], np.cumsum(values)])
+    if groups.boxed:
+        of_point = 2 * count[:, : grid.dim].sum(axis=1, dtype=np.int64)
+    else:
+        of_point = (1 + grid.dim) * np.diff(node_start)
+    value_start = np.concatenate([[0], np.cumsum(of_point * np.diff(start))])
     value = buffers.take(f"value {body}", int(value_start[-1]))
-    gradient = buffers.take(f"gradient {body}", int(value_start[-1]) * grid.dim)
     part = points.part(points.bodies[body])
     if groups.boxed:
-        _core.basis_values(
+        _core.basis_factors(
             points.bodies[body].basis, start, first, count, value_start, part.position,
-            part.half_length, grid.origin, grid.cell_size, value, gradient,
+            part.half_length, grid.origin, grid.cell_size, value,
         )  # fmt: skip
     else:
         _core.corner_basis_values(
             start, node_start, groups.node_key, value_start, part.position, part.corner,
-            grid.origin, grid.cell_size, value, gradient,
+            grid.origin, grid.cell_size, value,
         )  # fmt: skip
     colour_start, slab_start, order = _core.colour_groups(first, count)
     return Stencil(
@@ -314,7 +332,7 @@ def _stencil(
         node=node,
         value_start=value_start,
         value=value,
-        gradient=gradient,
+        dim=grid.dim,
         colour_start=colour_start,
         slab_start=slab_start,
         order=order,

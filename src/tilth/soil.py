@@ -44,7 +44,6 @@ class Soil:
         self._timers = timers
         n = len(points)
         self._deformation = np.empty((n, 6))
-        self._increment = np.empty((n, 9))
         self._strain = np.empty((n, 6))
         self._plastic = np.empty((n, 2))
         self._state = np.zeros_like(points.state)  # not every material writes all columns
@@ -76,8 +75,7 @@ class Soil:
                 point, status = _core.stress_update(
                     self.kind, body.material, body.parameters, stencil, displacement,
                     points.position[s], self._deformation[s], points.plastic[s], points.state[s],
-                    self._increment[s], self._strain[s], self._plastic[s], self._state[s],
-                    self._response[s], centres,
+                    self._strain[s], self._plastic[s], self._state[s], self._response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
@@ -174,28 +172,27 @@ class Soil:
                         active.grid.cell_size, part.half_length,
                     )  # fmt: skip
             corners = self.moved_corners(active, displacement)
-            moved = self.interpolate(active, displacement)
+            for body, stencil in zip(points.bodies, active.stencils, strict=True):
+                part = points.part(body)
+                s = slice(body.start, body.stop)
+                _core.advance(
+                    self.kind, stencil, displacement, part.position, self._response[s],
+                    part.plastic, self._plastic[s], part.last_gradient,
+                    part.deformation_gradient, part.stress, part.elastic_share,
+                )  # fmt: skip
+                _core.interpolate(stencil, displacement, part.last_displacement)
             for number, (corner, shift) in corners.items():
                 body = points.bodies[number]
                 points.corner[body.start : body.stop] = corner
-                moved[body.start : body.stop] = shift
-            points.position += moved
-            points.displacement += moved
-            points.last_displacement[:] = moved
-            dim = active.grid.dim
-            step = self._increment.reshape(-1, 3, 3)[:, :dim, :dim]
-            points.last_gradient[:] = step - np.eye(dim)
-            _core.advance(
-                self.kind, self._increment, self._response, points.deformation_gradient,
-                points.stress,
-            )  # fmt: skip
+                points.last_displacement[body.start : body.stop] = shift
+            points.position += points.last_displacement
+            points.displacement += points.last_displacement
             for body, centres in zip(points.bodies, self._centres, strict=True):
                 if centres is not None:
                     points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
                     points.stress[body.start : body.stop] *= centres.after[:, None]
                     self._level(body, active, centres)
             self._active = self._weighed = None  # the points have moved
-            points.elastic_share = self._elastic_share()
             points.elastic_strain, self._strain = self._strain, points.elastic_strain
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
@@ -246,20 +243,6 @@ class Soil:
                 raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
             found[number] = (moved, shift)
         return found
-
-    def _elastic_share(self) -> Floats:
-        """Returns what share of the points' deviatoric strain increment is elastic [-], (n,)."""
-        plastic = self._plastic[:, 0] - self.points.plastic[:, 0]  # sqrt(2/3) of the tensor's norm
-        share = np.ones(len(plastic))
-        yielding = np.flatnonzero(plastic > 0.0)
-        strain = self._increment.reshape(-1, 3, 3)[yielding] - np.eye(3)
-        strain = 0.5 * (strain + strain.transpose(0, 2, 1))
-        strain -= np.trace(strain, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
-        size = np.linalg.norm(strain, axis=(1, 2))
-        share[yielding] = np.clip(
-            1.0 - np.sqrt(1.5) * plastic[yielding] / np.maximum(size, 1e-300), 0.0, 1.0
-        )
-        return share
 
     def _level(self, body: PointRange, active: ActiveGrid, centres: Centres) -> None:
         """Lets the volumetric strains of points that flow go towards those of their cells."""

@@ -46,13 +46,14 @@ def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> E
     value = np.zeros((n, active.nodes))
     gradient = np.zeros((n, active.nodes, dim))
     touched = np.zeros((n, active.nodes), dtype=bool)
+    all_values, all_gradients = stencil.basis()
+    offset = 0
     for g in range(len(stencil.start) - 1):
         nodes = stencil.node[stencil.node_start[g] : stencil.node_start[g + 1]]
-        offset = stencil.value_start[g]
         for p in range(stencil.start[g], stencil.start[g + 1]):
             number = points.point_id[p]
-            value[number, nodes] = stencil.value[offset : offset + len(nodes)]
-            flat = stencil.gradient[dim * offset : dim * (offset + len(nodes))]
+            value[number, nodes] = all_values[offset : offset + len(nodes)]
+            flat = all_gradients[dim * offset : dim * (offset + len(nodes))]
             gradient[number, nodes] = flat.reshape(dim, -1).T
             touched[number, nodes] = True
             offset += len(nodes)

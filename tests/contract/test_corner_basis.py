@@ -64,13 +64,15 @@ def located(grid: Grid, position: Floats, corner: Floats) -> tuple[Floats, Float
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]
     value, gradient = np.zeros((n, active.nodes)), np.zeros((n, active.nodes, dim))
+    all_values, all_gradients = stencil.basis()
+    at = 0
     for g in range(len(stencil.start) - 1):
         nodes = stencil.node[stencil.node_start[g] : stencil.node_start[g + 1]]
         for p in range(stencil.start[g], stencil.start[g + 1]):
-            at = stencil.value_start[g] + (p - stencil.start[g]) * len(nodes)
-            value[points.point_id[p], nodes] = stencil.value[at : at + len(nodes)]
-            flat = stencil.gradient[dim * at : dim * (at + len(nodes))]
+            value[points.point_id[p], nodes] = all_values[at : at + len(nodes)]
+            flat = all_gradients[dim * at : dim * (at + len(nodes))]
             gradient[points.point_id[p], nodes] = flat.reshape(dim, -1).T
+            at += len(nodes)
     return value, gradient, active.position
 
 

@@ -48,16 +48,15 @@ auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers words) {
 
 void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstIntegers node_keys,
                          ConstIntegers value_start, ConstDoubles position, ConstDoubles corner,
-                         ConstDoubles origin, ConstDoubles cell_size, Doubles value,
-                         Doubles gradient) {
+                         ConstDoubles origin, ConstDoubles cell_size, Doubles value) {
   const auto groups = static_cast<std::int64_t>(start.size()) - 1;
   const kernel::Cells cells{origin.data(), cell_size.data()};
-  require_size(gradient, static_cast<std::int64_t>(value.size() * position.shape(1)), "gradient");
+  require_size(value, value_start.data()[groups], "value");
   with_corners(position, corner, [&](auto kind, std::int64_t) {
     nb::gil_scoped_release release;
     kernel::corner_basis_values<decltype(kind)::dim>(
         groups, start.data(), node_start.data(), node_keys.data(), value_start.data(),
-        position.data(), corner.data(), cells, value.data(), gradient.data());
+        position.data(), corner.data(), cells, value.data());
   });
 }
 
@@ -129,7 +128,7 @@ void bind_corners(nb::module_& module) {
              "node keys.");
   module.def("corner_basis_values", &corner_basis_values, "start"_a, "node_start"_a, "node_keys"_a,
              "value_start"_a, "position"_a, "corner"_a, "origin"_a, "cell_size"_a, "value"_a,
-             "gradient"_a, "Fills basis values and gradients of all points.");
+             "Fills basis values and gradients of all points.");
   module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
              "displacement"_a, "origin"_a, "cell_size"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
              "Fills the moved corners and the points' motions; first folded domain or -1.");

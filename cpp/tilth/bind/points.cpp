@@ -67,23 +67,20 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
     const std::string& kind_name, const std::string& material_name, ConstDoubles parameters,
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
     ConstDoubles elastic_deformation, ConstDoubles plastic_before, ConstDoubles state_before,
-    Doubles increment, Doubles strain, Doubles plastic, Doubles state, Doubles response,
+    Doubles strain, Doubles plastic, Doubles state, Doubles response,
     nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
   const std::int64_t n = stencil.points();
   require_size(elastic_deformation, 6 * n, "elastic_deformation");
   require_size(plastic_before, 2 * n, "plastic_before");
-  require_size(increment, 9 * n, "increment");
   require_size(strain, 6 * n, "strain");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
   const kernel::StressArrays arrays{
-      position.data(),       elastic_deformation.data(),
-      plastic_before.data(), state_before.data(),
-      increment.data(),      strain.data(),
-      plastic.data(),        state.data(),
-      response.data(),       static_cast<std::int64_t>(state.shape(1))};
+      position.data(),     elastic_deformation.data(), plastic_before.data(),
+      state_before.data(), strain.data(),              plastic.data(),
+      state.data(),        response.data(),            static_cast<std::int64_t>(state.shape(1))};
   kernel::Failure failure;
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
@@ -206,7 +203,8 @@ void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
   const int components = nodal.ndim() == 2 ? static_cast<int>(nodal.shape(1)) : 1;
   require_size(vector, stencil.points() * components, "vector");
   nb::gil_scoped_release release;
-  kernel::scatter(stencil, components, vector.data(), nodal.data());
+  const auto scatter = stencil.dim == 2 ? &kernel::scatter<2> : &kernel::scatter<3>;
+  scatter(stencil, components, vector.data(), nodal.data());
 }
 
 void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) {
@@ -214,7 +212,8 @@ void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) 
   const int components = nodal.ndim() == 2 ? static_cast<int>(nodal.shape(1)) : 1;
   require_size(vector, stencil.points() * components, "vector");
   nb::gil_scoped_release release;
-  kernel::interpolate(stencil, components, nodal.data(), vector.data());
+  const auto interpolate = stencil.dim == 2 ? &kernel::interpolate<2> : &kernel::interpolate<3>;
+  interpolate(stencil, components, nodal.data(), vector.data());
 }
 
 void add_predictions(nb::handle stencil_handle, ConstDoubles node_position, ConstDoubles position,
@@ -242,15 +241,26 @@ auto current_volumes(ConstDoubles deformation_gradient, ConstDoubles initial_vol
   return give(std::move(volume));
 }
 
-void advance(const std::string& kind_name, ConstDoubles increment, ConstDoubles response,
-             Doubles deformation_gradient, Doubles cauchy) {
-  const auto points = static_cast<std::int64_t>(increment.shape(0));
-  require_size(deformation_gradient, 9 * points, "deformation_gradient");
-  require_size(cauchy, 6 * points, "cauchy");
+void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubles displacement,
+             ConstDoubles position, ConstDoubles response, ConstDoubles plastic_before,
+             ConstDoubles plastic_after, Doubles last_gradient, Doubles deformation_gradient,
+             Doubles cauchy, Doubles elastic_share) {
+  const StencilView stencil(stencil_handle);
+  const std::int64_t n = stencil.points();
+  require_size(response, response_size(kind_name) * n, "response");
+  require_size(plastic_before, 2 * n, "plastic_before");
+  require_size(plastic_after, 2 * n, "plastic_after");
+  require_size(last_gradient, stencil.dim * stencil.dim * n, "last_gradient");
+  require_size(deformation_gradient, 9 * n, "deformation_gradient");
+  require_size(cauchy, 6 * n, "cauchy");
+  require_size(elastic_share, n, "elastic_share");
+  const kernel::ConvergedArrays arrays{position.data(),       response.data(),
+                                       plastic_before.data(), plastic_after.data(),
+                                       last_gradient.data(),  deformation_gradient.data(),
+                                       cauchy.data(),         elastic_share.data()};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::advance<decltype(kind)>(points, increment.data(), response.data(),
-                                    deformation_gradient.data(), cauchy.data());
+    kernel::advance<decltype(kind)>(stencil, displacement.data(), arrays);
   });
 }
 
@@ -335,8 +345,7 @@ void bind_points(nb::module_& module) {
              "Fills exp(2 strain) - 1, six components a point.");
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
              "displacement"_a, "position"_a, "elastic_deformation"_a, "plastic_before"_a,
-             "state_before"_a, "increment"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a,
-             nb::arg("centres").none(),
+             "state_before"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a, nb::arg("centres").none(),
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping).");
   module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a,
@@ -367,8 +376,10 @@ void bind_points(nb::module_& module) {
              "det F times the initial volume of each point.");
   module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,
              "Fills the points' interpolated vectors.");
-  module.def("advance", &advance, "kind"_a, "increment"_a, "response"_a, "deformation_gradient"_a,
-             "cauchy"_a, "Deformation gradient and Cauchy stress after a converged step.");
+  module.def("advance", &advance, "kind"_a, "stencil"_a, "displacement"_a, "position"_a,
+             "response"_a, "plastic_before"_a, "plastic_after"_a, "last_gradient"_a,
+             "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a,
+             "What the points keep of a converged step, moved by `displacement`.");
   module.def("stretch_domains", &stretch_domains, "kind"_a, "rule"_a, "deformation_gradient"_a,
              "initial_half_length"_a, "half_length"_a,
              "Half lengths of domains from the deformation gradient.");

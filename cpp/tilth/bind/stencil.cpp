@@ -2,8 +2,9 @@
 #include "../kernel/stencil.hpp"
 
 #include "../basis/list.hpp"
+#include "../kernel/basis_values.hpp"
 #include "../kind.hpp"
-#include "arrays.hpp"
+#include "stencil_view.hpp"
 
 namespace tilth::bind {
 
@@ -72,20 +73,44 @@ auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys,
   return give(std::move(nodes));
 }
 
-void basis_values(const std::string& basis_name, ConstIntegers start, ConstIntegers first,
+void basis_factors(const std::string& basis_name, ConstIntegers start, ConstIntegers first,
                   ConstShorts count, ConstIntegers value_start, ConstDoubles position,
                   ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
-                  Doubles value, Doubles gradient) {
+                  Doubles factors) {
   const auto groups = static_cast<std::int64_t>(first.shape(0));
   const int dim = static_cast<int>(position.shape(1));
-  require_size(gradient, static_cast<std::int64_t>(value.size()) * dim, "gradient");
+  require_size(factors, value_start.data()[groups], "factors");
   nb::gil_scoped_release release;
   with_dimension(dim, [&](auto kind) {
     basis::with_basis(basis_name, [&](auto basis) {
-      kernel::basis_values<decltype(basis), decltype(kind)::dim>(
+      kernel::basis_factors<decltype(basis), decltype(kind)::dim>(
           groups, start.data(), first.data(), count.data(), value_start.data(), position.data(),
-          half_length.data(), origin.data(), cell_size.data(), value.data(), gradient.data());
+          half_length.data(), origin.data(), cell_size.data(), factors.data());
     });
+  });
+}
+
+/// Values and gradients of all points, as the kernels have them.
+void basis_values(nb::handle stencil_handle, Doubles value, Doubles gradient) {
+  const StencilView stencil(stencil_handle);
+  std::int64_t numbers = 0;
+  for (std::int64_t g = 0; g < stencil.groups; ++g)
+    numbers += (stencil.start[g + 1] - stencil.start[g]) * stencil.nodes_of(g);
+  require_size(value, numbers, "value");
+  require_size(gradient, numbers * stencil.dim, "gradient");
+  with_dimension(stencil.dim, [&](auto kind) {
+    constexpr int dim = decltype(kind)::dim;
+    double* to_value = value.data();
+    double* to_gradient = gradient.data();
+    for (std::int64_t g = 0; g < stencil.groups; ++g) {
+      const int n = stencil.nodes_of(g);
+      kernel::GroupBasis<dim, 0, true, true> basis(stencil, g);
+      for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
+        basis.advance();
+        to_value = std::copy_n(basis.value, n, to_value);
+        to_gradient = std::copy_n(basis.gradient, dim * n, to_gradient);
+      }
+    }
   });
 }
 
@@ -121,9 +146,11 @@ void bind_stencil(nb::module_& module) {
   module.def("node_keys", &node_keys, "places"_a, "Keys of lattice places (n,3).");
   module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
              "Node numbers of each group, x fastest.");
-  module.def("basis_values", &basis_values, "basis"_a, "start"_a, "first"_a, "count"_a,
-             "value_start"_a, "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "value"_a,
-             "gradient"_a, "Fills basis values and gradients of all points.");
+  module.def("basis_factors", &basis_factors, "basis"_a, "start"_a, "first"_a, "count"_a,
+             "value_start"_a, "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "factors"_a,
+             "Fills the factors of all points' basis, direction by direction.");
+  module.def("basis_values", &basis_values, "stencil"_a, "value"_a, "gradient"_a,
+             "Fills basis values, then gradients (dim, nodes), point after point.");
   module.def("colour_groups", &colour_groups, "first"_a, "count"_a,
              "Order of parallel assembly: colour_start, slab_start, order.");
 }

@@ -10,16 +10,18 @@ namespace tilth::bind {
 /// Keeps the arrays of a Python `Stencil` alive while a kernel runs.
 struct StencilView : kernel::Stencil {
   ConstIntegers arrays64[6];
-  ConstShorts nodes;
-  ConstDoubles values[2];
+  ConstShorts nodes, counts;
+  ConstDoubles values;
+  int dim;
 
   explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
     const char* names[6] = {"start",        "node_start", "value_start",
                             "colour_start", "slab_start", "order"};
     for (int i = 0; i < 6; ++i) arrays64[i] = nb::cast<ConstIntegers>(stencil.attr(names[i]));
     nodes = nb::cast<ConstShorts>(stencil.attr("node"));
-    values[0] = nb::cast<ConstDoubles>(stencil.attr("value"));
-    values[1] = nb::cast<ConstDoubles>(stencil.attr("gradient"));
+    counts = nb::cast<ConstShorts>(stencil.attr("count"));
+    values = nb::cast<ConstDoubles>(stencil.attr("value"));
+    dim = nb::cast<int>(stencil.attr("dim"));
     groups = static_cast<std::int64_t>(arrays64[0].size()) - 1;
     start = arrays64[0].data();
     node_start = arrays64[1].data();
@@ -29,8 +31,8 @@ struct StencilView : kernel::Stencil {
     slab_start = arrays64[4].data();
     order = arrays64[5].data();
     node = nodes.data();
-    value = values[0].data();
-    gradient = values[1].data();
+    count = nb::cast<bool>(stencil.attr("boxed")) ? counts.data() : nullptr;
+    value = values.data();
   }
 
   std::int64_t points() const { return start[groups]; }

@@ -6,41 +6,76 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
 #include "../grid.hpp"
 #include "../parallel.hpp"
 #include "../tensor.hpp"
+#include "gradient.hpp"
 #include "point.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
 
-/// F <- dF F; sigma = tau / det F in six components.
+/// Arrays of the points of one body when a step has converged.
+struct ConvergedArrays {
+  const double* position;        // (n, dim) at the start of the step
+  const double* response;        // (n, response_size) of the final displacement
+  const double* plastic_before;  // (n, 2) equivalent plastic strain, dissipation density
+  const double* plastic_after;   // (n, 2)
+  double* last_gradient;         // (n, dim, dim) displacement gradient of the step
+  double* deformation_gradient;  // (n, 3, 3)
+  double* cauchy;                // (n, 6)
+  double* elastic_share;         // (n) of the step's deviatoric strain
+};
+
+/// Share of a step's deviatoric strain that was elastic; `plastic` is the increment of equivalent
+/// plastic strain, sqrt(2/3) of the tensor's norm.
+inline double elastic_share(const double h[3][3], double plastic) {
+  if (!(plastic > 0.0)) return 1.0;
+  const double mean = (h[0][0] + h[1][1] + h[2][2]) / 3.0;
+  double square = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const double strain = 0.5 * (h[i][j] + h[j][i]) - (i == j ? mean : 0.0);
+      square += strain * strain;
+    }
+  const double size = std::max(std::sqrt(square), std::numeric_limits<double>::min());
+  return std::max(0.0, 1.0 - std::sqrt(1.5) * plastic / size);
+}
+
+/// F <- dF F; sigma = tau / det F in six components; what the step leaves behind at the points.
 template <class K>
-void advance(std::int64_t points, const double* increment, const double* response_array,
-             double* deformation_gradient, double* cauchy) {
-  const auto* response = reinterpret_cast<const Response<K>*>(response_array);
-#pragma omp parallel for schedule(static) if (points >= parallel_from)
-  for (std::int64_t p = 0; p < points; ++p) {
-    double f[3][3], inverse[3][3];
-    double* before = deformation_gradient + 9 * p;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        f[i][j] = increment[9 * p + 3 * i] * before[j] +
-                  increment[9 * p + 3 * i + 1] * before[3 + j] +
-                  increment[9 * p + 3 * i + 2] * before[6 + j];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) before[3 * i + j] = f[i][j];
-    const double determinant = invert(f, inverse);
-    const Response<K>& r = response[p];
-    double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int i = 0; i < K::dim; ++i)
-      for (int a = 0; a < K::dim; ++a) axis[i][a] = r.axis[i][a];
-    compose(r.kirchhoff, axis, cauchy + 6 * p);
-    for (int k = 0; k < 6; ++k) cauchy[6 * p + k] /= determinant;
-  }
+void advance(const Stencil& stencil, const double* displacement, const ConvergedArrays& arrays) {
+  constexpr int dim = K::dim;
+  const auto* response = reinterpret_cast<const Response<K>*>(arrays.response);
+  for_displacement_gradients<K>(
+      stencil, displacement, arrays.position,
+      [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
+        double before[3][3], f[3][3], inverse[3][3];
+        double* gradient = arrays.deformation_gradient + 9 * p;
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) before[i][j] = gradient[3 * i + j];
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) {
+            f[i][j] = before[i][j] + h[i][0] * before[0][j] + h[i][1] * before[1][j] +
+                      h[i][2] * before[2][j];
+            gradient[3 * i + j] = f[i][j];
+          }
+        for (int i = 0; i < dim; ++i)
+          for (int j = 0; j < dim; ++j) arrays.last_gradient[dim * (dim * p + i) + j] = h[i][j];
+        const double determinant = invert(f, inverse);
+        const Response<K>& r = response[p];
+        double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        for (int i = 0; i < dim; ++i)
+          for (int a = 0; a < dim; ++a) axis[i][a] = r.axis[i][a];
+        compose(r.kirchhoff, axis, arrays.cauchy + 6 * p);
+        for (int k = 0; k < 6; ++k) arrays.cauchy[6 * p + k] /= determinant;
+        arrays.elastic_share[p] =
+            elastic_share(h, arrays.plastic_after[2 * p] - arrays.plastic_before[2 * p]);
+      });
 }
 
 /// Fills `volume` with det F times the initial one.

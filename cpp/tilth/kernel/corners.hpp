@@ -165,13 +165,12 @@ inline int place_in_list(const std::int64_t* list, std::int64_t size, std::int64
   return static_cast<int>(std::lower_bound(list, list + size, key) - list);
 }
 
-/// Basis values and gradients, laid out as `basis_values` (stencil.hpp) does.
+/// Basis values and gradients, laid out as basis_values.hpp has it.
 template <int Dim>
 void corner_basis_values(std::int64_t groups, const std::int64_t* start,
                          const std::int64_t* node_start, const std::int64_t* node_keys,
                          const std::int64_t* value_start, const double* position,
-                         const double* corner, const Cells& cells, double* value,
-                         double* gradient) {
+                         const double* corner, const Cells& cells, double* value) {
 #pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int64_t n = node_start[g + 1] - node_start[g];
@@ -179,10 +178,9 @@ void corner_basis_values(std::int64_t groups, const std::int64_t* start,
     for (std::int64_t p = start[g]; p < start[g + 1]; ++p) {
       const double* own = corner + Dim * corners_of<Dim> * p;
       const auto weights = basis::corner_weights<Dim>(own);
-      double* s = value + value_start[g] + (p - start[g]) * n;
-      double* d = gradient + Dim * (value_start[g] + (p - start[g]) * n);
-      std::fill(s, s + n, 0.0);
-      std::fill(d, d + Dim * n, 0.0);
+      double* s = value + value_start[g] + (p - start[g]) * (1 + Dim) * n;
+      double* d = s + n;
+      std::fill(s, d + Dim * n, 0.0);
       for (int c = 0; c < corners_of<Dim>; ++c) {
         double place[Dim];
         const Lattice cell = corner_place<Dim>(position + Dim * p, own + Dim * c, cells, place);

@@ -4,8 +4,8 @@
 // added to `force` (nodes, dim). (Coombs et al. 2020, CMAME 358, 112622; docs/theory/mechanics.md)
 #pragma once
 
+#include "basis_values.hpp"
 #include "response.hpp"
-#include "view.hpp"
 
 namespace tilth::kernel {
 
@@ -20,10 +20,10 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
       double local[dim][N > 0 ? N : maximum_nodes];
       for (int i = 0; i < dim; ++i)
         for (int a = 0; a < n; ++a) local[i][a] = 0.0;
-      std::int64_t offset = stencil.value_start[g];
-      for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n) {
+      GroupBasis<dim, N, K::hoop, true> basis(stencil, g);
+      for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
+        basis.advance();
         const Response<K>& r = response[p];
-        const double* gradient = stencil.gradient + dim * offset;
         for (int i = 0; i < dim; ++i)
           for (int j = 0; j < dim; ++j) {
             double stress = 0.0;
@@ -31,13 +31,12 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
               stress += r.axis[i][q] * r.kirchhoff[q] * r.to_current[q][j];
             stress *= initial_volume[p];
 #pragma omp simd
-            for (int a = 0; a < n; ++a) local[i][a] += stress * gradient[j * n + a];
+            for (int a = 0; a < n; ++a) local[i][a] += stress * basis.gradient[j * n + a];
           }
         if constexpr (K::hoop) {
           const double hoop =
               initial_volume[p] * r.kirchhoff[2] * r.hoop_inverse / position[dim * p];
-          const double* value = stencil.value + offset;
-          for (int a = 0; a < n; ++a) local[0][a] += hoop * value[a];
+          for (int a = 0; a < n; ++a) local[0][a] += hoop * basis.value[a];
         }
       }
       const std::int32_t* node = stencil.node + stencil.node_start[g];
@@ -48,33 +47,38 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
 }
 
 /// Adds sum_p S_a vector_p to `nodal` (nodes, components): external forces, masses, volumes.
-inline void scatter(const Stencil& stencil, int components, const double* vector, double* nodal) {
+template <int Dim>
+void scatter(const Stencil& stencil, int components, const double* vector, double* nodal) {
   for_groups_by_colour(stencil, [&](std::int64_t g) {
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];
-    std::int64_t offset = stencil.value_start[g];
-    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n)
+    GroupBasis<Dim, 0, true, false> basis(stencil, g);
+    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
+      basis.advance();
       for (int a = 0; a < n; ++a)
         for (int i = 0; i < components; ++i)
           nodal[components * std::int64_t{node[a]} + i] +=
-              stencil.value[offset + a] * vector[components * p + i];
+              basis.value[a] * vector[components * p + i];
+    }
   });
 }
 
 /// Interpolates nodal vectors (nodes, components) to the points with the points' basis.
-inline void interpolate(const Stencil& stencil, int components, const double* nodal,
-                        double* vector) {
+template <int Dim>
+void interpolate(const Stencil& stencil, int components, const double* nodal, double* vector) {
   for_groups(stencil, [&](std::int64_t g) {
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];
-    std::int64_t offset = stencil.value_start[g];
-    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n)
+    GroupBasis<Dim, 0, true, false> basis(stencil, g);
+    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
+      basis.advance();
       for (int i = 0; i < components; ++i) {
         double sum = 0.0;
         for (int a = 0; a < n; ++a)
-          sum += stencil.value[offset + a] * nodal[components * std::int64_t{node[a]} + i];
+          sum += basis.value[a] * nodal[components * std::int64_t{node[a]} + i];
         vector[components * p + i] = sum;
       }
+    }
   });
 }
 

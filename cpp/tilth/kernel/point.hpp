@@ -19,7 +19,6 @@ struct StressArrays {
   const double* elastic_deformation;  // (n, 6) exp(2 eps) - 1 at the start of the step
   const double* plastic_before;       // (n, 2) equivalent plastic strain, dissipation density
   const double* state_before;         // (n, state_width) internal variables of the material
-  double* increment;                  // (n, 3, 3) deformation gradient of the step
   double* strain;                     // (n, 6) elastic logarithmic strain
   double* plastic;                    // (n, 2)
   double* state;                      // (n, state_width)
@@ -214,7 +213,6 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
 
   scatter_lanes(accumulated, 2, batch, arrays.plastic);
   scatter_lanes(strain, 6, batch, arrays.strain);
-  scatter_lanes(&f[0][0], 9, batch, arrays.increment);
   scatter_lanes(reinterpret_cast<const Lanes*>(&response), response_size<K>, batch,
                 arrays.response);
   for (int lane = 0; lane < batch.size; ++lane) {

@@ -2,7 +2,7 @@
 // What the points' last displacement fields say of the nodes around them (tilth/predictor.py).
 #pragma once
 
-#include "view.hpp"
+#include "basis_values.hpp"
 
 namespace tilth::kernel {
 
@@ -17,12 +17,13 @@ void add_predictions(const Stencil& stencil, const double* node_position, const 
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];
     double local[maximum_nodes][1 + Dim] = {};
-    std::int64_t offset = stencil.value_start[g];
-    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p, offset += n) {
+    GroupBasis<Dim, 0, true, false> basis(stencil, g);
+    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
+      basis.advance();
       const double* G = gradient + p * Dim * Dim;
       for (int a = 0; a < n; ++a) {
         const double* x = node_position + Dim * std::int64_t{node[a]};
-        const double weight = stencil.value[offset + a] * volume[p];
+        const double weight = basis.value[a] * volume[p];
         local[a][0] += weight;
         for (int i = 0; i < Dim; ++i) {
           double u = displacement[Dim * p + i];

@@ -113,45 +113,29 @@ inline void group_nodes(std::int64_t groups, const std::int64_t* first, const st
   }
 }
 
-/// Basis values S [-] and gradients G [1/length] of every point. The values of point p stand at
-/// value_start[p's group] + (p - start of the group) * n, its gradients at Dim times that offset
-/// with the direction slowest: G[direction][node].
+/// The factors of every point's basis, laid out as basis_values.hpp reads them; `value_start` says
+/// where each group's first point has its own.
 template <class Basis, int Dim>
-void basis_values(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
-                  const std::int32_t* count, const std::int64_t* value_start,
-                  const double* position, const double* half_length, const double* origin,
-                  const double* cell_size, double* value, double* gradient) {
+void basis_factors(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
+                   const std::int32_t* count, const std::int64_t* value_start,
+                   const double* position, const double* half_length, const double* origin,
+                   const double* cell_size, double* factors) {
 #pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
-    const int n = count[3 * g] * count[3 * g + 1] * count[3 * g + 2];
-    double along[3][4] = {};
-    double slope[3][4] = {};
-    along[2][0] = 1.0;
-    for (std::int64_t p = start[g]; p < start[g + 1]; ++p) {
+    const std::int32_t* nodes = count + 3 * g;
+    double* value = factors + value_start[g];
+    for (std::int64_t p = start[g]; p < start[g + 1]; ++p)
       for (int k = 0; k < Dim; ++k) {
         double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
         double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
-        Basis::cut(static_cast<double>(first[3 * g + k]), count[3 * g + k], x, l);
-        for (int i = 0; i < count[3 * g + k]; ++i) {
-          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, along[k][i],
-                          slope[k][i]);
-          slope[k][i] /= cell_size[k];
+        Basis::cut(static_cast<double>(first[3 * g + k]), nodes[k], x, l);
+        double* slope = value + nodes[k];
+        for (int i = 0; i < nodes[k]; ++i) {
+          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, value[i], slope[i]);
+          slope[i] /= cell_size[k];
         }
+        value = slope + nodes[k];
       }
-      const std::int64_t offset = value_start[g] + (p - start[g]) * n;
-      double* s = value + offset;
-      double* d = gradient + offset * Dim;
-      int a = 0;
-      for (int k = 0; k < count[3 * g + 2]; ++k)
-        for (int j = 0; j < count[3 * g + 1]; ++j)
-          for (int i = 0; i < count[3 * g]; ++i, ++a) {
-            const double rest = along[1][j] * along[2][k];
-            s[a] = along[0][i] * rest;
-            d[a] = slope[0][i] * rest;
-            d[n + a] = along[0][i] * slope[1][j] * along[2][k];
-            if constexpr (Dim == 3) d[2 * n + a] = along[0][i] * along[1][j] * slope[2][k];
-          }
-    }
   }
 }
 

@@ -15,10 +15,10 @@
 #include <cmath>
 #include <cstring>
 
+#include "basis_values.hpp"
 #include "f_bar.hpp"
 #include "product.hpp"
 #include "response.hpp"
-#include "view.hpp"
 
 namespace tilth::kernel {
 
@@ -263,16 +263,16 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
       if (!only_products) std::fill_n(local, n * dim * dim * n, 0.0);
       Factors<K, N> factors;
       if (n < capacity) factors.clear_padding(n);
+      GroupBasis<dim, N, K::hoop, true> basis(stencil, g);
       for (std::int64_t first = start; first < end; first += factors.points_at_once) {
         const int points =
             static_cast<int>(std::min<std::int64_t>(factors.points_at_once, end - first));
         for (int place = 0; place < points; ++place) {
           const std::int64_t p = first + place;
           const Response<K>& s = response[p];
-          const std::int64_t offset = stencil.value_start[g] + (p - start) * n;
-          const double* value = stencil.value + offset;
+          basis.advance();
           const auto* current = factors.current + place * dim;
-          factors.fill(place, s, initial_volume[p], n, stencil.gradient + dim * offset, symmetric);
+          factors.fill(place, s, initial_volume[p], n, basis.gradient, symmetric);
           if (centres != nullptr) {
             const double* shares =
                 centres->share + centres->share_start[g] + (p - start) * centres->cells_of(g);
@@ -282,12 +282,12 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
             double* column[dim][dim];
             for (int i = 0; i < dim; ++i)
               for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][place * dim];
-            add_f_bar<K, capacity>(s, initial_volume[p], n, current, value, per_value, difference,
-                                   column, local);
+            add_f_bar<K, capacity>(s, initial_volume[p], n, current, basis.value, per_value,
+                                   difference, column, local);
           }
           if constexpr (K::hoop)
-            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current, value,
-                                  local);
+            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current,
+                                  basis.value, local);
         }
         for (int i = 0; i < dim; ++i)
           for (int k = symmetric ? i : 0; k < dim; ++k)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every kernel over the points of one body reads: groups, nodes, basis values (stencil.hpp).
+// What every kernel over the points of one body reads: groups and nodes (stencil.hpp), basis
+// values (basis_values.hpp).
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,9 @@ struct Stencil {
   const std::int64_t* start;        // (groups + 1) first point of each group
   const std::int64_t* node_start;   // (groups + 1)
   const std::int32_t* node;         // node numbers of the groups
-  const std::int64_t* value_start;  // (groups) offset of the first point's values
-  const double* value;
-  const double* gradient;
+  const std::int32_t* count;        // (groups, 3) nodes per direction; null where not in a box
+  const std::int64_t* value_start;  // (groups) where what is known of the first point's basis stands
+  const double* value;              // see basis_values.hpp
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
