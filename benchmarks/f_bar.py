@@ -68,7 +68,6 @@ class Kernels:
         self.grid = locate(self.soil.points, simulation.grid, Buffers())
         self.displacement = 2e-4 * np.sin(self.grid.position)
         self.matrix = np.empty((len(self.grid.column), *2 * (self.grid.grid.dim,)))
-        self.soil.begin_step()
         self.iterate()
 
     def iterate(self) -> tuple[float, float]:

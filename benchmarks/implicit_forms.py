@@ -103,7 +103,6 @@ def condition_and_time(model: Model) -> tuple[float, float]:
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
     faces = ghost_faces(simulation.soil, active, held, 0.005, contacts.behind())
     linear = LinearForces(active, [*couplings, *(each.coupling() for each in faces)])
-    simulation.soil.begin_step()
     simulation.soil.update(active, np.zeros((active.nodes, active.grid.dim)))
     blocks = np.zeros((len(active.column), *2 * (active.grid.dim,)))
     simulation.soil.stiffness(active, blocks)

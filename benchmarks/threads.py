@@ -22,7 +22,6 @@ def parts_of(simulation: Simulation) -> dict[str, Callable[[], object]]:
     """The three parts on the first step of a simulation, ready to be called again and again."""
     soil, buffers = simulation.soil, Buffers()
     active = locate(soil.points, simulation.grid, buffers)
-    soil.begin_step()
     displacement = 1e-4 * active.position
     blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
 

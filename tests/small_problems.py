@@ -147,7 +147,6 @@ class Laboratory:
 
     def locate(self) -> None:
         self.active: ActiveGrid = locate(self.points, self.grid, Buffers())
-        self.soil.begin_step()
 
     def random_displacement(self, random: np.random.Generator, size: float) -> Floats:
         """Nodal displacements of up to `size`, of order r near the axis in axisymmetry."""
@@ -197,7 +196,8 @@ def tensor(components: Floats) -> Floats:
 def by_number(points: MaterialPoints) -> dict[str, npt.NDArray[np.generic]]:
     """Copies of all arrays of the points, in the order of their permanent numbers."""
     order = points.index_of(np.arange(len(points)))
-    return {name: array[order].copy() for name, array in points.arrays().items()}
+    arrays = points.arrays() | {"elastic_strain": points.elastic_strain}
+    return {name: array[order].copy() for name, array in arrays.items()}
 
 
 def assert_same_bits(one: MaterialPoints, other: MaterialPoints) -> None:

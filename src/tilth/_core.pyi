@@ -87,7 +87,13 @@ def response_size(kind: str) -> int:
 def elastic_deformation(kind: str, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills exp(2 strain) - 1, six components a point."""
 
-def stress_update(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic_deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], centres: object | None) -> tuple[int, int]:
+def elastic_strain(kind: str, deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills log(1 + deformation) / 2, six components a point."""
+
+def volumetric_strains(deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """Traces of log(1 + deformation) / 2, one a point."""
+
+def stress_update(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], centres: object | None) -> tuple[int, int]:
     """
     Stress update of all points; returns (point, status): (-1, 0) or the first failure (status 1: inverted, 2: return mapping).
     """

@@ -80,7 +80,7 @@ class MaterialPoints:
         last_gradient: of that displacement [-], shape (n, dim, dim).
         initial_volume: [length^dim; length^3 per full circle in axisymmetry], shape (n,).
         deformation_gradient: true F [-], shape (n, 3, 3).
-        elastic_strain: elastic logarithmic strain [-], shape (n, 6).
+        elastic_deformation: elastic left Cauchy-Green tensor less the identity [-], shape (n, 6).
         stress: Cauchy stress [stress], shape (n, 6).
         plastic: equivalent plastic strain [-] and dissipated energy per initial volume
             [stress], shape (n, 2).
@@ -106,7 +106,7 @@ class MaterialPoints:
     last_gradient: Floats
     initial_volume: Floats
     deformation_gradient: Floats
-    elastic_strain: Floats
+    elastic_deformation: Floats
     stress: Floats
     plastic: Floats
     elastic_share: Floats
@@ -137,7 +137,7 @@ class MaterialPoints:
             last_gradient=np.zeros((n, position.shape[1], position.shape[1])),
             initial_volume=np.array(initial_volume, dtype=np.float64, order="C"),
             deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
-            elastic_strain=np.zeros((n, 6)),
+            elastic_deformation=np.zeros((n, 6)),
             stress=np.zeros((n, 6)),
             plastic=np.zeros((n, 2)),
             elastic_share=np.ones(n),
@@ -230,6 +230,22 @@ class MaterialPoints:
     def volume(self) -> Floats:
         """Current volume of each point, det F times the initial one, shape (n,)."""
         return np.asarray(_core.current_volumes(self.deformation_gradient, self.initial_volume))
+
+    @property
+    def elastic_strain(self) -> Floats:
+        """Elastic logarithmic strain [-], half the logarithm of that tensor, shape (n, 6)."""
+        strain = np.empty_like(self.elastic_deformation)
+        _core.elastic_strain(self._tensors, self.elastic_deformation, strain)
+        return strain
+
+    @elastic_strain.setter
+    def elastic_strain(self, strain: Floats) -> None:
+        _core.elastic_deformation(self._tensors, strain, self.elastic_deformation)
+
+    @property
+    def _tensors(self) -> str:
+        """A kind of analysis whose tensors have the same components."""
+        return "3d" if self.position.shape[1] == 3 else "plane_strain"
 
     def index_of(self, point_ids: Integers) -> Integers:
         """Returns where the points of these permanent numbers stand now."""

@@ -219,7 +219,6 @@ class Simulation:
         conditions = Conditions.gather(self.boundaries, active, before, after)
         contacts = self._contacts(active, before, after)
         self._note_untouched(conditions, contacts)
-        self.soil.begin_step()
         force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
             couplings: list[LinearElements] = [*contacts.couplings()]
@@ -407,5 +406,5 @@ def initial_points(model: Model) -> MaterialPoints:
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
-        max(1, *(columns for _, columns in known.values())),
+        max(columns for _, columns in known.values()),
     )

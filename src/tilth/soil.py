@@ -43,19 +43,13 @@ class Soil:
         self.kind = kind
         self._timers = timers
         n = len(points)
-        self._deformation = np.empty((n, 6))
-        self._strain = np.empty((n, 6))
+        self._elastic = np.empty((n, 6))
         self._plastic = np.empty((n, 2))
         self._state = np.zeros_like(points.state)  # not every material writes all columns
         self._response = np.empty((n, _core.response_size(kind)))
         self._active: ActiveGrid | None = None
         self._centres: list[Centres | None] = []
         self._weighed: tuple[ActiveGrid, Floats] | None = None
-
-    def begin_step(self) -> None:
-        """Prepares what depends on the state at the start of the step; points must be sorted."""
-        with self._timers.measure("stress"):
-            _core.elastic_deformation(self.kind, self.points.elastic_strain, self._deformation)
 
     def update(self, active: ActiveGrid, displacement: Floats) -> None:
         """Updates the trial state for the step's nodal displacement [length], (nodes, dim).
@@ -74,8 +68,9 @@ class Soil:
                     centres.update(displacement)
                 point, status = _core.stress_update(
                     self.kind, body.material, body.parameters, stencil, displacement,
-                    points.position[s], self._deformation[s], points.plastic[s], points.state[s],
-                    self._strain[s], self._plastic[s], self._state[s], self._response[s], centres,
+                    points.position[s], points.elastic_deformation[s], points.plastic[s],
+                    points.state[s], self._elastic[s], self._plastic[s], self._state[s],
+                    self._response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
@@ -193,7 +188,7 @@ class Soil:
                     points.stress[body.start : body.stop] *= centres.after[:, None]
                     self._level(body, active, centres)
             self._active = self._weighed = None  # the points have moved
-            points.elastic_strain, self._strain = self._strain, points.elastic_strain
+            points.elastic_deformation, self._elastic = self._elastic, points.elastic_deformation
             points.plastic, self._plastic = self._plastic, points.plastic
             points.state, self._state = self._state, points.state
             for body in points.bodies:
@@ -247,12 +242,12 @@ class Soil:
     def _level(self, body: PointRange, active: ActiveGrid, centres: Centres) -> None:
         """Lets the volumetric strains of points that flow go towards those of their cells."""
         s, points = slice(body.start, body.stop), self.points
-        strain, jacobian = self._strain[s], points.assumed_jacobian[s]
+        elastic, jacobian = self._elastic[s], points.assumed_jacobian[s]
         flow = self._plastic[s, 0] - points.plastic[s, 0]
         if not flow.any():
             return
         stencil = active.stencils[self.points.bodies.index(body)]
-        volume, volumetric = points.part(body).volume, strain[:, :3].sum(axis=1)
+        volume, volumetric = points.part(body).volume, _core.volumetric_strains(elastic)
         nodal = np.zeros((active.nodes, 2))
         _core.scatter(stencil, np.column_stack([volume, volume * volumetric]), nodal)
         smooth = np.empty((len(volume), 1))
@@ -265,7 +260,9 @@ class Soil:
         stress = points.stress[s][moved] * shrink[:, None]
         stress[:, :3] += (bulk * change * shrink / jacobian[moved])[:, None]
         points.stress[s][moved] = stress
-        strain[moved, :3] += change[:, None] / 3.0
+        grown = np.expm1(2.0 / 3.0 * change)[:, None]
+        identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        elastic[moved] += grown * (elastic[moved] + identity)
         jacobian[moved] /= shrink
 
     def elastic_energy(self) -> float:

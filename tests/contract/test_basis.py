@@ -40,7 +40,7 @@ def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> E
     """Basis values through the same calls as a load step, points in the order given."""
     n, dim = position.shape
     body = PointRange("body", 0, n, basis, None, "hencky_elastic", np.ones(2), 0.0)
-    points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length, 1)
+    points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length, 0)
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]
     value = np.zeros((n, active.nodes))

@@ -67,7 +67,6 @@ def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.nd
     """The whole matrix over Young's modulus, of nodes without any condition."""
     dim = active.grid.dim
     linear = ghost(simulation, active, gamma)
-    simulation.soil.begin_step()
     simulation.soil.update(active, np.zeros((active.nodes, dim)))
     blocks = np.zeros((len(active.column), dim, dim))
     simulation.soil.stiffness(active, blocks)

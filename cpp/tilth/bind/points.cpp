@@ -63,24 +63,40 @@ void elastic_deformation(const std::string& kind_name, ConstDoubles strain, Doub
   });
 }
 
+void elastic_strain(const std::string& kind_name, ConstDoubles deformation, Doubles strain) {
+  const auto points = static_cast<std::int64_t>(deformation.shape(0));
+  require_size(strain, 6 * points, "strain");
+  nb::gil_scoped_release release;
+  with_kind(kind_name, [&](auto kind) {
+    kernel::elastic_strain<decltype(kind)>(points, deformation.data(), strain.data());
+  });
+}
+
+auto volumetric_strains(ConstDoubles deformation) {
+  std::vector<double> strain(deformation.shape(0));
+  require_size(deformation, 6 * static_cast<std::int64_t>(strain.size()), "deformation");
+  kernel::volumetric_strains(static_cast<std::int64_t>(strain.size()), deformation.data(),
+                             strain.data());
+  return give(std::move(strain));
+}
+
 std::tuple<std::int64_t, std::int64_t> stress_update(
     const std::string& kind_name, const std::string& material_name, ConstDoubles parameters,
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
-    ConstDoubles elastic_deformation, ConstDoubles plastic_before, ConstDoubles state_before,
-    Doubles strain, Doubles plastic, Doubles state, Doubles response,
-    nb::handle centres_handle) {
+    ConstDoubles elastic_before, ConstDoubles plastic_before, ConstDoubles state_before,
+    Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
   const std::int64_t n = stencil.points();
-  require_size(elastic_deformation, 6 * n, "elastic_deformation");
+  require_size(elastic_before, 6 * n, "elastic_before");
   require_size(plastic_before, 2 * n, "plastic_before");
-  require_size(strain, 6 * n, "strain");
+  require_size(elastic, 6 * n, "elastic");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
   const kernel::StressArrays arrays{
-      position.data(),     elastic_deformation.data(), plastic_before.data(),
-      state_before.data(), strain.data(),              plastic.data(),
-      state.data(),        response.data(),            static_cast<std::int64_t>(state.shape(1))};
+      position.data(),     elastic_before.data(), plastic_before.data(),
+      state_before.data(), elastic.data(),        plastic.data(),
+      state.data(),        response.data(),       static_cast<std::int64_t>(state.shape(1))};
   kernel::Failure failure;
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
@@ -343,9 +359,14 @@ void bind_points(nb::module_& module) {
              "Doubles per point that stress_update leaves.");
   module.def("elastic_deformation", &elastic_deformation, "kind"_a, "strain"_a, "deformation"_a,
              "Fills exp(2 strain) - 1, six components a point.");
+  module.def("elastic_strain", &elastic_strain, "kind"_a, "deformation"_a, "strain"_a,
+             "Fills log(1 + deformation) / 2, six components a point.");
+  module.def("volumetric_strains", &volumetric_strains, "deformation"_a,
+             "Traces of log(1 + deformation) / 2, one a point.");
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
-             "displacement"_a, "position"_a, "elastic_deformation"_a, "plastic_before"_a,
-             "state_before"_a, "strain"_a, "plastic"_a, "state"_a, "response"_a, nb::arg("centres").none(),
+             "displacement"_a, "position"_a, "elastic_before"_a, "plastic_before"_a,
+             "state_before"_a, "elastic"_a, "plastic"_a, "state"_a, "response"_a,
+             nb::arg("centres").none(),
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping).");
   module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a,

@@ -74,9 +74,9 @@ auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys,
 }
 
 void basis_factors(const std::string& basis_name, ConstIntegers start, ConstIntegers first,
-                  ConstShorts count, ConstIntegers value_start, ConstDoubles position,
-                  ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
-                  Doubles factors) {
+                   ConstShorts count, ConstIntegers value_start, ConstDoubles position,
+                   ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
+                   Doubles factors) {
   const auto groups = static_cast<std::int64_t>(first.shape(0));
   const int dim = static_cast<int>(position.shape(1));
   require_size(factors, value_start.data()[groups], "factors");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Basis values S [-] and gradients G [1/length] of a point at its group's nodes. What a stencil keeps
-// of each point is, one after the other,
+// Basis values S [-] and gradients G [1/length] of a point at its group's nodes. What a stencil
+// keeps of each point is, one after the other,
 // - where the nodes fill a box, the factors of the product over the directions: for each direction
 //   the values of its nodes, then their slopes. Products are cheaper than what reading them would
 //   take: with trilinear functions 96 bytes a point instead of 256;

@@ -2,6 +2,7 @@
 // How far the volumetric strains of points that flow go towards their cells' mean (f_bar.py).
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -9,6 +10,16 @@
 #include "f_bar.hpp"
 
 namespace tilth::kernel {
+
+/// Volumetric logarithmic strain of the elastic left Cauchy-Green tensor less the identity.
+inline void volumetric_strains(std::int64_t points, const double* deformation, double* strain) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    const double* c = deformation + 6 * p;
+    const double tensor[3][3] = {{c[0], c[3], c[5]}, {c[3], c[1], c[4]}, {c[5], c[4], c[2]}};
+    strain[p] = 0.5 * std::log1p(jacobian_minus_one(tensor));
+  }
+}
 
 /// Fills `change` with forget times (mean of the point's cells - strain), where the mean of a cell
 /// is weighted by share, volume and `forget`. `group_start` (groups + 1) are the groups' points.

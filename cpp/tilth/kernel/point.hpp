@@ -5,6 +5,7 @@
 // (Simo 1992; Charlton, Coombs & Augarde 2017; docs/theory/mechanics.md)
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "../tensor.hpp"
@@ -15,15 +16,15 @@ namespace tilth::kernel {
 
 /// State of the points at the start of the step and what the trial displacement makes of it.
 struct StressArrays {
-  const double* position;             // (n, dim), for the radius
-  const double* elastic_deformation;  // (n, 6) exp(2 eps) - 1 at the start of the step
-  const double* plastic_before;       // (n, 2) equivalent plastic strain, dissipation density
-  const double* state_before;         // (n, state_width) internal variables of the material
-  double* strain;                     // (n, 6) elastic logarithmic strain
-  double* plastic;                    // (n, 2)
-  double* state;                      // (n, state_width)
-  double* response;                   // (n, response_size)
-  std::int64_t state_width;           // columns of the state arrays, at least state_count
+  const double* position;        // (n, dim), for the radius
+  const double* elastic_before;  // (n, 6) elastic left Cauchy-Green tensor less the identity
+  const double* plastic_before;  // (n, 2) equivalent plastic strain, dissipation density
+  const double* state_before;    // (n, state_width) internal variables of the material
+  double* elastic;               // (n, 6)
+  double* plastic;               // (n, 2)
+  double* state;                 // (n, state_width)
+  double* response;              // (n, response_size)
+  std::int64_t state_width;      // columns of the state arrays, at least state_count
 };
 
 enum class PointStatus : std::int64_t { good = 0, inverted = 1, return_mapping = 2 };
@@ -119,15 +120,23 @@ inline void gather_lanes(const double* array, int count, const Batch& batch, Lan
   for (int e = 0; e < count; ++e) to[e] = Lanes::load(of_lanes[e]);
 }
 
-/// Asks the material of each lane for stress, elastic strain and tangent; returns where it failed.
-/// Lanes that are not `good` are left out.
+/// What the material makes of the trial strains of a batch, in principal axes.
+struct Returned {
+  Lanes elastic[3];            // elastic logarithmic strain
+  Lanes deformation[3];        // exp(2 elastic) - 1
+  Mask flows;                  // where it is not the trial strain
+  unsigned failed, any_flows;  // by lanes
+};
+
+/// Asks the material of each lane that is `good` for stress, elastic strain and tangent.
 template <class Material>
-unsigned update_material(const Material& material, const Batch& batch, const Mask& good,
+Returned update_material(const Material& material, const Batch& batch, const Mask& good,
                          const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
-                         Lanes elastic[3], Lanes tangent[3][3]) {
-  double of_lanes[18][lane_count] = {};  // trial, tau, elastic, tangent
+                         Lanes tangent[3][3]) {
+  double of_lanes[22][lane_count] = {};  // trial, tau, elastic, tangent, deformation, flows
   for (int a = 0; a < 3; ++a) trial[a].store(of_lanes[a]);
-  unsigned failed = 0;
+  Returned returned;
+  returned.failed = returned.any_flows = 0;
   for (int lane = 0; lane < batch.size; ++lane) {
     if (!good[lane]) continue;
     const std::int64_t p = batch.point[lane];
@@ -136,7 +145,14 @@ unsigned update_material(const Material& material, const Batch& batch, const Mas
     if (!material.update(strain, arrays.plastic_before[2 * p],
                          arrays.state_before + arrays.state_width * p,
                          arrays.state + arrays.state_width * p, stress, recovered, slope))
-      failed |= 1u << lane;
+      returned.failed |= 1u << lane;
+    bool flows = false;
+    for (int a = 0; a < 3; ++a) flows = flows || recovered[a] != strain[a];
+    if (flows) {
+      returned.any_flows |= 1u << lane;
+      of_lanes[21][lane] = 1.0;
+      for (int a = 0; a < 3; ++a) of_lanes[18 + a][lane] = std::expm1(2.0 * recovered[a]);
+    }
     for (int a = 0; a < 3; ++a) {
       of_lanes[3 + a][lane] = stress[a];
       of_lanes[6 + a][lane] = recovered[a];
@@ -145,10 +161,12 @@ unsigned update_material(const Material& material, const Batch& batch, const Mas
   }
   for (int a = 0; a < 3; ++a) {
     tau[a] = Lanes::load(of_lanes[3 + a]);
-    elastic[a] = Lanes::load(of_lanes[6 + a]);
+    returned.elastic[a] = Lanes::load(of_lanes[6 + a]);
+    returned.deformation[a] = Lanes::load(of_lanes[18 + a]);
     for (int b = 0; b < 3; ++b) tangent[a][b] = Lanes::load(of_lanes[9 + 3 * a + b]);
   }
-  return failed;
+  returned.flows = Lanes::load(of_lanes[21]) > 0.0;
+  return returned;
 }
 
 /// Updates the points of a batch and empties it. Calls `fail(point, status)` for those that have no
@@ -169,7 +187,7 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
   if (f_bar) stretch_gradient<K>(Lanes::load(batch.stretch), h);
 
   Lanes before[6], after[6], trial[3];
-  gather_lanes(arrays.elastic_deformation, 6, batch, before);
+  gather_lanes(arrays.elastic_before, 6, batch, before);
   trial_deformation(h, before, after);
   const Spectrum<Lanes> s = spectrum<K::in_plane>(after);
   for (int a = 0; a < 3; ++a) {
@@ -179,13 +197,13 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
   }
 
   Response<K, Lanes> response;
-  Lanes elastic[3];
-  const unsigned failed = update_material(material, batch, good, trial, arrays, response.kirchhoff,
-                                          elastic, response.tangent);
+  const Returned returned =
+      update_material(material, batch, good, trial, arrays, response.kirchhoff, response.tangent);
 
-  const Lanes plastic[3] = {trial[0] - elastic[0], trial[1] - elastic[1], trial[2] - elastic[2]};
+  Lanes plastic[3];
+  for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - returned.elastic[a];
   const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
-  Lanes squared = 0.0, work = 0.0, accumulated[2], strain[6];
+  Lanes squared = 0.0, work = 0.0, accumulated[2];
   for (int a = 0; a < 3; ++a) {
     squared += (plastic[a] - mean) * (plastic[a] - mean);
     work += response.kirchhoff[a] * plastic[a];
@@ -193,7 +211,11 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
   gather_lanes(arrays.plastic_before, 2, batch, accumulated);
   accumulated[0] += square_root(2.0 / 3.0 * squared);
   accumulated[1] += work;
-  compose(elastic, s.vector, strain);
+  if (returned.any_flows) {  // elsewhere the trial state is the elastic one
+    Lanes elastic[6];
+    compose(returned.deformation, s.vector, elastic);
+    for (int k = 0; k < 6; ++k) after[k] = select(returned.flows, elastic[k], after[k]);
+  }
 
   for (int a = 0; a < K::dim; ++a) {
     response.beta[a] = 1.0 + s.value[a];
@@ -209,15 +231,15 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
     response.shear[Response<K>::pair(a, b)] =
         shear_stiffness(response.kirchhoff, response.tangent, trial, s.value, a, b);
   }
-  response.hoop_inverse = inverse[2][2];
+  if constexpr (K::hoop) response.hoop_inverse = inverse[2][2];
 
   scatter_lanes(accumulated, 2, batch, arrays.plastic);
-  scatter_lanes(strain, 6, batch, arrays.strain);
+  scatter_lanes(after, 6, batch, arrays.elastic);
   scatter_lanes(reinterpret_cast<const Lanes*>(&response), response_size<K>, batch,
                 arrays.response);
   for (int lane = 0; lane < batch.size; ++lane) {
     if (!good[lane]) fail(batch.point[lane], PointStatus::inverted);
-    if (failed >> lane & 1u) fail(batch.point[lane], PointStatus::return_mapping);
+    if (returned.failed >> lane & 1u) fail(batch.point[lane], PointStatus::return_mapping);
   }
   batch.size = 0;
 }

@@ -8,9 +8,17 @@
 
 namespace tilth::kernel {
 
+/// In axisymmetry alone.
+template <bool Hoop, class T>
+struct HoopResponse {
+  T hoop_inverse;  // 1 / hoop stretch of the step
+};
+template <class T>
+struct HoopResponse<false, T> {};
+
 /// `T` is double, as points keep it, or Lanes: the same of several points at once.
 template <class K, class T = double>
-struct Response {
+struct Response : HoopResponse<K::hoop, T> {
   static constexpr int pairs = K::dim == 3 ? 3 : 1;  // (0,1), (1,2), (2,0)
 
   T to_current[K::dim][K::dim];  // [p][J]: gradient at the start of the step -> current, along n_p
@@ -19,7 +27,6 @@ struct Response {
   T tangent[3][3];               // d kirchhoff[a] / d trial logarithmic strain[b] [stress]
   T beta[K::dim];                // principal values of the trial left Cauchy-Green tensor
   T shear[pairs];                // (tau_a - tau_b) / (beta_a - beta_b) [stress]
-  T hoop_inverse;                // 1 / hoop stretch of the step (axisymmetry)
 
   static constexpr int pair(int a, int b) {
     return K::dim == 3 ? (a + b == 1 ? 0 : a + b == 3 ? 1 : 2) : 0;

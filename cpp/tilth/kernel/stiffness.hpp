@@ -278,7 +278,8 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
                 centres->share + centres->share_start[g] + (p - start) * centres->cells_of(g);
             double difference[dim][capacity] = {};
             add_centre_trace<dim, capacity>(*centres, g, shares, p, difference);
-            const double per_value = K::hoop ? s.hoop_inverse / position[dim * p] : 0.0;
+            double per_value = 0.0;
+            if constexpr (K::hoop) per_value = s.hoop_inverse / position[dim * p];
             double* column[dim][dim];
             for (int i = 0; i < dim; ++i)
               for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][place * dim];
@@ -286,8 +287,8 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
                                    difference, column, local);
           }
           if constexpr (K::hoop)
-            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current,
-                                  basis.value, local);
+            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current, basis.value,
+                                  local);
         }
         for (int i = 0; i < dim; ++i)
           for (int k = symmetric ? i : 0; k < dim; ++k)

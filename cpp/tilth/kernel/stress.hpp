@@ -25,6 +25,17 @@ void elastic_deformation(std::int64_t points, const double* strain, double* defo
   }
 }
 
+/// Elastic logarithmic strain of the elastic left Cauchy-Green tensor less the identity.
+template <class K>
+void elastic_strain(std::int64_t points, const double* deformation, double* strain) {
+#pragma omp parallel for schedule(static) if (stress_work * points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
+    for (double& value : s.value) value = 0.5 * std::log1p(value);
+    compose(s.value, s.vector, strain + 6 * p);
+  }
+}
+
 /// Result of a stress update: the lowest-numbered point that failed, or -1.
 struct Failure {
   std::int64_t point = -1;

@@ -11,12 +11,13 @@ namespace tilth::kernel {
 
 struct Stencil {
   std::int64_t groups;
-  const std::int64_t* start;        // (groups + 1) first point of each group
-  const std::int64_t* node_start;   // (groups + 1)
-  const std::int32_t* node;         // node numbers of the groups
-  const std::int32_t* count;        // (groups, 3) nodes per direction; null where not in a box
-  const std::int64_t* value_start;  // (groups) where what is known of the first point's basis stands
-  const double* value;              // see basis_values.hpp
+  const std::int64_t* start;       // (groups + 1) first point of each group
+  const std::int64_t* node_start;  // (groups + 1)
+  const std::int32_t* node;        // node numbers of the groups
+  const std::int32_t* count;       // (groups, 3) nodes per direction; null where not in a box
+  const std::int64_t*
+      value_start;      // (groups) where what is known of the first point's basis stands
+  const double* value;  // see basis_values.hpp
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;

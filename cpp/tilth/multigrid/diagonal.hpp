@@ -53,24 +53,35 @@ inline void invert(int n, double* matrix) {
 template <int Dim>
 void group_nodes(Level<Dim>& level) {
   std::vector<float> own(level.nodes());
-  const auto square = [&](std::int32_t v, std::int64_t e) {
-    const float* block = level.value.data() + (level.row_start[v] + e) * Dim * Dim;
+#pragma omp parallel for schedule(static) if (level.threaded())
+  for (std::int32_t v = 0; v < level.nodes(); ++v) {
     float sum = 0.0f;
-#pragma omp simd reduction(+ : sum)
-    for (int k = 0; k < Dim * Dim; ++k) sum += block[k] * block[k];
-    return sum;
-  };
-#pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v) own[v] = std::sqrt(square(v, level.diagonal[v]));
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j) {
+        const float number = level.at(v, level.diagonal[v], i, j);
+        sum += number * number;
+      }
+    own[v] = std::sqrt(sum);
+  }
   std::vector<signed char> bin(level.column.size(), -1);
-#pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
-      const std::int64_t at = level.row_start[v] + e;
-      const float both = own[v] * own[level.column[at]], coupling = square(v, e);
-      if (coupling > strong * strong * both)
-        bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
+#pragma omp parallel if (level.threaded())
+  {
+    Floats buffer;
+#pragma omp for schedule(static)
+    for (std::int32_t v = 0; v < level.nodes(); ++v) {
+      const float* row = level.row(v, buffer);
+      for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
+        const float* block = row + e * Dim * Dim;
+        float coupling = 0.0f;
+#pragma omp simd reduction(+ : coupling)
+        for (int k = 0; k < Dim * Dim; ++k) coupling += block[k] * block[k];
+        const std::int64_t at = level.row_start[v] + e;
+        const float both = own[v] * own[level.column[at]];
+        if (coupling > strong * strong * both)
+          bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
+      }
     }
+  }
   std::vector<char> near(level.nodes(), 0);
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     for (std::int64_t at = level.row_start[v]; at < level.row_start[v + 1]; ++at)

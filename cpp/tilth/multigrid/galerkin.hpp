@@ -107,6 +107,7 @@ void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
                                                 static_cast<std::int32_t>(p[2] + z)});
   }
   coarse.set_pattern(std::move(start), std::move(column));
+  coarse.value.assign(coarse.column.size() * Dim * Dim, 0.0f);
 }
 
 /// Fills the values of the coarse matrix.
@@ -119,7 +120,7 @@ void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
 #pragma omp parallel if (fine.threaded())
   {
-    Floats rows(row_size), scratch(row_size);
+    Floats rows(row_size), scratch(row_size), buffer;
 #pragma omp for schedule(static)
     for (std::int32_t c = 0; c < coarse.nodes(); ++c) {
       std::fill(rows.begin(), rows.end(), 0.0f);
@@ -130,7 +131,7 @@ void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
         const float weight = fine.child_weight[k];
         const std::int64_t count = fine.entries(v);
         const std::int32_t* column = fine.column.data() + fine.row_start[v];
-        const float* value = fine.value.data() + fine.row_start[v] * width;
+        const float* value = fine.row(v, buffer);
         for (std::int64_t first = 0; first < count;) {
           const std::int64_t place = code[column[first]];
           std::int64_t last = first + 1;  // consecutive places along x are one piece

@@ -75,22 +75,10 @@ class HierarchyOf final : public Hierarchy {
       for (int i = 0; i < Dim; ++i)
         greatest = std::max(
             greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
-    std::vector<char> touched(finest.nodes(), 0);  // by held unknowns
-    for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      for (int i = 0; i < Dim; ++i) touched[v] |= finest.mask[i][v] == 0.0f;
     scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
-#pragma omp parallel for schedule(static) if (finest.threaded())
-    for (std::int32_t v = 0; v < finest.nodes(); ++v) {
-      for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e) {
-        const double* in = blocks + e * Dim * Dim;
-        float* out = finest.value.data() + e * Dim * Dim;
-        for (int k = 0; k < Dim * Dim; ++k) out[k] = static_cast<float>(scale_ * in[k]);
-        if (!touched[v] && !touched[finest.column[e]]) continue;
-        for (int i = 0; i < Dim; ++i)
-          for (int j = 0; j < Dim; ++j)
-            out[i * Dim + j] *= finest.mask[i][v] * finest.mask[j][finest.column[e]];
-      }
-    }
+    finest.source = {blocks, scale_, std::vector<char>(finest.nodes(), 0)};
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      for (int i = 0; i < Dim; ++i) finest.source.touched[v] |= finest.mask[i][v] == 0.0f;
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
         level_[l]->mask = Field<Dim>(level_[l]->nodes(), 1.0f);
@@ -98,11 +86,15 @@ class HierarchyOf final : public Hierarchy {
       }
       if (l + 1 == level_.size()) break;
       invert_diagonal(*level_[l]);
-      level_[l]->strips.set_values(level_[l]->row_start, level_[l]->value, level_[l]->alone);
+      const Level<Dim>& level = *level_[l];
+      level_[l]->strips.set_values(
+          level.row_start, level.alone,
+          [&](std::int32_t v, Floats& buffer) { return level.row(v, buffer); });
       bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
     }
     hold_unsupported(*level_.back());
     coarsest_.factorise(*level_.back());
+    finest.source = {};
     filled_ = true;
   }
 

@@ -11,6 +11,15 @@
 
 namespace tilth::multigrid {
 
+/// The matrix that the finest level is filled with: node blocks (entries, Dim, Dim), and what makes
+/// them the level's. Rows are converted when they are asked for: a copy would take half as much
+/// memory as the matrix.
+struct Source {
+  const double* blocks = nullptr;  // null except during `fill`, and on coarser levels
+  double scale = 1.0;
+  std::vector<char> touched;  // nodes with an unknown that is held
+};
+
 /// Rows of node blocks, (entries, Dim, Dim), from which coarse matrices and diagonal blocks are
 /// made, and the same coefficients in strips, for products.
 template <int Dim>
@@ -26,14 +35,13 @@ struct Level {
         other(nodes()),
         eigenvector(nodes()) {}
 
-  /// Takes the pattern; diagonal blocks must be in it.
+  /// Takes the pattern; diagonal blocks must be in it. The finest level has no `value`.
   void set_pattern(std::vector<std::int64_t> starts, std::vector<std::int32_t> columns) {
     row_start = std::move(starts), column = std::move(columns);
     diagonal.resize(nodes());
     for (std::int32_t v = 0; v < nodes(); ++v)
       for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
         if (column[e] == v) diagonal[v] = static_cast<std::int32_t>(e - row_start[v]);
-    value.assign(column.size() * Dim * Dim, 0.0f);
     strips.set_pattern(row_start, column);
   }
 
@@ -43,13 +51,36 @@ struct Level {
   bool threaded() const { return row_start.back() >= 8 * parallel_from; }
 
   float at(std::int32_t v, std::int64_t entry, int i, int j) const {
-    return value[((row_start[v] + entry) * Dim + i) * Dim + j];
+    const std::int64_t place = ((row_start[v] + entry) * Dim + i) * Dim + j;
+    if (source.blocks == nullptr) return value[place];
+    const float number = static_cast<float>(source.scale * source.blocks[place]);
+    return number * mask[i][v] * mask[j][column[row_start[v] + entry]];
+  }
+
+  /// The blocks of a row; `buffer` is where they stand if the level does not keep them.
+  const float* row(std::int32_t v, Floats& buffer) const {
+    constexpr int size = Dim * Dim;
+    if (source.blocks == nullptr) return value.data() + row_start[v] * size;
+    const double* in = source.blocks + row_start[v] * size;
+    const std::int64_t count = entries(v);
+    if (static_cast<std::int64_t>(buffer.size()) < count * size) buffer.resize(count * size);
+    float* out = buffer.data();
+    for (std::int64_t k = 0; k < count * size; ++k)
+      out[k] = static_cast<float>(source.scale * in[k]);
+    for (std::int64_t e = 0; e < count; ++e) {
+      const std::int32_t other = column[row_start[v] + e];
+      if (!source.touched[v] && !source.touched[other]) continue;
+      for (int i = 0; i < Dim; ++i)
+        for (int j = 0; j < Dim; ++j) out[e * size + i * Dim + j] *= mask[i][v] * mask[j][other];
+    }
+    return out;
   }
 
   Lattice lattice;
   std::vector<std::int64_t> row_start;
   std::vector<std::int32_t> column, diagonal;  // diagonal: which entry of the row it is
   Floats value;
+  Source source;
   Strips<Dim> strips;
   Field<Dim * Dim> inverse;  // of the diagonal blocks, zero for unknowns that are held
   std::vector<char> alone;   // whether a node has a block of its own

@@ -107,9 +107,11 @@ class Strips {
     }
   }
 
-  /// Takes blocks (entries, Dim, Dim); `alone` (nodes): whether 16 bits are enough for a row.
-  void set_values(const std::vector<std::int64_t>& row_start, const Floats& blocks,
-                  const std::vector<char>& alone) {
+  /// Takes the rows of a level, row(v, buffer); `alone` (nodes): whether 16 bits are enough for
+  /// one.
+  template <class Row>
+  void set_values(const std::vector<std::int64_t>& row_start, const std::vector<char>& alone,
+                  Row row) {
     std::int64_t shorts = 0, reals = 0;
     for (Strip& strip : strip_) {
       const auto own = alone.begin() + strip.first;
@@ -121,13 +123,18 @@ class Strips {
     short_.resize(shorts);
     real_.resize(reals);
     threaded_ = row_start.back() >= 8 * parallel_from;
-#pragma omp parallel for schedule(static) if (threaded_)
-    for (std::size_t s = 0; s < strip_.size(); ++s) {
-      const Strip& strip = strip_[s];
-      if (strip.whole)
-        pack<true>(strip, row_start, blocks, real_.data() + strip.value);
-      else
-        pack<false>(strip, row_start, blocks, short_.data() + strip.value);
+#pragma omp parallel if (threaded_)
+    {
+      Floats buffer;
+      const auto row_of = [&](std::int32_t v) { return row(v, buffer); };
+#pragma omp for schedule(static)
+      for (std::size_t s = 0; s < strip_.size(); ++s) {
+        const Strip& strip = strip_[s];
+        if (strip.whole)
+          pack<true>(strip, row_start, row_of, real_.data() + strip.value);
+        else
+          pack<false>(strip, row_start, row_of, short_.data() + strip.value);
+      }
     }
   }
 
@@ -167,15 +174,15 @@ class Strips {
     distance_.insert(distance_.end(), distances.begin(), distances.end());
   }
 
-  template <bool Whole, class T>
-  void pack(const Strip& strip, const std::vector<std::int64_t>& row_start, const Floats& blocks,
+  template <bool Whole, class Row, class T>
+  void pack(const Strip& strip, const std::vector<std::int64_t>& row_start, const Row& row,
             T* out) {
     std::fill_n(out, strip.distances * Dim * Dim * strip.width, T(0));
     for (std::int32_t k = 0; k < strip.count; ++k) {
       constexpr int size = Dim * Dim;
       const std::int32_t v = strip.first + k;
-      const float* const begin = blocks.data() + row_start[v] * size;
-      const float* const end = blocks.data() + row_start[v + 1] * size;
+      const float* const begin = row(v);
+      const float* const end = begin + (row_start[v + 1] - row_start[v]) * size;
       float largest[size] = {}, factor[size];
       for (const float* block = begin; !Whole && block < end; block += size)
         for (int n = 0; n < size; ++n) largest[n] = std::max(largest[n], std::abs(block[n]));
