@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,6 +191,22 @@ class Recorder:
         write_checkpoint(self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 
 
+@dataclass(frozen=True)
+class _PointFields(Mapping[str, npt.NDArray[Any]]):
+    """Fields by name, each made anew whenever it is asked for: all at once take much memory."""
+
+    make: dict[str, Callable[[], npt.NDArray[Any]]]
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        return self.make[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.make)
+
+    def __len__(self) -> int:
+        return len(self.make)
+
+
 def snapshot(
     simulation: Simulation,
     active: ActiveGrid,
@@ -198,28 +214,31 @@ def snapshot(
     step: int,
     time: float,
 ) -> Snapshot:
-    """Returns the state for the results file, points in the order of their permanent numbers."""
+    """Returns the state for the results file, points in the order of their permanent numbers.
+
+    The point fields are made when they are asked for: to be written before the points change.
+    """
     points = simulation.points
     order = points.index_of(np.arange(len(points)))
-    fields = {
-        "displacement": points.displacement[order],
-        "cauchy_stress": points.stress[order],
-        "plastic_strain": points.plastic[order, 0],
-        "volume": points.volume[order],
-        "domain": points.half_length[order],
+    fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
+        "displacement": lambda: points.displacement[order],
+        "cauchy_stress": lambda: points.stress[order],
+        "plastic_strain": lambda: points.plastic[order, 0],
+        "volume": lambda: points.volume[order],
+        "domain": lambda: points.half_length[order],
     }
     corners = points.all_corners()
     if corners is not None:
-        fields["domain_corners"] = corners[order]
+        fields["domain_corners"] = lambda: corners[order]
     if simulation.model.output.deformation_gradient:
-        fields["deformation_gradient"] = points.deformation_gradient[order]
+        fields["deformation_gradient"] = lambda: points.deformation_gradient[order]
     still = np.zeros(active.position.shape)
     return Snapshot(
         step=step,
         time=time,
         position=points.position[order],
         body_id=points.body_id[order],
-        point_fields=fields,
+        point_fields=_PointFields(fields),
         node_position=active.position,
         cells=active.cells(),
         node_fields={

@@ -36,8 +36,8 @@ class ResultsWriter:
         self._title = title
         self._units = dict(units)
         self._last: tuple[int, float] | None = None
-        self._behind: list[Snapshot] | None = []
-        """Snapshots the shadow lacks; None where the shadow cannot be used."""
+        self._behind: int | None = 0
+        """How many outputs the shadow lacks, 0 or 1; None where the shadow cannot be used."""
         if self.path.exists():
             raise BadInput(
                 f"{self.path} exists already", "resume that run or choose another folder"
@@ -78,16 +78,17 @@ class ResultsWriter:
                 f"output of step {snapshot.step}, time {snapshot.time} after that of "
                 f"step {self._last[0]}, time {self._last[1]}"
             )
-        file, missing = self._open_shadow()
+        file, behind = self._open_shadow()
         self._behind = None
         with file:
             if "tilth" not in file:
                 names = [surface.name for surface in snapshot.surfaces]
                 create_file(file, snapshot.dim, self._title, self._units, names)
-            for each in [*missing, snapshot]:
-                append_snapshot(file, each)
+            if behind:
+                append_snapshot(file, read_results(self.path).snapshot(-1))
+            append_snapshot(file, snapshot)
         exchange_durably(self._shadow, self.path)
-        self._behind = [snapshot]
+        self._behind = 1
         self._last = (snapshot.step, snapshot.time)
 
     def close(self) -> None:
@@ -95,8 +96,8 @@ class ResultsWriter:
         self._remove_shadow()
         self._behind = None
 
-    def _open_shadow(self) -> tuple[Any, list[Snapshot]]:
-        """The open shadow and what it lacks of the visible file; a fresh copy where needed."""
+    def _open_shadow(self) -> tuple[Any, int]:
+        """The open shadow and how many outputs it lacks; a fresh copy where needed."""
         if self._behind is not None:
             try:
                 return _open_to_write(self._shadow), self._behind
@@ -105,7 +106,7 @@ class ResultsWriter:
         self._remove_shadow()
         if self.path.exists():
             shutil.copyfile(self.path, self._shadow)
-        return _open_to_write(self._shadow), []
+        return _open_to_write(self._shadow), 0
 
     def _remove_shadow(self) -> None:
         self._shadow.unlink(missing_ok=True)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -104,11 +105,12 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
     if names != list(blocks):
         raise ValueError(f"surfaces {names} differ from the first output's {list(blocks)}")
     n = len(snapshot.position)
-    point_fields = {
+    numbers = {
         "point_id": np.arange(n, dtype=np.int64),
         "body_id": np.asarray(snapshot.body_id, dtype=np.int64),
-        **snapshot.point_fields,
     }
+    # made one after the other, where the fields are made when they are asked for
+    point_fields = ChainMap(snapshot.point_fields, numbers)  # type: ignore[arg-type]
     vertices = np.arange(n, dtype=np.int64)[:, None]
     cell_type = VTK_QUAD if snapshot.dim == 2 else VTK_HEXAHEDRON
     root = file["VTKHDF"]
