@@ -120,6 +120,8 @@ void basis_factors(std::int64_t groups, const std::int64_t* start, const std::in
                    const std::int32_t* count, const std::int64_t* value_start,
                    const double* position, const double* half_length, const double* origin,
                    const double* cell_size, double* factors) {
+  double cells_per_length[Dim];
+  for (int k = 0; k < Dim; ++k) cells_per_length[k] = 1.0 / cell_size[k];
 #pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int32_t* nodes = count + 3 * g;
@@ -132,7 +134,7 @@ void basis_factors(std::int64_t groups, const std::int64_t* start, const std::in
         double* slope = value + nodes[k];
         for (int i = 0; i < nodes[k]; ++i) {
           Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, value[i], slope[i]);
-          slope[i] /= cell_size[k];
+          slope[i] *= cells_per_length[k];
         }
         value = slope + nodes[k];
       }
