@@ -252,10 +252,10 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
-        self._require_unfolded(active, equilibrium)
+        corners = self._moved_corners(active, equilibrium)
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
-        self.soil.advance(active, equilibrium.displacement)
+        self.soil.advance(active, equilibrium.displacement, corners)
         self._predictor.commit(active, equilibrium.displacement, after - before)
         self._note_bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
@@ -314,9 +314,12 @@ class Simulation:
                 residuals=equilibrium.residuals,
             )
 
-    def _require_unfolded(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+    def _moved_corners(
+        self, active: ActiveGrid, equilibrium: Equilibrium
+    ) -> dict[int, tuple[Floats, Floats]]:
         try:
-            self.soil.moved_corners(active, equilibrium.displacement)
+            with self.timers.measure("rest"):
+                return self.soil.moved_corners(active, equilibrium.displacement)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

@@ -162,8 +162,16 @@ class Soil:
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
 
-    def advance(self, active: ActiveGrid, displacement: Floats) -> None:
-        """Makes the trial state the state of the points and moves them with the grid."""
+    def advance(
+        self,
+        active: ActiveGrid,
+        displacement: Floats,
+        corners: dict[int, tuple[Floats, Floats]],
+    ) -> None:
+        """Makes the trial state the state of the points and moves them with the grid.
+
+        corners: what `moved_corners` returns for this displacement.
+        """
         points = self.points
         with self._timers.measure("rest"):
             for body in points.bodies:
@@ -173,7 +181,6 @@ class Soil:
                         part.position, active.key, displacement, active.grid.origin,
                         active.grid.cell_size, part.half_length,
                     )  # fmt: skip
-            corners = self.moved_corners(active, displacement)
             moved = self.interpolate(active, displacement)
             for number, (corner, shift) in corners.items():
                 body = points.bodies[number]
