@@ -231,6 +231,7 @@ class Simulation:
             coupled |= self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
+        load_before = force_before + surface_loads.force_before()
         springs = Springs.of(self.soil, active, coupled)
         guess = None
         if self.model.analysis.predictor:
@@ -238,7 +239,7 @@ class Simulation:
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
-                    self.soil, active, conditions, force_before, force, springs, linear,
+                    self.soil, active, conditions, load_before, force, springs, linear,
                     surface_loads, self._solver, newton, self.timers, guess, on_iteration,
                 )  # fmt: skip
                 break
@@ -266,10 +267,7 @@ class Simulation:
             )
             contacts.commit(carried)
         result = StepResult(active, equilibrium, forces, 0.0, after)
-        if surface_loads:
-            force_before = force_before + surface_loads.force_before()
-            force = force + surface_loads.force(equilibrium.displacement)
-        mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
+        mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
 
     def _load(self, active: ActiveGrid, time: float) -> Floats:
