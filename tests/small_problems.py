@@ -158,7 +158,8 @@ class Laboratory:
     def step(self, displacement: Floats) -> None:
         """One whole step with a prescribed displacement of all nodes."""
         self.soil.update(self.active, displacement)
-        self.soil.advance(self.active, displacement)
+        corners = self.soil.moved_corners(self.active, displacement)
+        self.soil.advance(self.active, displacement, corners)
         self.locate()
 
     def internal_force(self, displacement: Floats) -> Floats:

@@ -230,6 +230,7 @@ class Simulation:
             coupled |= self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
+        load_before = force_before + surface_loads.force_before()
         springs = Springs.of(self.soil, active, coupled)
         guess = None
         if self.model.analysis.predictor:
@@ -237,7 +238,7 @@ class Simulation:
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
-                    self.soil, active, conditions, force_before, force, springs, linear,
+                    self.soil, active, conditions, load_before, force, springs, linear,
                     surface_loads, self._solver, newton, self.timers, guess, on_iteration,
                 )  # fmt: skip
                 break
@@ -251,10 +252,10 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
-        self._require_unfolded(active, equilibrium)
+        corners = self._moved_corners(active, equilibrium)
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
-        self.soil.advance(active, equilibrium.displacement)
+        self.soil.advance(active, equilibrium.displacement, corners)
         self._predictor.commit(active, equilibrium.displacement, after - before)
         self._note_bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
@@ -265,10 +266,7 @@ class Simulation:
             )
             contacts.commit(carried)
         result = StepResult(active, equilibrium, forces, 0.0, after)
-        if surface_loads:
-            force_before = force_before + surface_loads.force_before()
-            force = force + surface_loads.force(equilibrium.displacement)
-        mean_force = 0.5 * (force_before + force + reaction_before + result.reaction)
+        mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
 
     def _load(self, active: ActiveGrid, time: float) -> Floats:
@@ -313,9 +311,12 @@ class Simulation:
                 residuals=equilibrium.residuals,
             )
 
-    def _require_unfolded(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+    def _moved_corners(
+        self, active: ActiveGrid, equilibrium: Equilibrium
+    ) -> dict[int, tuple[Floats, Floats]]:
         try:
-            self.soil.moved_corners(active, equilibrium.displacement)
+            with self.timers.measure("rest"):
+                return self.soil.moved_corners(active, equilibrium.displacement)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

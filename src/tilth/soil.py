@@ -155,8 +155,16 @@ class Soil:
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
 
-    def advance(self, active: ActiveGrid, displacement: Floats) -> None:
-        """Makes the trial state the state of the points and moves them with the grid."""
+    def advance(
+        self,
+        active: ActiveGrid,
+        displacement: Floats,
+        corners: dict[int, tuple[Floats, Floats]],
+    ) -> None:
+        """Makes the trial state the state of the points and moves them with the grid.
+
+        corners: what `moved_corners` returns for this displacement.
+        """
         points = self.points
         with self._timers.measure("rest"):
             for body in points.bodies:
@@ -166,7 +174,6 @@ class Soil:
                         part.position, active.key, displacement, active.grid.origin,
                         active.grid.cell_size, part.half_length,
                     )  # fmt: skip
-            corners = self.moved_corners(active, displacement)
             for body, stencil in zip(points.bodies, active.stencils, strict=True):
                 part = points.part(body)
                 s = slice(body.start, body.stop)

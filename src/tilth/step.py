@@ -58,12 +58,14 @@ class Equilibrium:
 
     Attributes:
         displacement: of the nodes in the step [length], shape (nodes, dim).
+        load: external force at the end of the step [force], shape (nodes, dim).
         reaction: force of the boundaries on the soil [force], shape (nodes, dim); zero elsewhere.
         initial_reaction: the same at the start of the step, on this step's grid.
         residuals: relative residual of the first guess and after each iteration.
     """
 
     displacement: Floats
+    load: Floats
     reaction: Floats
     initial_reaction: Floats
     residuals: list[float]
@@ -78,7 +80,7 @@ def solve_step(
     soil: Soil,
     active: ActiveGrid,
     conditions: Conditions,
-    force_before: Floats,
+    load_before: Floats,
     force: Floats,
     springs: Springs,
     linear: LinearForces,
@@ -93,10 +95,10 @@ def solve_step(
     """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
 
     Args:
-        force_before, force: external force on points at the start and the end of the step,
-            (nodes, dim).
+        load_before: all external force at the start of the step, (nodes, dim).
+        force: external force on points at its end, (nodes, dim).
         springs, linear: what supports badly supported nodes, and couplings of few nodes.
-        surfaces: external force that follows the soil's surface.
+        surfaces: external force at the end that follows the soil's surface.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is told the iteration and its relative residual.
 
@@ -108,32 +110,31 @@ def solve_step(
     displacement = np.zeros_like(force)
     residuals: list[float] = []
 
-    def evaluate(u: Floats) -> tuple[Floats, float, float]:
-        """Residual force, its norm on the free nodes, and that over the forces'."""
+    def evaluate(u: Floats) -> tuple[Floats, Floats, float, float]:
+        """External force, residual force, its norm on the free nodes, and that over the forces'."""
         soil.update(active, u)
         of_soil = soil.internal_force(active)
-        external = force + surfaces.force(u) if surfaces else force
-        rest = of_soil + springs.force(u) + linear.force(u) - external
+        load = force + surfaces.force(u) if surfaces else force
+        rest = of_soil + springs.force(u) + linear.force(u) - load
         free = norm(comm, np.where(held, 0.0, rest)[own])
         reaction = norm(comm, np.where(held, rest, 0.0)[own])
         # not all internal force: implicit boundaries balance the soil's in it
-        size = max(norm(comm, external[own]), norm(comm, of_soil[own]), reaction)
+        size = max(norm(comm, load[own]), norm(comm, of_soil[own]), reaction)
         # at rest, an implicit boundary that begins to move is the only force
-        return rest, free, free / size if size > 0.0 else float(free > 0.0)
+        return load, rest, free, free / size if size > 0.0 else float(free > 0.0)
 
     moving = bool(conditions.increment.any())
     initial_reaction = np.zeros_like(force)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        rest, size, relative = evaluate(displacement)
-        before = force_before + surfaces.force_before() - force - surfaces.force(displacement)
-        initial_reaction = np.where(held, rest - before, 0.0)
+        load, rest, size, relative = evaluate(displacement)
+        initial_reaction = np.where(held, rest + load - load_before, 0.0)
     if guess is not None:
         trial = np.where(held, conditions.increment, guess)
         try:
-            rest, size, relative = evaluate(trial)
+            load, rest, size, relative = evaluate(trial)
             displacement, moving = trial, False
         except StepFailed:
-            rest, size, relative = evaluate(displacement)
+            load, rest, size, relative = evaluate(displacement)
     system: LinearSystem | None = None
     while True:
         residuals.append(relative)
@@ -145,7 +146,7 @@ def solve_step(
             balanced = size <= linear.round_off(displacement)
         if balanced and not moving:
             reaction = np.where(held, rest, 0.0)
-            return Equilibrium(displacement, reaction, initial_reaction, residuals)
+            return Equilibrium(displacement, load, reaction, initial_reaction, residuals)
         if len(residuals) > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
             worst = _nearest_point(soil, active, np.where(held, 0.0, rest))
@@ -172,7 +173,7 @@ def solve_step(
                 raise StepFailed(str(error), residuals=residuals) from error
         search = newton.line_search and not moving
         shares = (1.0, 0.5, 0.25, 0.125) if search else (1.0,)
-        displacement, (rest, size, relative) = _best(
+        displacement, (load, rest, size, relative) = _best(
             evaluate, displacement, change, shares, size, residuals
         )
         moving = False
@@ -196,13 +197,13 @@ def _nearest_point(soil: Soil, active: ActiveGrid, residual: Floats) -> int:
 
 
 def _best(
-    evaluate: Callable[[Floats], tuple[Floats, float, float]],
+    evaluate: Callable[[Floats], tuple[Floats, Floats, float, float]],
     displacement: Floats,
     change: Floats,
     shares: tuple[float, ...],
     size: float,
     residuals: list[float],
-) -> tuple[Floats, tuple[Floats, float, float]]:
+) -> tuple[Floats, tuple[Floats, Floats, float, float]]:
     """Takes the first share of `change` that lowers the residual's `size`, else the last one."""
     for share in shares:
         last = share == shares[-1]
@@ -215,6 +216,6 @@ def _best(
                     failure.reason, point=failure.point, residuals=residuals
                 ) from failure
             continue
-        if last or result[1] <= (1.0 - 1e-4 * share) * size:
+        if last or result[2] <= (1.0 - 1e-4 * share) * size:
             return trial, result
     raise AssertionError("a line search tries at least one step")

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import pytest
 from implicit_blocks import flat, gravity, implicit, model_of
 from small_problems import BASES, material_entries
 
-from tilth import Model, _core, resume, run
+from tilth import Model, resume, run
 from tilth.output import read_checkpoint
 from tilth.output.folder import CHECKPOINT
 from tilth.record import Recorder
@@ -23,14 +22,7 @@ from tilth.verification.march import march
 STEPS = 8
 FORMS = ("surface", "band")
 
-
-@pytest.fixture(autouse=True)
-def _every_loop_in_parallel() -> Iterator[None]:
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
+pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 
 
 def spreading(form: str, basis: str = "gimp") -> Model:

@@ -8,10 +8,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+from tracked_shapes import with_surfaces
 
 from tilth.errors import BadInput
 from tilth.output import ResultsWriter, Snapshot, read_results
@@ -19,8 +21,8 @@ from tilth.output import ResultsWriter, Snapshot, read_results
 UNITS = {"length": "m", "force": "N", "stress": "Pa", "mass": "kg", "time": ""}
 
 
-def make_snapshot(step: int, dim: int = 2, points: int = 7) -> Snapshot:
-    """A snapshot whose numbers depend on the step, with a grid that changes size."""
+def make_snapshot(step: int, dim: int = 2, points: int = 7, surfaces: bool = False) -> Snapshot:
+    """A snapshot whose numbers depend on the step, with a grid (and surfaces) that change size."""
     rng = np.random.default_rng(step)
     corners = np.array(np.meshgrid(*[[0.0, 1.0]] * dim, indexing="ij")).reshape(dim, -1).T
     order = [0, 2, 3, 1] if dim == 2 else [0, 4, 6, 2, 1, 5, 7, 3]
@@ -32,7 +34,7 @@ def make_snapshot(step: int, dim: int = 2, points: int = 7) -> Snapshot:
         nodes.append(corners + shift)
         cells.append(np.array(order) + cell * 2**dim)
     node_position = np.concatenate(nodes) if nodes else np.zeros((0, dim))
-    return Snapshot(
+    snapshot = Snapshot(
         step=step,
         time=0.1 * step,
         position=rng.random((points, dim)),
@@ -53,6 +55,7 @@ def make_snapshot(step: int, dim: int = 2, points: int = 7) -> Snapshot:
             "reaction": rng.random((len(node_position), dim)),
         },
     )
+    return with_surfaces(snapshot) if surfaces else snapshot
 
 
 def assert_same(a: Snapshot, b: Snapshot) -> None:
@@ -63,26 +66,46 @@ def assert_same(a: Snapshot, b: Snapshot) -> None:
         assert x.keys() == y.keys()
         for name in x:
             np.testing.assert_array_equal(x[name], y[name], strict=True)
+    assert [surface.name for surface in a.surfaces] == [surface.name for surface in b.surfaces]
+    for one, other in zip(a.surfaces, b.surfaces, strict=True):
+        np.testing.assert_array_equal(one.position, other.position, strict=True)
+        np.testing.assert_array_equal(one.cells, other.cells, strict=True)
+        assert one.fields.keys() == other.fields.keys()
+        for name in one.fields:
+            np.testing.assert_array_equal(one.fields[name], other.fields[name], strict=True)
 
 
-def write(path: Path, steps: range, dim: int = 2) -> ResultsWriter:
+def write(path: Path, steps: range, dim: int = 2, surfaces: bool = False) -> ResultsWriter:
     writer = ResultsWriter(path, title="a case", units=UNITS)
     for step in steps:
-        writer.append(make_snapshot(step, dim))
+        writer.append(make_snapshot(step, dim, surfaces=surfaces))
     return writer
 
 
+def opened_by_vtk(path: Path, information_first: bool) -> Any:
+    """VTK's reader of a file; skips the test where there is no VTK."""
+    reader = pytest.importorskip("vtkmodules.vtkIOHDF").vtkHDFReader()
+    reader.SetFileName(str(path))
+    if information_first:  # as ParaView does
+        reader.UpdateInformation()
+    else:
+        reader.Update()
+    return reader
+
+
+@pytest.mark.parametrize("surfaces", [False, True])
 @pytest.mark.parametrize("dim", [2, 3])
-def test_snapshots_come_back_bit_for_bit(tmp_path: Path, dim: int) -> None:
+def test_snapshots_come_back_bit_for_bit(tmp_path: Path, dim: int, surfaces: bool) -> None:
     path = tmp_path / "results.vtkhdf"
-    write(path, range(6), dim).close()
+    write(path, range(6), dim, surfaces).close()
     results = read_results(path)
+    assert results.surfaces == (("cavity", "top & side") if surfaces else ())
     assert (results.title, results.units, results.dim) == ("a case", UNITS, dim)
     assert results.steps == list(range(6))
     assert results.times == [0.1 * step for step in range(6)]
     for step, snapshot in enumerate(results):
-        assert_same(snapshot, make_snapshot(step, dim))
-    assert_same(results.snapshot(-1), make_snapshot(5, dim))
+        assert_same(snapshot, make_snapshot(step, dim, surfaces=surfaces))
+    assert_same(results.snapshot(-1), make_snapshot(5, dim, surfaces=surfaces))
     assert [file.name for file in tmp_path.iterdir()] == ["results.vtkhdf"]
 
 
@@ -91,16 +114,10 @@ def test_snapshots_come_back_bit_for_bit(tmp_path: Path, dim: int) -> None:
 def test_vtk_reads_every_step(
     tmp_path: Path, dim: int, information_first: bool, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    io_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
     support = pytest.importorskip("vtkmodules.util.numpy_support")
     path = tmp_path / "results.vtkhdf"
     write(path, range(5), dim).close()
-    reader = io_hdf.vtkHDFReader()
-    reader.SetFileName(str(path))
-    if information_first:  # as ParaView does
-        reader.UpdateInformation()
-    else:
-        reader.Update()
+    reader = opened_by_vtk(path, information_first)
     information = reader.GetOutputInformation(0)
     key = reader.GetExecutive().TIME_STEPS()
     times = [information.Get(key, i) for i in range(information.Length(key))]
@@ -147,11 +164,9 @@ def test_vtk_reads_every_step(
 
 def test_cells_of_vtk_have_positive_measure(tmp_path: Path) -> None:
     quality = pytest.importorskip("vtkmodules.vtkFiltersVerdict")
-    io_hdf = pytest.importorskip("vtkmodules.vtkIOHDF")
     path = tmp_path / "results.vtkhdf"
     write(path, range(3), 3).close()
-    reader = io_hdf.vtkHDFReader()
-    reader.SetFileName(str(path))
+    reader = opened_by_vtk(path, information_first=True)
     reader.UpdateTimeStep(0.2)
     size = quality.vtkCellSizeFilter()
     size.SetInputData(reader.GetOutputDataObject(0).GetPartition(1, 0))
@@ -161,18 +176,21 @@ def test_cells_of_vtk_have_positive_measure(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("last_step", [0, 1, 3, 5, 9])
-def test_resume_drops_later_outputs_and_goes_on(tmp_path: Path, last_step: int) -> None:
+@pytest.mark.parametrize(("dim", "surfaces"), [(2, False), (2, True), (3, True)])
+def test_resume_drops_later_outputs_and_goes_on(
+    tmp_path: Path, dim: int, surfaces: bool, last_step: int
+) -> None:
     path = tmp_path / "results.vtkhdf"
-    write(path, range(6))  # not closed: as after a kill the shadow is left behind
+    write(path, range(6), dim, surfaces)  # not closed: as after a kill the shadow is left behind
     writer = ResultsWriter.resume(path, last_step)
     first = min(last_step, 5) + 1
     assert read_results(path).steps == list(range(first))
     for step in range(first, first + 4):
-        writer.append(make_snapshot(step))
+        writer.append(make_snapshot(step, dim, surfaces=surfaces))
         assert read_results(path).steps == list(range(step + 1))
     writer.close()
     for step, snapshot in enumerate(read_results(path)):
-        assert_same(snapshot, make_snapshot(step))
+        assert_same(snapshot, make_snapshot(step, dim, surfaces=surfaces))
 
 
 def test_a_reader_that_keeps_the_file_open_is_not_disturbed(tmp_path: Path) -> None:
@@ -239,12 +257,12 @@ def test_unreadable_files_are_bad_input(tmp_path: Path) -> None:
 
 CHILD = """
 import sys
-sys.path[:0] = [sys.argv[2]]
+sys.path[:0] = sys.argv[3:]
 from pathlib import Path
 from test_results_file import UNITS, make_snapshot
 from tilth.output import ResultsWriter
 path = Path(sys.argv[1])
-start = int(sys.argv[3])
+start = int(sys.argv[2])
 writer = ResultsWriter.resume(path, start) if start >= 0 else ResultsWriter(path, units=UNITS)
 for step in range(start + 1, 100000):
     writer.append(make_snapshot(step, points=2000))
@@ -256,9 +274,10 @@ def test_killed_at_any_moment_the_file_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "results.vtkhdf"
     rng = np.random.default_rng(1)
     last = -1
+    folders = Path(__file__).parents[:2]
     for _ in range(6):
         child = subprocess.Popen(
-            [sys.executable, "-c", CHILD, str(path), str(Path(__file__).parent), str(last)],
+            [sys.executable, "-c", CHILD, str(path), str(last), *map(str, folders)],
             stdout=subprocess.PIPE,
             text=True,
         )

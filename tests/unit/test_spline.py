@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tilth.surface import BadChain, Chain, LocalCubicSpline
+from tilth.surface import BadSurface, Chain, LocalCubicSpline
 from tilth.surface.chain import sharp_corners
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -279,18 +279,18 @@ def test_the_polyline_lies_on_the_curve():
     ],
 )
 def test_wrong_points_are_named(points, closed, problem, numbers):
-    with pytest.raises(BadChain, match=problem) as caught:
+    with pytest.raises(BadSurface, match=problem) as caught:
         Chain(points, closed)
-    assert caught.value.points == numbers
+    assert caught.value.numbers == numbers
     assert caught.value.remedy in str(caught.value)
 
 
 def test_an_open_chain_has_no_area():
-    with pytest.raises(BadChain, match="an area needs a closed chain") as caught:
+    with pytest.raises(BadSurface, match="an area needs a closed chain") as caught:
         _ = LocalCubicSpline(Chain(arc(9, 1.0, 1.0), False)).area
-    assert caught.value.points == (8, 0)
+    assert caught.value.numbers == (8, 0)
 
 
 def test_corner_flags_must_fit():
-    with pytest.raises(BadChain, match="3 corner flags for 4 points"):
+    with pytest.raises(BadSurface, match="3 corner flags for 4 points"):
         Chain(SQUARE, True, np.zeros(3, dtype=bool))

@@ -6,8 +6,9 @@ import math
 import numpy as np
 import pytest
 
+from tilth.surface import BadSurface
 from tilth.surface.subdivide import subdivide
-from tilth.surface.triangles import BadTriangles, Triangles, triangle_rule
+from tilth.surface.triangles import Triangles, triangle_rule
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 # Clockwise seen from outside: the soil is in the cube.
@@ -88,7 +89,7 @@ def test_what_is_not_closed():
     assert not Triangles(CUBE, turned).closed
     twice = Triangles(CUBE, np.concatenate([CUBE_FACES, CUBE_FACES]))
     assert not twice.closed
-    with pytest.raises(BadTriangles, match="closed surface"):
+    with pytest.raises(BadSurface, match="closed surface"):
         _ = Triangles(CUBE, CUBE_FACES[1:]).volume
 
 
@@ -190,7 +191,7 @@ def test_parts_stay_with_their_triangles():
             own = fine.in_part(axis + side)
             np.testing.assert_array_equal(fine.corner[own][..., i], place)
             assert fine.area[own].sum() == pytest.approx(1.0, rel=1e-13)
-    with pytest.raises(BadTriangles, match='no part "top"'):
+    with pytest.raises(BadSurface, match='no part "top"'):
         fine.in_part("top")
 
 
@@ -208,12 +209,12 @@ def test_parts_stay_with_their_triangles():
     ],
 )
 def test_triangles_that_are_no_surface(vertices, triangle, problem, wrong):
-    with pytest.raises(BadTriangles, match=problem) as error:
+    with pytest.raises(BadSurface, match=problem) as error:
         Triangles(vertices, triangle)
-    assert error.value.triangles == wrong
+    assert error.value.numbers == wrong
     assert error.value.remedy in str(error.value)
 
 
 def test_a_part_must_exist():
-    with pytest.raises(BadTriangles, match="parts that do not exist"):
+    with pytest.raises(BadSurface, match="parts that do not exist"):
         Triangles(CUBE, CUBE_FACES, ["side"], np.ones(12))

@@ -18,7 +18,7 @@ void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
                 const double* position, const double* half_length, const double* volume,
                 const double* weight, const double* origin, const double* cell_size,
                 std::int64_t cells, const std::int64_t* cell_keys, double* filled) {
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
     const int across[3] = {count[3 * g] - 1, count[3 * g + 1] - 1,
                            Dim == 3 ? count[3 * g + 2] - 1 : 1};

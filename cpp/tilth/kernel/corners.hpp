@@ -268,7 +268,7 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
   constexpr int corners = corners_of<Dim>;
   constexpr int line = places_per_direction;
   constexpr int parts = Dim == 2 ? line * line : line * line * line;
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* own_cells = supports.cell + supports.cell_start[g];
     const std::int64_t of_group = supports.cell_start[g + 1] - supports.cell_start[g];
     const std::int64_t* list = supports.node + supports.node_start[g];

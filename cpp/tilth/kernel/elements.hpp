@@ -21,19 +21,10 @@ struct Elements {
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
   const std::int64_t* order;
-};
 
-/// As for_groups_by_colour: no two calls at the same time share a node.
-template <class Body>
-void for_elements_by_colour(const Elements& elements, Body&& body) {
-#pragma omp parallel if (8 * elements.elements >= parallel_from)
-  for (std::int64_t c = 0; c < elements.colours; ++c) {
-#pragma omp for schedule(dynamic, 1)
-    for (std::int64_t s = elements.colour_start[c]; s < elements.colour_start[c + 1]; ++s)
-      for (std::int64_t k = elements.slab_start[s]; k < elements.slab_start[s + 1]; ++k)
-        body(elements.order[k]);
-  }
-}
+  /// In points (Stencil::work): an element is the work of about eight.
+  std::int64_t work() const { return 8 * elements; }
+};
 
 /// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).
 template <int Dim>
@@ -112,7 +103,7 @@ struct ScaledMatrix {
 template <int Dim>
 void add_element_forces(const Elements& elements, const double* force, double* nodal) {
   const int n = elements.nodes;
-  for_elements_by_colour(elements, [&](std::int64_t e) {
+  for_each_by_colour(elements, [&](std::int64_t e) {
     const std::int32_t* node = elements.node + e * n;
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < Dim; ++i)
@@ -126,7 +117,7 @@ template <bool Magnitude, int Dim, class Matrices>
 void add_element_products(const Elements& elements, const Matrices& matrices, const double* vector,
                           double* product) {
   const int n = elements.nodes;
-  for_elements_by_colour(elements, [&](std::int64_t e) {
+  for_each_by_colour(elements, [&](std::int64_t e) {
     const std::int32_t* node = elements.node + e * n;
     double in[maximum_nodes * Dim], out[maximum_nodes * Dim];
     for (int a = 0; a < n; ++a)
@@ -142,7 +133,7 @@ template <int Dim, class Matrices>
 void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
                         const Matrices& matrices, double* matrix) {
   const int n = elements.nodes;
-  for_elements_by_colour(elements, [&](std::int64_t e) {
+  for_each_by_colour(elements, [&](std::int64_t e) {
     const std::int32_t* node = elements.node + e * n;
     const std::int32_t* position = blocks.position + blocks.start[e];
     const auto element = matrices.element(e, n);

@@ -170,7 +170,7 @@ void share_among_cells(const Stencil& stencil, const std::int64_t* first, const 
                        const std::int64_t* cell_keys, const std::int64_t* cell_start,
                        std::int32_t* cell, const std::int64_t* share_start, double* share,
                        double* moment) {
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
     const int across[3] = {count[3 * g] - 1, count[3 * g + 1] - 1,
                            Dim == 3 ? count[3 * g + 2] - 1 : 1};

@@ -14,7 +14,7 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
                     const double* response_array, double* force) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
       const int n = N > 0 ? N : stencil.nodes_of(g);
       double local[dim][N > 0 ? N : maximum_nodes];
@@ -49,7 +49,7 @@ void internal_force(const Stencil& stencil, const double* initial_volume, const 
 /// Adds sum_p S_a vector_p to `nodal` (nodes, components): external forces, masses, volumes.
 template <int Dim>
 void scatter(const Stencil& stencil, int components, const double* vector, double* nodal) {
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];
     GroupBasis<Dim, 0, true, false> basis(stencil, g);

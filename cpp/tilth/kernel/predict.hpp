@@ -13,7 +13,7 @@ template <int Dim>
 void add_predictions(const Stencil& stencil, const double* node_position, const double* position,
                      const double* displacement, const double* gradient, const double* volume,
                      double* sum) {
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     const int n = stencil.nodes_of(g);
     const std::int32_t* node = stencil.node + stencil.node_start[g];
     double local[maximum_nodes][1 + Dim] = {};

@@ -248,7 +248,7 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
                double* matrix) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
-  for_groups_by_colour(stencil, [&](std::int64_t g) {
+  for_each_by_colour(stencil, [&](std::int64_t g) {
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
       constexpr int capacity = Factors<K, N>::capacity;
       const int n = N > 0 ? N : stencil.nodes_of(g);

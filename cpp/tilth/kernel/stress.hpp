@@ -47,8 +47,7 @@ Failure stress_update(const Stencil& stencil, const Material& material, const do
                       const StressArrays& arrays, const Centres* centres) {
   constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
   std::int64_t worst = none;  // point * 4 + status
-#pragma omp parallel reduction(min : worst) if (stress_work * stencil.start[stencil.groups] >= \
-                                                    parallel_from)
+#pragma omp parallel reduction(min : worst) if (stress_work * stencil.work() >= parallel_from)
   {
     Batch batch;
     const auto fail = [&worst](std::int64_t p, PointStatus status) {

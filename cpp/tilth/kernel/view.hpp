@@ -26,25 +26,29 @@ struct Stencil {
   int nodes_of(std::int64_t group) const {
     return static_cast<int>(node_start[group + 1] - node_start[group]);
   }
+
+  /// Number of points: from `parallel_from` of them on, loops are threaded.
+  std::int64_t work() const { return start[groups]; }
 };
 
-/// Calls `body(group)` for all groups, in parallel, such that no two calls at the same time share
-/// a node and the order of calls that share a node does not depend on the number of threads.
-template <class Body>
-void for_groups_by_colour(const Stencil& stencil, Body&& body) {
-#pragma omp parallel if (stencil.start[stencil.groups] >= parallel_from)
-  for (std::int64_t c = 0; c < stencil.colours; ++c) {
+/// Calls `body(item)` for all groups of a stencil or all elements, in parallel, such that no two
+/// calls at the same time share a node and the order of calls that share a node does not depend on
+/// the number of threads.
+template <class List, class Body>
+void for_each_by_colour(const List& list, Body&& body) {
+#pragma omp parallel if (list.work() >= parallel_from)
+  for (std::int64_t c = 0; c < list.colours; ++c) {
 #pragma omp for schedule(dynamic, 1)
-    for (std::int64_t slab = stencil.colour_start[c]; slab < stencil.colour_start[c + 1]; ++slab)
-      for (std::int64_t k = stencil.slab_start[slab]; k < stencil.slab_start[slab + 1]; ++k)
-        body(stencil.order[k]);
+    for (std::int64_t slab = list.colour_start[c]; slab < list.colour_start[c + 1]; ++slab)
+      for (std::int64_t k = list.slab_start[slab]; k < list.slab_start[slab + 1]; ++k)
+        body(list.order[k]);
   }
 }
 
 /// Calls `body(group)` for all groups, in parallel, for kernels that write to points only.
 template <class Body>
 void for_groups(const Stencil& stencil, Body&& body) {
-#pragma omp parallel for schedule(static) if (stencil.start[stencil.groups] >= parallel_from)
+#pragma omp parallel for schedule(static) if (stencil.work() >= parallel_from)
   for (std::int64_t g = 0; g < stencil.groups; ++g) body(g);
 }
 

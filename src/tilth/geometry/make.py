@@ -28,7 +28,7 @@ from tilth.model.geometry import (
     SphereGeometry,
 )
 from tilth.model.geometry import SplineGeometry as Splined
-from tilth.surface.chain import BadChain, Chain
+from tilth.surface.chain import BadSurface, Chain
 from tilth.surface.crossing import require_no_crossing
 from tilth.surface.spline import LocalCubicSpline
 from tilth.user_function import UserFunction
@@ -80,7 +80,7 @@ def _spline(declared: Splined, key: str) -> SplineGeometry:
         points, corner = points[::-1], corner[::-1]
     try:
         chain = Chain(points, declared.closed, corner)
-    except BadChain as error:
+    except BadSurface as error:
         raise BadInput(error.problem, error.remedy, key=key) from error
     require_no_crossing(chain, key)
     return SplineGeometry(LocalCubicSpline(chain))

@@ -14,24 +14,24 @@ Flags = npt.NDArray[np.bool_]
 
 # Neighbours nearer than this many roundings of the largest coordinate are the same point.
 ROUNDINGS = 16.0
-# Wrong points that a message names.
+# Wrong points or triangles that a message names.
 SHOWN = 5
 
 
-class BadChain(ValueError):
-    """A chain of points through which there is no curve.
+class BadSurface(ValueError):
+    """A chain of points through which there is no curve, or triangles that make no surface.
 
     Attributes:
         problem: what is wrong.
         remedy: how to put it right.
-        points: numbers of the points concerned, counted from 0.
+        numbers: of the points or triangles concerned, counted from 0.
     """
 
-    def __init__(self, problem: str, remedy: str, points: Iterable[int] = ()) -> None:
+    def __init__(self, problem: str, remedy: str, numbers: Iterable[int] = ()) -> None:
         super().__init__(problem, remedy)
         self.problem = problem
         self.remedy = remedy
-        self.points = tuple(int(point) for point in points)
+        self.numbers = tuple(int(number) for number in numbers)
 
     def __str__(self) -> str:
         return f"{self.problem}\n  {self.remedy}"
@@ -51,40 +51,42 @@ class Chain:
             chain are always ends of the curve, flagged or not.
 
     Raises:
-        BadChain: too few points, repeated ones, or coordinates that are not numbers.
+        BadSurface: too few points, repeated ones, or coordinates that are not numbers.
     """
 
     def __init__(self, points: npt.ArrayLike, closed: bool, corner: Flags | None = None) -> None:
         self.points: Floats = np.array(points, dtype=np.float64)
         self.closed = bool(closed)
         if self.points.ndim != 2 or self.points.shape[1] != 2:
-            raise BadChain(
+            raise BadSurface(
                 f"points of shape {self.points.shape}", "give two coordinates for each point"
             )
         n = len(self.points)
         self.corner: Flags = np.zeros(n, bool) if corner is None else np.array(corner, dtype=bool)
         if self.corner.shape != (n,):
-            raise BadChain(
+            raise BadSurface(
                 f"{len(self.corner)} corner flags for {n} points", "give one flag for each point"
             )
         least, kind = (3, "closed") if closed else (2, "open")
         if n < least:
-            raise BadChain(
+            raise BadSurface(
                 f"{n} points are too few for a chain that is {kind}",
                 f"give at least {least} points",
                 range(n),
             )
         wrong = np.flatnonzero(~np.isfinite(self.points).all(axis=1))
         if len(wrong):
-            raise BadChain(
-                f"coordinates of {_listed(wrong)} are not numbers", "give finite numbers", wrong
+            raise BadSurface(
+                f"coordinates of points {listed(wrong)} are not numbers",
+                "give finite numbers",
+                wrong,
             )
         apart = ROUNDINGS * np.finfo(float).eps * float(np.abs(self.points).max())
         first = np.flatnonzero(np.linalg.norm(self.chord, axis=1) <= apart)
         if len(first):
             both = np.unique(np.concatenate([first, (first + 1) % n]))
-            raise BadChain(
-                f"neighbours in the chain are the same point: {_listed(both)}",
+            raise BadSurface(
+                f"neighbours in the chain are the same point: points {listed(both)}",
                 "give each point once; a closed chain does not repeat its first point at the end",
                 both,
             )
@@ -107,10 +109,10 @@ class Chain:
         return ends
 
     def need_closed(self, purpose: str) -> None:
-        """Raises BadChain if the chain is open, naming the purpose that asks for a closed one."""
+        """Raises BadSurface if the chain is open, naming the purpose that asks for a closed one."""
         if not self.closed:
             last = len(self) - 1
-            raise BadChain(
+            raise BadSurface(
                 f"{purpose} needs a closed chain; this one is open between points {last} and 0",
                 "close the chain",
                 (last, 0),
@@ -135,6 +137,7 @@ def turning(before: Floats, after: Floats) -> Floats:
     return np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
 
 
-def _listed(points: Integers) -> str:
-    more = f" and {len(points) - SHOWN} more" if len(points) > SHOWN else ""
-    return f"points {', '.join(str(point) for point in points[:SHOWN])}{more}"
+def listed(numbers: Integers) -> str:
+    """Returns the first `SHOWN` numbers as text, and how many more there are."""
+    more = f" and {len(numbers) - SHOWN} more" if len(numbers) > SHOWN else ""
+    return f"{', '.join(str(number) for number in numbers[:SHOWN])}{more}"

@@ -10,7 +10,7 @@ from tilth.grid import ActiveGrid
 from tilth.model import Model
 from tilth.place import near_soil
 from tilth.points import MaterialPoints
-from tilth.surface.chain import BadChain
+from tilth.surface.chain import BadSurface
 from tilth.surface.protocol import BodySurface
 from tilth.surface.tracked import TrackedSurface
 from tilth.surface.tracked_triangles import TrackedSolidSurface
@@ -35,7 +35,7 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
         if track.quantity == "enclosed":
             try:
                 surfaces[track.body or ""].enclosed()
-            except BadChain as error:
+            except BadSurface as error:
                 raise BadInput(
                     error.problem, error.remedy, key=f"track[{number}].body", value=track.body
                 ) from error

@@ -50,7 +50,7 @@ class BodySurface(Protocol):
         """Returns the area, in space the volume, that it encloses [length^dim].
 
         Raises:
-            BadChain: the curve is open.
+            BadSurface: the curve or surface is open.
         """
         ...
 

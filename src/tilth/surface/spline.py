@@ -102,7 +102,7 @@ class LocalCubicSpline:
         """Enclosed area [length^2], exact for the cubic pieces; < 0 if the curve is clockwise.
 
         Raises:
-            BadChain: the chain is open.
+            BadSurface: the chain is open.
         """
         self.chain.need_closed("an area")
         # x dy - y dx has degree 5 in t, less where the coordinates are relative: three points.

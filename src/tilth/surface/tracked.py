@@ -15,7 +15,7 @@ from tilth.model import Body, Model, SurfaceLoad
 from tilth.output.snapshot import SurfaceShape
 from tilth.place import locate_places, near_soil
 from tilth.points import MaterialPoints
-from tilth.surface.chain import BadChain, Chain, Floats, Integers, sharp_corners
+from tilth.surface.chain import BadSurface, Chain, Floats, Integers, sharp_corners
 from tilth.surface.crossing import find_crossings, require_no_crossing
 from tilth.surface.nearest import NearestPlaces
 from tilth.surface.outline import outline
@@ -177,7 +177,7 @@ class TrackedSurface:
                 place = moved_with(active, tracked.now.points, displacement, self.name)
             try:
                 now = Chain(place, tracked.now.closed, tracked.now.corner)
-            except BadChain as error:
+            except BadSurface as error:
                 raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
             tracked = replace(tracked, now=now)
             moved.append(tracked if len(tracked.point_id) else self._kept_up(tracked))
@@ -287,7 +287,7 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
         if surface.corners is not None:
             corner = np.isin(np.arange(len(vertices)), surface.corners)
         chain = Chain(vertices, surface.closed, corner)
-    except BadChain as error:
+    except BadSurface as error:
         raise BadInput(error.problem, error.remedy, key=key) from error
     require_no_crossing(chain, key)
     return [chain]

@@ -15,12 +15,12 @@ from tilth.model import Model, SurfaceLoad
 from tilth.model.problems import unknown_name
 from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints
-from tilth.surface.chain import Floats, Integers
+from tilth.surface.chain import BadSurface, Floats, Integers
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
 from tilth.surface.tracked import moved_with
-from tilth.surface.triangles import BadTriangles, Triangles, triangle_rule
+from tilth.surface.triangles import Triangles, triangle_rule
 
 LONGEST = 2.0
 """An edge longer than this many spacings of the start is halved; some have 1.5 at the start."""
@@ -99,7 +99,7 @@ class TrackedSolidSurface:
         place = moved_with(active, old.vertices, displacement, self.name)
         try:
             now = Triangles(place, old.triangle, old.part, old.part_number)
-        except BadTriangles as error:
+        except BadSurface as error:
             raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
         finer = subdivide(now, LONGEST * self._spacing)
         return TrackedTriangles(finer.triangles, finer.carried(self.triangles.initial)), None

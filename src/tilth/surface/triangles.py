@@ -11,31 +11,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tilth.surface.chain import Flags, Floats, Integers
+from tilth.surface.chain import BadSurface, Flags, Floats, Integers, listed
 
 # A triangle lower than this many roundings of the largest coordinate has no normal.
 ROUNDINGS = 16.0
-# Wrong triangles that a message names.
-SHOWN = 5
-
-
-class BadTriangles(ValueError):
-    """Triangles that make no surface.
-
-    Attributes:
-        problem: what is wrong.
-        remedy: how to put it right.
-        triangles: numbers of the triangles concerned, counted from 0.
-    """
-
-    def __init__(self, problem: str, remedy: str, triangles: Sequence[int] | Integers = ()) -> None:
-        super().__init__(problem, remedy)
-        self.problem = problem
-        self.remedy = remedy
-        self.triangles = tuple(int(triangle) for triangle in triangles)
-
-    def __str__(self) -> str:
-        return f"{self.problem}\n  {self.remedy}"
 
 
 @dataclass(frozen=True)
@@ -69,7 +48,7 @@ class Triangles:
         part_number: number of each triangle's part, shape (m,); the first if not given.
 
     Raises:
-        BadTriangles: wrong shapes or numbers, coordinates that are not finite, or triangles without
+        BadSurface: wrong shapes or numbers, coordinates that are not finite, or triangles without
             a height.
     """
 
@@ -84,9 +63,7 @@ class Triangles:
         self.triangle: Integers = np.array(triangle, dtype=np.int64)
         for what, given in (("vertices", self.vertices), ("triangles", self.triangle)):
             if given.ndim != 2 or given.shape[1] != 3 or not len(given):
-                raise BadTriangles(
-                    f"{what} of shape {given.shape}", f"give three numbers for {what}"
-                )
+                raise BadSurface(f"{what} of shape {given.shape}", f"give three numbers for {what}")
         self.part = tuple(part)
         m = len(self.triangle)
         self.part_number: Integers = np.zeros(m, dtype=np.int64)
@@ -161,10 +138,10 @@ class Triangles:
         """Enclosed volume [length^3], < 0 if the soil is outside.
 
         Raises:
-            BadTriangles: the surface is not closed.
+            BadSurface: the surface is not closed.
         """
         if not self.closed:
-            raise BadTriangles(
+            raise BadSurface(
                 "a volume needs a closed surface", "let two triangles share every edge"
             )
         arm = self.vertices[self.triangle[:, 0]] - self.vertices[0]
@@ -174,10 +151,10 @@ class Triangles:
         """Returns which triangles belong to the part of this name, shape (m,).
 
         Raises:
-            BadTriangles: there is no such part.
+            BadSurface: there is no such part.
         """
         if name not in self.part:
-            raise BadTriangles(
+            raise BadSurface(
                 f'the surface has no part "{name}"', f"choose from {', '.join(self.part)}"
             )
         return np.asarray(self.part_number == self.part.index(name))
@@ -186,20 +163,20 @@ class Triangles:
         n = len(self.vertices)
         strange = np.flatnonzero(((self.triangle < 0) | (self.triangle >= n)).any(axis=1))
         if len(strange):
-            raise BadTriangles(
-                f"triangles {_listed(strange)} have vertices that do not exist",
+            raise BadSurface(
+                f"triangles {listed(strange)} have vertices that do not exist",
                 f"number the {n} vertices from 0",
                 strange,
             )
         if ((self.part_number < 0) | (self.part_number >= len(self.part))).any():
-            raise BadTriangles(
+            raise BadSurface(
                 "triangles belong to parts that do not exist",
                 f"number the {len(self.part)} parts from 0",
             )
         endless = np.flatnonzero(~np.isfinite(self.corner).all(axis=(1, 2)))
         if len(endless):
-            raise BadTriangles(
-                f"coordinates of triangles {_listed(endless)} are not numbers",
+            raise BadSurface(
+                f"coordinates of triangles {listed(endless)} are not numbers",
                 "give finite numbers",
                 endless,
             )
@@ -208,8 +185,8 @@ class Triangles:
         least = ROUNDINGS * np.finfo(float).eps * float(np.abs(corner).max())
         flat = np.flatnonzero(2.0 * self.area <= least * longest)
         if len(flat):
-            raise BadTriangles(
-                f"triangles {_listed(flat)} have no height",
+            raise BadSurface(
+                f"triangles {listed(flat)} have no height",
                 "give each triangle three vertices that are not on one line",
                 flat,
             )
@@ -242,8 +219,3 @@ def _symmetric(orbits: list[tuple[float, float]]) -> TriangleRule:
     """Three places to an orbit: two shares alike and their rest, with the same weight each."""
     place = [np.roll([1.0 - 2.0 * share, share, share], i) for share, _ in orbits for i in range(3)]
     return TriangleRule(np.array(place), np.repeat([weight for _, weight in orbits], 3))
-
-
-def _listed(numbers: Integers) -> str:
-    more = f" and {len(numbers) - SHOWN} more" if len(numbers) > SHOWN else ""
-    return f"{', '.join(str(number) for number in numbers[:SHOWN])}{more}"
