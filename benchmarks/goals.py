@@ -24,10 +24,10 @@ from tilth.verification.cases import example
 GROWTH = [16, 25, 32]
 """Cells along an edge of the blocks whose times are compared; 64 more with --long."""
 
-LONGEST = 64
+LONGEST, LARGEST = 64, 108
 KERNELS = ("basis", "stress", "assembly")
-LARGE = 10_000_000
-"""Points whose memory is extrapolated."""
+LARGE, LARGE_LIMIT = 10_000_000, 24.0
+"""Points, and the memory that they may take [GB]."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class Measurements:
 
     repeats: int
     long: bool
+    largest: bool
     blocks: dict[int, list[CaseRun]] = field(default_factory=dict)
 
     @cached_property
@@ -178,27 +179,32 @@ def thread_rows(measured: Measurements) -> Iterator[Row]:
 
 
 def memory_rows(measured: Measurements) -> Iterator[Row]:
-    """Peak of the process over that of its imports, and what the points' arrays take."""
-    small, large = (measured.block(cells)[0].done for cells in measured.growth[-2:])
-    points, nodes = large["points"], large["nodes"]
-    above = large["peak"] - large["peak_of_imports"]
+    """Peaks of the process; what each further point takes, from two sizes."""
+    sizes = measured.growth[-2:] + ([LARGEST] if measured.largest else [])
+    small, large = (measured.block(cells)[0].done for cells in sizes[-2:])
+    points = large["points"]
+
+    def per_point(bytes_of: Callable[[dict[str, Any]], float]) -> float:
+        return (bytes_of(large) - bytes_of(small)) / (points - small["points"])
+
+    everything = per_point(lambda done: done["peak"])
+    matrix, copies = per_point(matrix_bytes), per_point(lambda done: done["multigrid"])
     yield Row(
-        "memory per point without the matrix", 1.0, 1e-3 * (above - matrix_bytes(large)) / points,
-        "kB", f"peak of {points:,} points, 3D linear, less imports and matrix",
+        "memory per point without the matrix", 1.0, 1e-3 * (everything - matrix - copies), "kB",
+        f"peaks of {points:,} and {small['points']:,} points, 3D linear; without multigrid, too",
     )  # fmt: skip
-    slope = (large["peak"] - small["peak"]) / (points - small["points"])
     yield Row(
-        f"{LARGE:,} points, 3D linear, extrapolated", 24.0,
-        1e-9 * (large["peak"] + slope * (LARGE - points)), "GB",
-        f"{slope:.0f} byte for each further point, matrix and all",
+        f"memory of {points:,} points", LARGE_LIMIT * points / LARGE, 1e-9 * large["peak"], "GB",
+        f"all of the process; the goal is {LARGE_LIMIT:g} GB for {LARGE:,} points",
     )  # fmt: skip
+    nodes = large["nodes"]
     print(
-        f"    {points / nodes:.2f} points a node; matrix {matrix_bytes(large) / nodes:.0f} byte a "
-        f"node, {matrix_bytes(large) / points:.0f} a point; all {above / nodes:.0f} byte a node, "
-        f"{above / points:.0f} a point"
+        f"    byte a point (a node): matrix {matrix:.0f} ({matrix_bytes(large) / nodes:.0f}), "
+        f"multigrid {copies:.0f} ({large['multigrid'] / nodes:.0f}), all {everything:.0f}; "
+        f"{points / nodes:.2f} points a node"
     )
     each = large["bytes_per_point"]
-    print(f"    of these the points' arrays {sum(each.values()):.0f} byte a point: ", end="")
+    print(f"    points' arrays that are kept: {sum(each.values()):.0f} byte a point: ", end="")
     print(", ".join(f"{name} {size:.0f}" for name, size in each.items() if size))
 
 
@@ -249,10 +255,13 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--footing", action="store_true", help="square footing, too: minutes")
     parser.add_argument("--long", action="store_true", help=f"{LONGEST}^3 cells, too: minutes")
+    parser.add_argument(
+        "--largest", action="store_true", help=f"memory with {LARGEST}^3 cells, too: minutes"
+    )
     parser.add_argument("--only", nargs="+", choices=list(SECTIONS), help="these parts alone")
     arguments = parser.parse_args()
     chosen = arguments.only or [name for name in SECTIONS if name != "footing" or arguments.footing]
-    measured = Measurements(arguments.repeats, arguments.long)
+    measured = Measurements(arguments.repeats, arguments.long, arguments.largest)
     flops, bandwidth = machine_rates()
     print(machine())
     print(f"matrix product {flops:.0f} Gflop/s, triad {bandwidth:.1f} GB/s, one thread")

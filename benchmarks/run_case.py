@@ -3,8 +3,7 @@
 
 `user_in_steps` [s] is the user time of the load steps alone, `linear_iterations` the sum over all
 multigrid solutions, `last` the tracked quantities at the end, `bytes_per_point` the size of the
-points' arrays, `peak` the largest memory of the process and `peak_of_imports` that before the model
-is read [byte].
+points' arrays, `multigrid` that of its levels, `peak` the largest memory of the process [byte].
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ class Watch:
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self.solutions = self.iterations = self.nodes = self.entries = 0
+        self.solutions = self.iterations = self.nodes = self.entries = self.multigrid = 0
         advance, solve = Simulation.advance, Multigrid.solve
 
         def timed_advance(simulation: Simulation, *arguments: Any) -> Any:
@@ -44,6 +43,7 @@ class Watch:
             solution = solve(solver, *arguments)
             self.solutions += 1
             self.iterations += solution.iterations
+            self.multigrid = solver.bytes
             return solution
 
         Simulation.advance = timed_advance
@@ -51,7 +51,6 @@ class Watch:
 
 
 def main() -> None:
-    imports = peak_memory()
     model = Model.from_dict(json.loads(Path(sys.argv[1]).read_text()))
     watch = Watch()
     with tempfile.TemporaryDirectory() as folder:
@@ -62,13 +61,13 @@ def main() -> None:
         "points": points,
         "nodes": watch.nodes,
         "matrix_blocks": watch.entries,
+        "multigrid": watch.multigrid,
         "steps": result.steps,
         "iterations": result.iterations,
         "user_in_steps": watch.seconds,
         "linear_solutions": watch.solutions,
         "linear_iterations": watch.iterations,
         "peak": peak_memory(),
-        "peak_of_imports": imports,
         "wall": result.seconds,
         "processor": result.processor_seconds,
         "last": last,

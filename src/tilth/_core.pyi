@@ -255,6 +255,9 @@ class Multigrid:
     def sizes(self) -> list[int]:
         """Nodes and blocks of each level, the finest first."""
 
+    def bytes(self) -> int:
+        """Memory of all levels [byte]."""
+
 def block_product(dim: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], held: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the product A x, zero where held."""
 

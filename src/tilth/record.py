@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +28,7 @@ from tilth.output import (
     write_surfaces,
 )
 from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS, SURFACE
+from tilth.output.snapshot import FieldsOnDemand
 from tilth.simulation import Simulation, StepResult, initial_points
 from tilth.track import Tracker
 
@@ -191,22 +192,6 @@ class Recorder:
         write_checkpoint(self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 
 
-@dataclass(frozen=True)
-class _PointFields(Mapping[str, npt.NDArray[Any]]):
-    """Fields by name, each made anew whenever it is asked for: all at once take much memory."""
-
-    make: dict[str, Callable[[], npt.NDArray[Any]]]
-
-    def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        return self.make[name]()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.make)
-
-    def __len__(self) -> int:
-        return len(self.make)
-
-
 def snapshot(
     simulation: Simulation,
     active: ActiveGrid,
@@ -238,7 +223,7 @@ def snapshot(
         time=time,
         position=points.position[order],
         body_id=points.body_id[order],
-        point_fields=_PointFields(fields),
+        point_fields=FieldsOnDemand(fields),
         node_position=active.position,
         cells=active.cells(),
         node_fields={

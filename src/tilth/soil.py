@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The soil's answer to a nodal displacement: stress update, internal force, stiffness.
 
-Every method loops over the bodies and hands flat arrays to a kernel of the core. The arrays of
-the trial state are allocated once and reused by all steps.
+Every method loops over the bodies and hands flat arrays to a kernel of the core.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,32 @@ _FOLDED = "the domain of a material point folded or inverted"
 _UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
 
 
+@dataclass
+class _Trial:
+    """What a trial displacement makes of the points; each array has one row per point.
+
+    Attributes:
+        elastic: elastic left Cauchy-Green tensor less the identity [-].
+        plastic, state: as those of `MaterialPoints`.
+        response: what forces and stiffness need (kernel/response.hpp).
+    """
+
+    elastic: Floats
+    plastic: Floats
+    state: Floats
+    response: Floats
+
+    @classmethod
+    def of(cls, points: MaterialPoints, kind: str) -> _Trial:
+        """Returns arrays for these points."""
+        return cls(
+            elastic=np.empty_like(points.elastic_deformation),
+            plastic=np.empty_like(points.plastic),
+            state=np.zeros_like(points.state),  # not every material writes all columns
+            response=np.empty((len(points), _core.response_size(kind))),
+        )
+
+
 class Soil:
     """Material points together with the trial state of the current step.
 
@@ -42,14 +69,17 @@ class Soil:
         self.points = points
         self.kind = kind
         self._timers = timers
-        n = len(points)
-        self._elastic = np.empty((n, 6))
-        self._plastic = np.empty((n, 2))
-        self._state = np.zeros_like(points.state)  # not every material writes all columns
-        self._response = np.empty((n, _core.response_size(kind)))
+        self._kept: _Trial | None = None
         self._active: ActiveGrid | None = None
         self._centres: list[Centres | None] = []
         self._weighed: tuple[ActiveGrid, Floats] | None = None
+
+    @property
+    def _trial(self) -> _Trial:
+        """The trial state; between the steps there is none, nor does it take memory."""
+        if self._kept is None:
+            self._kept = _Trial.of(self.points, self.kind)
+        return self._kept
 
     def update(self, active: ActiveGrid, displacement: Floats) -> None:
         """Updates the trial state for the step's nodal displacement [length], (nodes, dim).
@@ -57,7 +87,7 @@ class Soil:
         Raises:
             StepFailed: if a point inverts or its return mapping fails.
         """
-        points = self.points
+        points, trial = self.points, self._trial
         self._find_centres(active)
         with self._timers.measure("stress"):
             for body, stencil, centres in zip(
@@ -69,8 +99,8 @@ class Soil:
                 point, status = _core.stress_update(
                     self.kind, body.material, body.parameters, stencil, displacement,
                     points.position[s], points.elastic_deformation[s], points.plastic[s],
-                    points.state[s], self._elastic[s], self._plastic[s], self._state[s],
-                    self._response[s], centres,
+                    points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
+                    trial.response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
@@ -107,7 +137,7 @@ class Soil:
                 s = slice(body.start, body.stop)
                 _core.internal_force(
                     self.kind, stencil, volume, self.points.position[s],
-                    self._response[s], force,
+                    self._trial.response[s], force,
                 )  # fmt: skip
         return force
 
@@ -122,7 +152,7 @@ class Soil:
                 s = slice(body.start, body.stop)
                 _core.stiffness(
                     self.kind, stencil, start, position,
-                    volume, self.points.position[s], self._response[s],
+                    volume, self.points.position[s], self._trial.response[s],
                     matrix, centres,
                 )  # fmt: skip
 
@@ -143,7 +173,7 @@ class Soil:
 
     def yielding_nodes(self, active: ActiveGrid) -> npt.NDArray[np.bool_]:
         """Returns the nodes of points that yield in the trial state, shape (nodes,)."""
-        yielding = self._plastic[:, :1] > self.points.plastic[:, :1]
+        yielding = self._trial.plastic[:, :1] > self.points.plastic[:, :1]
         if not yielding.any():
             return np.zeros(active.nodes, dtype=bool)
         return np.asarray(self.scatter(active, yielding.astype(np.float64))[:, 0] > 0.0)
@@ -178,8 +208,8 @@ class Soil:
                 part = points.part(body)
                 s = slice(body.start, body.stop)
                 _core.advance(
-                    self.kind, stencil, displacement, part.position, self._response[s],
-                    part.plastic, self._plastic[s], part.last_gradient,
+                    self.kind, stencil, displacement, part.position, self._trial.response[s],
+                    part.plastic, self._trial.plastic[s], part.last_gradient,
                     part.deformation_gradient, part.stress, part.elastic_share,
                 )  # fmt: skip
                 _core.interpolate(stencil, displacement, part.last_displacement)
@@ -195,9 +225,9 @@ class Soil:
                     points.stress[body.start : body.stop] *= centres.after[:, None]
                     self._level(body, active, centres)
             self._active = self._weighed = None  # the points have moved
-            points.elastic_deformation, self._elastic = self._elastic, points.elastic_deformation
-            points.plastic, self._plastic = self._plastic, points.plastic
-            points.state, self._state = self._state, points.state
+            points.elastic_deformation = self._trial.elastic
+            points.plastic, points.state = self._trial.plastic, self._trial.state
+            self._kept = None
             for body in points.bodies:
                 if body.has_corners:
                     if body.basis == "cpdi1":
@@ -249,8 +279,8 @@ class Soil:
     def _level(self, body: PointRange, active: ActiveGrid, centres: Centres) -> None:
         """Lets the volumetric strains of points that flow go towards those of their cells."""
         s, points = slice(body.start, body.stop), self.points
-        elastic, jacobian = self._elastic[s], points.assumed_jacobian[s]
-        flow = self._plastic[s, 0] - points.plastic[s, 0]
+        elastic, jacobian = self._trial.elastic[s], points.assumed_jacobian[s]
+        flow = self._trial.plastic[s, 0] - points.plastic[s, 0]
         if not flow.any():
             return
         stencil = active.stencils[self.points.bodies.index(body)]

@@ -108,7 +108,8 @@ void bind_multigrid(nb::module_& module) {
       .def("fill", &fill, "blocks"_a, "Takes the values of a matrix of the pattern.")
       .def("cycle", &cycle, "residual"_a, "approximate"_a,
            "Fills `approximate` with one V-cycle for `residual`.")
-      .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.");
+      .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.")
+      .def("bytes", &Hierarchy::bytes, "Memory of all levels [byte].");
   module.def("block_product", &block_product, "dim"_a, "row_start"_a, "column"_a, "blocks"_a,
              "held"_a, "x"_a, "product"_a, "Fills the product A x, zero where held.");
   module.def("asymmetry", &asymmetry, "dim"_a, "row_start"_a, "column"_a, "blocks"_a, "held"_a,

@@ -25,6 +25,13 @@ struct Aligned {
 
 using Floats = std::vector<float, Aligned<float>>;
 
+/// Memory of vectors.
+template <class... Vectors>
+std::int64_t bytes_of(const Vectors&... vectors) {
+  return static_cast<std::int64_t>(
+      (0 + ... + (vectors.capacity() * sizeof(typename Vectors::value_type))));
+}
+
 /// `Components` numbers per node. Up to `margin` places before the first node and behind the last
 /// one may be read; they are zero.
 template <int Components>
@@ -41,6 +48,7 @@ class Field {
 
   float* operator[](int i) { return number_.data() + i * stride_ + margin; }
   const float* operator[](int i) const { return number_.data() + i * stride_ + margin; }
+  std::int64_t bytes() const { return bytes_of(number_); }
 
  private:
   std::int64_t stride_;

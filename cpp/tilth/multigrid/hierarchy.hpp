@@ -32,6 +32,9 @@ class Hierarchy {
 
   /// Nodes and blocks of each level, the finest first.
   virtual std::vector<std::int64_t> sizes() const = 0;
+
+  /// Memory of all levels.
+  virtual std::int64_t bytes() const = 0;
 };
 
 template <int Dim>
@@ -124,6 +127,12 @@ class HierarchyOf final : public Hierarchy {
       found.push_back(level->row_start.back());
     }
     return found;
+  }
+
+  std::int64_t bytes() const override {
+    std::int64_t sum = 0;
+    for (const auto& level : level_) sum += level->bytes();
+    return sum;
   }
 
  private:

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "field.hpp"
+
 namespace tilth::multigrid {
 
 using Place = std::array<std::int32_t, 3>;
@@ -32,6 +34,7 @@ class Lattice {
     for (std::size_t l = 1; l < line_.size(); ++l) line_[l] += line_[l - 1];
   }
 
+  std::int64_t bytes() const { return bytes_of(place_, line_); }
   std::int32_t nodes() const { return static_cast<std::int32_t>(place_.size()); }
   const Place& operator[](std::int64_t node) const { return place_[node]; }
 

@@ -76,6 +76,15 @@ struct Level {
     return out;
   }
 
+  std::int64_t bytes() const {
+    return lattice.bytes() + strips.bytes() + inverse.bytes() + mask.bytes() + right.bytes() +
+           solution.bytes() + change.bytes() + residual.bytes() + other.bytes() +
+           eigenvector.bytes() +
+           bytes_of(row_start, column, diagonal, value, alone, shared_start, shared_node,
+                    shared_inverse, parent_start, child_start, parent, child, parent_weight,
+                    child_weight);
+  }
+
   Lattice lattice;
   std::vector<std::int64_t> row_start;
   std::vector<std::int32_t> column, diagonal;  // diagonal: which entry of the row it is

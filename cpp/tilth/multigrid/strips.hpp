@@ -156,10 +156,8 @@ class Strips {
     }
   }
 
-  /// Bytes that one product reads.
   std::int64_t bytes() const {
-    return 2 * static_cast<std::int64_t>(short_.size()) +
-           4 * static_cast<std::int64_t>(real_.size());
+    return bytes_of(strip_, distance_, slot_, short_, real_) + scale_.bytes();
   }
 
  private:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +12,22 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FieldsOnDemand(Mapping[str, NDArray[Any]]):
+    """Fields by name, each made anew whenever it is asked for: all at once take much memory."""
+
+    make: Mapping[str, Callable[[], NDArray[Any]]]
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.make[name]()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.make)
+
+    def __len__(self) -> int:
+        return len(self.make)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,13 @@ from typing import Any
 from ..errors import BadInput
 from .files import exchange_durably, replace_durably
 from .snapshot import Snapshot
-from .vtkhdf_layout import append_snapshot, create_file, read_snapshot, surface_names
+from .vtkhdf_layout import (
+    append_snapshot,
+    copy_last_snapshot,
+    create_file,
+    read_snapshot,
+    surface_names,
+)
 
 
 class ResultsWriter:
@@ -85,7 +91,8 @@ class ResultsWriter:
                 names = [surface.name for surface in snapshot.surfaces]
                 create_file(file, snapshot.dim, self._title, self._units, names)
             if behind:
-                append_snapshot(file, read_results(self.path).snapshot(-1))
+                with _open_to_read(self.path) as visible:
+                    copy_last_snapshot(visible, file)
             append_snapshot(file, snapshot)
         exchange_durably(self._shadow, self.path)
         self._behind = 1

@@ -20,12 +20,14 @@ import json
 import re
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .snapshot import Snapshot, SurfaceShape
+from .snapshot import FieldsOnDemand, Snapshot, SurfaceShape
 
 VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_QUAD, VTK_HEXAHEDRON = 1, 3, 5, 9, 12
 VERSION = (2, 2)
@@ -138,20 +140,39 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
     _append(file["tilth"], "step", np.array([snapshot.step], dtype=np.int64))
 
 
+def copy_last_snapshot(file: Any, to: Any) -> None:
+    """Append the last output of one open ``h5py.File`` to another, a field at a time."""
+    append_snapshot(to, _snapshot_on_demand(file, len(file["tilth/step"]) - 1))
+
+
 def read_snapshot(file: Any, index: int) -> Snapshot:
     """Output number ``index`` of the open ``h5py.File``, exactly as it was appended."""
+    on_demand = _snapshot_on_demand(file, index)
+    return replace(
+        on_demand,
+        point_fields=dict(on_demand.point_fields),
+        node_fields=dict(on_demand.node_fields),
+        surfaces=tuple(
+            replace(surface, fields=dict(surface.fields)) for surface in on_demand.surfaces
+        ),
+    )
+
+
+def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
+    """The same with fields that are read when they are asked for."""
     dim = int(file["tilth"].attrs["dim"])
     points, grid = file["VTKHDF/points"], file["VTKHDF/grid"]
     position, point_fields = _read_block(points, index, dim)
     node_position, node_fields = _read_block(grid, index, dim)
-    body_id = point_fields.pop("body_id")
-    del point_fields["point_id"]
+    make = dict(point_fields.make)
+    body_id = make.pop("body_id")()
+    del make["point_id"]
     return Snapshot(
         step=int(file["tilth/step"][index]),
         time=float(points["Steps/Values"][index]),
         position=position,
         body_id=body_id,
-        point_fields=point_fields,
+        point_fields=FieldsOnDemand(make),
         node_position=node_position,
         cells=_read_cells(grid, index).reshape(-1, 2**dim),
         node_fields=node_fields,
@@ -210,18 +231,18 @@ def _append_block(
     steps.attrs["NSteps"] = index + 1
 
 
-def _read_block(
-    block: Any, index: int, dim: int
-) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
+def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], FieldsOnDemand]:
     """Points and fields of one output of one block, shapes as in :class:`Snapshot`."""
     steps = block["Steps"]
     count = int(block["NumberOfPoints"][steps["PartOffsets"][index]])
     first = int(steps["PointOffsets"][index])
     position = block["Points"][first : first + count]
-    fields = {}
-    for name, values in block["PointData"].items():
+
+    def field(name: str) -> NDArray[Any]:
         first = int(steps["PointDataOffsets"][name][index])
-        fields[name] = _from_vtk(values[first : first + count], dim)
+        return _from_vtk(block["PointData"][name][first : first + count], dim)
+
+    fields = FieldsOnDemand({name: partial(field, name) for name in block["PointData"]})
     return np.ascontiguousarray(position[:, :dim]), fields
 
 

@@ -51,6 +51,11 @@ class Multigrid:
         self._exact: ExactPart | None = None
         self._hierarchy = _core.Multigrid(self._dim, active.lattice, *self._pattern, self._held)
 
+    @property
+    def bytes(self) -> int:
+        """Memory of all levels [byte]."""
+        return self._hierarchy.bytes()
+
     def begin(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> bool:
         """Makes ready for another active grid and returns True if it has the same pattern."""
         same = np.array_equal(held, self._held) and all(
