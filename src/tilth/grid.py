@@ -60,8 +60,10 @@ class Stencil:
         node_key: keys of each group's nodes; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
         value_start: where in `value` each group begins, shape (groups + 1,).
-        value: what is kept of each point's basis, flat (kernel/basis_values.hpp): where the nodes
-            fill a box the factors of the products over the directions, else values and gradients.
+        value: what is kept of each point's basis, flat (kernel/basis_values.hpp): of the linear one
+            the place in the cell, of others whose nodes fill a box the factors of the products over
+            the directions, else values and gradients.
+        hat_slope: slopes of the linear basis [1/length], shape (dim,); empty with others.
         dim: number of directions.
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
     """
@@ -76,6 +78,7 @@ class Stencil:
     node: Shorts
     value_start: Integers
     value: Floats
+    hat_slope: Floats
     dim: int
     colour_start: Integers
     slab_start: Integers
@@ -303,7 +306,10 @@ def _stencil(
     else:
         node_start = groups.node_start
         node = np.searchsorted(key, groups.node_key).astype(np.int32)
-    if groups.boxed:
+    basis, hat_slope = points.bodies[body].basis, np.zeros(0)
+    if basis == "linear":
+        of_point, hat_slope = np.full(len(first), grid.dim), 1.0 / grid.cell_size
+    elif groups.boxed:
         of_point = 2 * count[:, : grid.dim].sum(axis=1, dtype=np.int64)
     else:
         of_point = (1 + grid.dim) * np.diff(node_start)
@@ -312,8 +318,8 @@ def _stencil(
     part = points.part(points.bodies[body])
     if groups.boxed:
         _core.basis_factors(
-            points.bodies[body].basis, start, first, count, value_start, part.position,
-            part.half_length, grid.origin, grid.cell_size, value,
+            basis, start, first, count, value_start, part.position, part.half_length,
+            grid.origin, grid.cell_size, value,
         )  # fmt: skip
     else:
         _core.corner_basis_values(
@@ -332,6 +338,7 @@ def _stencil(
         node=node,
         value_start=value_start,
         value=value,
+        hat_slope=hat_slope,
         dim=grid.dim,
         colour_start=colour_start,
         slab_start=slab_start,

@@ -14,6 +14,7 @@ namespace tilth::basis {
 struct Gimp {
   static constexpr const char* name = "gimp";
   static constexpr bool has_domain = true;
+  static constexpr bool is_hat = false;
   static constexpr int maximum_count = 3;  // half lengths are capped at half a cell
 
   /// Overlaps below this share of the half length are not counted as support: they come from the

@@ -11,7 +11,7 @@ namespace tilth::bind {
 struct StencilView : kernel::Stencil {
   ConstIntegers arrays64[6];
   ConstShorts nodes, counts;
-  ConstDoubles values;
+  ConstDoubles values, hat_slopes;
   int dim;
 
   explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
@@ -21,6 +21,7 @@ struct StencilView : kernel::Stencil {
     nodes = nb::cast<ConstShorts>(stencil.attr("node"));
     counts = nb::cast<ConstShorts>(stencil.attr("count"));
     values = nb::cast<ConstDoubles>(stencil.attr("value"));
+    hat_slopes = nb::cast<ConstDoubles>(stencil.attr("hat_slope"));
     dim = nb::cast<int>(stencil.attr("dim"));
     groups = static_cast<std::int64_t>(arrays64[0].size()) - 1;
     start = arrays64[0].data();
@@ -33,6 +34,7 @@ struct StencilView : kernel::Stencil {
     node = nodes.data();
     count = nb::cast<bool>(stencil.attr("boxed")) ? counts.data() : nullptr;
     value = values.data();
+    hat_slope = hat_slopes.size() > 0 ? hat_slopes.data() : nullptr;
   }
 
   std::int64_t points() const { return start[groups]; }

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Basis values S [-] and gradients G [1/length] of a point at its group's nodes. What a stencil
 // keeps of each point is, one after the other,
-// - where the nodes fill a box, the factors of the product over the directions: for each direction
-//   the values of its nodes, then their slopes. Products are cheaper than what reading them would
-//   take: with trilinear functions 96 bytes a point instead of 256;
+// - of the linear basis the place in the cell, 0 to 1 in each direction;
+// - of other bases whose nodes fill a box the factors of the product over the directions: for each
+//   direction the values of its nodes, then their slopes;
 // - of a list of nodes the values S[node], then the gradients G[direction][node].
+// Products are cheaper than what reading them would take: in 3D 24 bytes a point with the linear
+// basis instead of 256.
 #pragma once
 
+#include <cstring>
+
+#include "../lanes.hpp"
 #include "view.hpp"
 
 namespace tilth::kernel {
@@ -48,6 +53,29 @@ void multiply_factors(const std::int32_t* count, const double* factor, double* v
     }
 }
 
+/// Products of the grid's own functions at a place in the cell: four nodes, a layer of the cell
+/// along z, at a time.
+template <int Dim, bool Values, bool Gradients>
+void multiply_hats(const double* place, const double* slope, double* value, double* gradient) {
+  constexpr int n = 1 << Dim;
+  const double x = place[0], y = place[1];
+  const HalfLanes along_x = {1.0 - x, x, 1.0 - x, x}, along_y = {1.0 - y, 1.0 - y, y, y};
+  const HalfLanes slope_x = {-slope[0], slope[0], -slope[0], slope[0]};
+  const HalfLanes slope_y = {-slope[1], -slope[1], slope[1], slope[1]};
+  const HalfLanes both = along_x * along_y, by_x = slope_x * along_y, by_y = along_x * slope_y;
+  const auto store = [](const HalfLanes& four, double* to) { std::memcpy(to, &four, sizeof four); };
+  for (int k = 0; k < n / 4; ++k) {
+    const double z = Dim == 2 ? 1.0 : (k == 0 ? 1.0 - place[Dim - 1] : place[Dim - 1]);
+    if constexpr (Values) store(both * z, value + 4 * k);
+    if constexpr (Gradients) {
+      store(by_x * z, gradient + 4 * k);
+      store(by_y * z, gradient + n + 4 * k);
+      if constexpr (Dim == 3)
+        store(both * (k == 0 ? -slope[2] : slope[2]), gradient + 2 * n + 4 * k);
+    }
+  }
+}
+
 /// The basis of the points of one group, point after point. N nodes, 0 for a number known at run
 /// time.
 template <int Dim, int N, bool Values, bool Gradients>
@@ -55,10 +83,10 @@ class GroupBasis {
  public:
   GroupBasis(const Stencil& stencil, std::int64_t group)
       : count_(stencil.count == nullptr ? nullptr : stencil.count + 3 * group),
+        hat_slope_(stencil.hat_slope),
         next_(stencil.value + stencil.value_start[group]),
         nodes_(N > 0 ? N : stencil.nodes_of(group)) {
-    if (count_ == nullptr) return;
-    numbers_ = 0;
+    if (count_ == nullptr || hat_slope_ != nullptr) return;
     for (int k = 0; k < Dim; ++k) numbers_ += 2 * count_[k];
   }
 
@@ -73,8 +101,14 @@ class GroupBasis {
       next_ += (1 + Dim) * nodes_;
       return;
     }
-    multiply_factors<Dim, N, Values, Gradients>(count_, next_, own_value_, own_gradient_);
-    next_ += numbers_;
+    if (hat_slope_ == nullptr) {
+      multiply_factors<Dim, N, Values, Gradients>(count_, next_, own_value_, own_gradient_);
+      next_ += numbers_;
+      return;
+    }
+    if constexpr (N == 0 || N == 1 << Dim)  // other numbers of nodes have other bases
+      multiply_hats<Dim, Values, Gradients>(next_, hat_slope_, own_value_, own_gradient_);
+    next_ += Dim;
   }
 
  private:
@@ -82,6 +116,7 @@ class GroupBasis {
   alignas(32) double own_value_[Values ? capacity : 1];
   alignas(32) double own_gradient_[Gradients ? Dim * capacity : 1];
   const std::int32_t* count_;
+  const double* hat_slope_;
   const double* next_;
   int nodes_;
   std::int64_t numbers_ = 0;

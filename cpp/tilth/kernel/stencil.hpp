@@ -113,8 +113,8 @@ inline void group_nodes(std::int64_t groups, const std::int64_t* first, const st
   }
 }
 
-/// The factors of every point's basis, laid out as basis_values.hpp reads them; `value_start` says
-/// where each group's first point has its own.
+/// The factors of every point's basis, or its place in the cell, laid out as basis_values.hpp reads
+/// them; `value_start` says where each group's first point has its own.
 template <class Basis, int Dim>
 void basis_factors(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
                    const std::int32_t* count, const std::int64_t* value_start,
@@ -130,6 +130,10 @@ void basis_factors(std::int64_t groups, const std::int64_t* start, const std::in
       for (int k = 0; k < Dim; ++k) {
         double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
         double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+        if constexpr (Basis::is_hat) {
+          *value++ = x - static_cast<double>(first[3 * g + k]);
+          continue;
+        }
         Basis::cut(static_cast<double>(first[3 * g + k]), nodes[k], x, l);
         double* slope = value + nodes[k];
         for (int i = 0; i < nodes[k]; ++i) {

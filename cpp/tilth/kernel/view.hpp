@@ -16,8 +16,9 @@ struct Stencil {
   const std::int32_t* node;        // node numbers of the groups
   const std::int32_t* count;       // (groups, 3) nodes per direction; null where not in a box
   const std::int64_t*
-      value_start;      // (groups) where what is known of the first point's basis stands
-  const double* value;  // see basis_values.hpp
+      value_start;          // (groups) where what is known of the first point's basis stands
+  const double* value;      // see basis_values.hpp
+  const double* hat_slope;  // (dim) slopes of the grid's own functions; null with others
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
