@@ -255,10 +255,25 @@ struct CornerCells {
 /// with the corners, so that no cell of the support is left without a share.
 inline constexpr int places_per_direction = 5;
 
+/// A place given from the point, in cells, and the lowest and the highest cell that it belongs to:
+/// they differ where it lies on a grid line.
+template <int Dim>
+void place_on_lines(const double* position, const double* from_point, const Cells& cells,
+                    double place[Dim], Lattice& low, Lattice& high) {
+  low = high = {0, 0, 0};
+  for (int k = 0; k < Dim; ++k) {
+    place[k] = (position[k] - cells.origin[k]) / cells.size[k] + from_point[k] / cells.size[k];
+    const double near = basis::Gimp::relative_overlap;
+    low[k] = static_cast<std::int64_t>(std::floor(place[k] - near));
+    high[k] = static_cast<std::int64_t>(std::floor(place[k] + near));
+  }
+}
+
 /// Shares of each point in its group's cells, and moments of the cells (share_among_cells in
 /// f_bar.hpp). A domain is represented by 5^Dim places. Each counts for the cell that it lies in,
-/// or, where that one is not of the support, for that of the nearest corner. `corner_node` (cells
-/// of groups, 2^Dim): where the cells' nodes stand in the group's list.
+/// on a grid line for those on both sides, or, where that one is not of the support, for that of
+/// the nearest corner. `corner_node` (cells of groups, 2^Dim): where the cells' nodes stand in the
+/// group's list.
 template <int Dim>
 void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
                           const double* position, const double* corner, const double* weight,
@@ -283,45 +298,59 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
     for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
       const double* own = corner + Dim * corners * p;
       double* shares = share + share_start[g] + (p - stencil.start[g]) * of_group;
-      double part_volume[parts], part_place[parts][Dim], volume = 0.0;
-      int part_cell[parts];
+      double part_volume[parts], part_middle[parts][Dim], volume = 0.0;
       for (int part = 0; part < parts; ++part) {
         double xi[Dim], value[corners], slope[corners][Dim], cofactor[Dim][Dim];
-        int nearest = 0;
         double weight_here = 1.0;
         for (int k = 0, rest = part; k < Dim; ++k, rest /= line) {
           const int along = rest % line;
           xi[k] = 2.0 * along / (line - 1) - 1.0;
           if (along == 0 || along == line - 1) weight_here *= 0.5;
-          if (xi[k] > 0.0) nearest |= 1 << k;
         }
         basis::corner_functions<Dim>(xi, value, slope);
         part_volume[part] = weight_here * basis::cofactors<Dim>(own, slope, cofactor);
         volume += part_volume[part];
-        double middle[Dim] = {};
-        for (int c = 0; c < corners; ++c)
-          for (int k = 0; k < Dim; ++k) middle[k] += value[c] * own[Dim * c + k];
-        const Lattice at = corner_place<Dim>(position + Dim * p, middle, grid, part_place[part]);
-        int e = place_in_list(own_cells, of_group, pack(at));
-        if (e == of_group || own_cells[e] != pack(at)) {
-          double place[Dim];
-          const Lattice known =
-              corner_place<Dim>(position + Dim * p, own + Dim * nearest, grid, place);
-          e = place_in_list(own_cells, of_group, pack(known));
-          for (int k = 0; k < Dim; ++k) {
-            const auto low = static_cast<double>(known[k]);
-            part_place[part][k] = std::clamp(part_place[part][k], low, low + 1.0);
-          }
+        for (int k = 0; k < Dim; ++k) {
+          part_middle[part][k] = 0.0;
+          for (int c = 0; c < corners; ++c) part_middle[part][k] += value[c] * own[Dim * c + k];
         }
-        part_cell[part] = e;
       }
       std::fill(shares, shares + of_group, 0.0);
       for (int part = 0; part < parts; ++part) {
-        const double its_share = part_volume[part] / volume;
-        shares[part_cell[part]] += its_share;
-        double* sum = moment + (1 + Dim) * std::int64_t{number[part_cell[part]]};
-        sum[0] += weight[p] * its_share;
-        for (int k = 0; k < Dim; ++k) sum[1 + k] += weight[p] * its_share * part_place[part][k];
+        int nearest = 0;
+        for (int k = 0, rest = part; k < Dim; ++k, rest /= line)
+          if (2 * (rest % line) > line - 1) nearest |= 1 << k;
+        double place[Dim];
+        Lattice low, high;  // cells on both sides of a grid line on which the place lies
+        place_on_lines<Dim>(position + Dim * p, part_middle[part], grid, place, low, high);
+        for (int side = 0; side < corners; ++side) {
+          Lattice at = low;
+          double its_share = part_volume[part] / volume;
+          bool again = false;
+          for (int k = 0; k < Dim; ++k) {
+            if (low[k] != high[k]) its_share *= 0.5;
+            again = again || ((side >> k & 1) && low[k] == high[k]);
+            if (side >> k & 1) at[k] = high[k];
+          }
+          if (again) continue;
+          int e = place_in_list(own_cells, of_group, pack(at));
+          double centroid[Dim];
+          std::copy_n(place, Dim, centroid);
+          if (e == of_group || own_cells[e] != pack(at)) {
+            double of_corner[Dim];
+            const Lattice known =
+                corner_place<Dim>(position + Dim * p, own + Dim * nearest, grid, of_corner);
+            e = place_in_list(own_cells, of_group, pack(known));
+            for (int k = 0; k < Dim; ++k) {
+              const auto from = static_cast<double>(known[k]);
+              centroid[k] = std::clamp(place[k], from, from + 1.0);
+            }
+          }
+          shares[e] += its_share;
+          double* sum = moment + (1 + Dim) * std::int64_t{number[e]};
+          sum[0] += weight[p] * its_share;
+          for (int k = 0; k < Dim; ++k) sum[1 + k] += weight[p] * its_share * centroid[k];
+        }
       }
     }
   });
