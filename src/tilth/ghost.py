@@ -166,12 +166,10 @@ def ghost_faces(
     grid, dim = active.grid, active.grid.dim
     key, fill, modulus = filled_cells(soil, active)
     place = np.asarray(_core.lattice(key))
-    neighbour = {
-        (axis, side): find_keys(key, lattice_keys(place + side * np.eye(3, dtype=np.int64)[axis]))
-        for axis in range(dim)
-        for side in (-1, 1)
-    }
-    at_edge = np.any([number < 0 for number in neighbour.values()], axis=0)
+    along = np.eye(3, dtype=np.int64)[:dim]
+    beside = place + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
+    neighbour = find_keys(key, lattice_keys(beside.reshape(-1, 3))).reshape(2, dim, len(key))
+    at_edge = (neighbour < 0).any(axis=(0, 1))
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
     weights = np.tile(emptiness[:, None], dim)
     if behind is not None:
@@ -184,8 +182,8 @@ def ghost_faces(
         weights += FIRM * hidden
     faces = []
     for axis in range(dim):
-        cell = np.flatnonzero(neighbour[axis, 1] >= 0)
-        other = neighbour[axis, 1][cell]
+        cell = np.flatnonzero(neighbour[1, axis] >= 0)
+        other = neighbour[1, axis, cell]
         weight = np.maximum(weights[cell, axis], weights[other, axis])
         cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
         if len(cell) == 0:
