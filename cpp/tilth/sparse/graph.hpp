@@ -26,7 +26,7 @@ class Graph {
     for (std::int64_t first = 0; first < size_; ++first) {
       if (part[first] != none) continue;
       found = {first};
-      visit(found, part, count++, false);
+      visit(found, part, count++);
     }
     return part;
   }
@@ -41,14 +41,14 @@ class Graph {
     for (std::int64_t any = 0; any < size_; ++any) {
       if (mark[any] == done) continue;
       found = {any};
-      Levels reached = visit(found, mark, ++sweep, false), before;
+      Levels reached = visit(found, mark, ++sweep), before;
       do {
         end.assign(found.begin() + reached.last, found.end());
         found = {*std::min_element(end.begin(), end.end(), fewer())};
         before = reached;
-        reached = visit(found, mark, ++sweep, false);
+        reached = visit(found, mark, ++sweep);
       } while (reached.count > before.count);
-      visit(end, mark, done, true);
+      visit(end, mark, done);
       order.insert(order.end(), end.begin(), end.end());
     }
     std::reverse(order.begin(), order.end());
@@ -69,10 +69,9 @@ class Graph {
   }
 
   /// Extends `found` by all that can be reached from it, level by level, and gives it this mark;
-  /// what has the mark counts as found before. The neighbours of each vertex come in their order,
-  /// or `by_degree`.
-  Levels visit(std::vector<std::int64_t>& found, std::vector<std::int64_t>& mark, std::int64_t own,
-               bool by_degree) const {
+  /// what has the mark counts as found before. The neighbours of each vertex come by their degree.
+  Levels visit(std::vector<std::int64_t>& found, std::vector<std::int64_t>& mark,
+               std::int64_t own) const {
     for (const std::int64_t v : found) mark[v] = own;
     Levels levels{0, 0};
     for (std::size_t next = 0; next < found.size(); ++levels.count) {
@@ -86,7 +85,7 @@ class Graph {
           mark[w] = own;
           found.push_back(w);
         }
-        if (by_degree) std::stable_sort(found.begin() + from, found.end(), fewer());
+        std::stable_sort(found.begin() + from, found.end(), fewer());
       }
     }
     return levels;
