@@ -182,9 +182,8 @@ class Soil:
             points.position += moved
             points.displacement += moved
             points.last_displacement[:] = moved
-            dim = active.grid.dim
-            step = self._increment.reshape(-1, 3, 3)[:, :dim, :dim]
-            points.last_gradient[:] = step - np.eye(dim)
+            for i, j in np.ndindex(points.last_gradient.shape[1:]):
+                points.last_gradient[:, i, j] = self._increment[:, 3 * i + j] - float(i == j)
             _core.advance(
                 self.kind, self._increment, self._response, points.deformation_gradient,
                 points.stress,
@@ -252,6 +251,8 @@ class Soil:
         plastic = self._plastic[:, 0] - self.points.plastic[:, 0]  # sqrt(2/3) of the tensor's norm
         share = np.ones(len(plastic))
         yielding = np.flatnonzero(plastic > 0.0)
+        if len(yielding) == 0:
+            return share
         strain = self._increment.reshape(-1, 3, 3)[yielding] - np.eye(3)
         strain = 0.5 * (strain + strain.transpose(0, 2, 1))
         strain -= np.trace(strain, axis1=1, axis2=2)[:, None, None] / 3.0 * np.eye(3)
