@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -20,15 +21,28 @@ namespace tilth::sparse {
 class BandFactors {
  public:
   BandFactors(std::int64_t size, const std::int32_t* start, const std::int32_t* row)
-      : size_(size), order_(Graph(size, start, row).narrow_order()), pivot_(size) {
+      : size_(size),
+        order_(Graph(size, start, row).narrow_order()),
+        first_(size),
+        end_(size),
+        pivot_(size) {
     std::vector<std::int64_t> rank(size);
-    for (std::int64_t k = 0; k < size; ++k) rank[order_[k]] = k;
+    for (std::int64_t k = 0; k < size; ++k) {
+      rank[order_[k]] = first_[k] = k;
+      end_[k] = k + 1;
+    }
     for (std::int64_t c = 0; c < size; ++c)
       for (std::int32_t e = start[c]; e < start[c + 1]; ++e) {
         lower_ = std::max(lower_, rank[row[e]] - rank[c]);
         upper_ = std::max(upper_, rank[c] - rank[row[e]]);
+        first_[rank[c]] = std::min(first_[rank[c]], rank[row[e]]);
+        end_[rank[c]] = std::max(end_[rank[c]], rank[row[e]] + 1);
       }
-    upper_ += lower_;  // the interchanges widen it
+    std::inclusive_scan(end_.begin(), end_.end(), end_.begin(),
+                        [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
+    for (std::int64_t& first : first_)  // an interchange may bring it up to here
+      first = std::upper_bound(end_.begin(), end_.end(), first) - end_.begin();
+    upper_ += lower_;  // for the same reason
     place_.reserve(start[size]);
     for (std::int64_t c = 0; c < size; ++c)
       for (std::int32_t e = start[c]; e < start[c + 1]; ++e)
@@ -46,11 +60,11 @@ class BandFactors {
     for (std::size_t e = 0; e < place_.size(); ++e) factor_[place_[e]] += value[e];
     for (std::int64_t c = 0; c < size_; ++c) {
       double* column = at_diagonal(c) - c;  // column[i] is entry (i, c)
-      for (std::int64_t k = std::max(std::int64_t{0}, c - upper_); k < c; ++k) {
+      for (std::int64_t k = first_[c]; k < c; ++k) {
         std::swap(column[k], column[pivot_[k]]);
         take_off(k, column);
       }
-      const std::int64_t end = std::min(size_, c + lower_ + 1);
+      const std::int64_t end = end_[c];
       std::int64_t pivot = c;
       for (std::int64_t i = c + 1; i < end; ++i)
         if (std::abs(column[i]) > std::abs(column[pivot])) pivot = i;
@@ -74,8 +88,7 @@ class BandFactors {
     for (std::int64_t c = size_; c-- > 0;) {
       const double* column = at_diagonal(c) - c;
       x[c] /= column[c];
-      for (std::int64_t i = std::max(std::int64_t{0}, c - upper_); i < c; ++i)
-        x[i] -= column[i] * x[c];
+      for (std::int64_t i = first_[c]; i < c; ++i) x[i] -= column[i] * x[c];
     }
     for (std::int64_t k = 0; k < size_; ++k) solution[order_[k]] = x[k];
   }
@@ -90,7 +103,7 @@ class BandFactors {
     const double times = x[k];
     if (times == 0.0) return;
     const double* column = at_diagonal(k) - k;
-    const std::int64_t end = std::min(size_, k + lower_ + 1);
+    const std::int64_t end = end_[k];
 #pragma omp simd
     for (std::int64_t i = k + 1; i < end; ++i) x[i] -= column[i] * times;
   }
@@ -98,6 +111,8 @@ class BandFactors {
   std::int64_t size_;
   std::vector<std::int64_t> order_;
   std::int64_t lower_ = 0, upper_ = 0;  // widths of the factors' band
+  std::vector<std::int64_t> first_;     // row of each of the factors' columns that may not be 0,
+  std::vector<std::int64_t> end_;       // and one past the last such row
   std::vector<std::int64_t> place_;     // of each entry in factor_
   std::vector<double> factor_;          // column by column, rows() each
   std::vector<std::int64_t> pivot_;     // row that was interchanged with each
