@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import resource
 import statistics
 import subprocess
 import sys
@@ -78,26 +77,6 @@ def spawn(
             end = (printed + errors.read()).strip()[-2000:]
             raise Failed(f"{' '.join(command)} ended with exit code {process.returncode}:\n{end}")
     return Usage(used.ru_utime, used.ru_stime, time.perf_counter() - begin), printed
-
-
-def user_seconds() -> float:
-    """User time of this process and its threads [s]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
-
-
-def peak_memory() -> int:
-    """Largest resident memory of this process so far [byte].
-
-    From Linux' list, where there is one: getrusage counts what the process that started this one
-    held at that moment, too.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        for line in status.read_text().splitlines():
-            if line.startswith("VmHWM"):
-                return int(line.split()[1]) * 1024
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 @dataclass(frozen=True)

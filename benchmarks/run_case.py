@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from measure import peak_memory, user_seconds
+from own_process import peak_memory, user_seconds
 
 import tilth
 from tilth import Model

@@ -15,7 +15,7 @@ from KratosMultiphysics.MPMApplication.mpm_analysis import MpmAnalysis
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from measure import peak_memory, user_seconds
+from own_process import peak_memory, user_seconds
 
 
 class Run(MpmAnalysis):

@@ -175,6 +175,26 @@ def gather(place: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', 
 def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
     """Node numbers in a fill-reducing order of elimination."""
 
+def connected_parts(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+    """Number of the connected part of each row of a symmetric pattern."""
+
+def column_product(start: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the product A x of a square matrix in compressed columns."""
+
+class BandFactors:
+    """LU factors of matrices in compressed columns; pattern fixed."""
+
+    def __init__(self, start: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> None: ...
+
+    def widths(self) -> list[int]:
+        """Of the factors' band below and above the diagonal."""
+
+    def factorise(self, value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> bool:
+        """Takes the values of a matrix; returns whether no pivot is zero."""
+
+    def solve(self, right: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], solution: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+        """Fills the solution for one right side."""
+
 def add_element_forces(elements: object, force: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds the elements' forces (e, n, dim) to nodal (nodes, dim)."""
 

@@ -166,12 +166,10 @@ def ghost_faces(
     grid, dim = active.grid, active.grid.dim
     key, fill, modulus = filled_cells(soil, active)
     place = np.asarray(_core.lattice(key))
-    neighbour = {
-        (axis, side): find_keys(key, lattice_keys(place + side * np.eye(3, dtype=np.int64)[axis]))
-        for axis in range(dim)
-        for side in (-1, 1)
-    }
-    at_edge = np.any([number < 0 for number in neighbour.values()], axis=0)
+    along = np.eye(3, dtype=np.int64)[:dim]
+    beside = place + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
+    neighbour = find_keys(key, lattice_keys(beside.reshape(-1, 3))).reshape(2, dim, len(key))
+    at_edge = (neighbour < 0).any(axis=(0, 1))
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
     weights = np.tile(emptiness[:, None], dim)
     if behind is not None:
@@ -184,8 +182,8 @@ def ghost_faces(
         weights += FIRM * hidden
     faces = []
     for axis in range(dim):
-        cell = np.flatnonzero(neighbour[axis, 1] >= 0)
-        other = neighbour[axis, 1][cell]
+        cell = np.flatnonzero(neighbour[1, axis] >= 0)
+        other = neighbour[1, axis, cell]
         weight = np.maximum(weights[cell, axis], weights[other, axis])
         cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
         if len(cell) == 0:
@@ -195,12 +193,10 @@ def ghost_faces(
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             weight = weight * 2.0 * np.pi * radius
-        offset, unit = _face(tuple(grid.cell_size), axis)
+        offset, unit, same = _face(tuple(grid.cell_size.tolist()), axis)
         node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         left_out = held[node] & far[..., None]  # (faces, nodes, dim)
-        across = offset - offset * np.eye(3, dtype=np.int64)[axis]
-        same = (across[:, None] == across[None]).all(axis=2)  # nodes on one line along the normal
         free = ~(same @ left_out) if left_out.any() else np.ones(left_out.shape, dtype=bool)
         faces.append(Faces(node.astype(np.int32), unit, weight, free, stiff))
     return faces
@@ -281,8 +277,12 @@ class Ghost:
 
 
 @cache
-def _face(cell_size: tuple[float, ...], axis: int) -> tuple[Integers, Floats]:
-    """Nodes of two cells that share a face, from the lower one's place, and the unit penalty.
+def _face(
+    cell_size: tuple[float, ...], axis: int
+) -> tuple[Integers, Floats, npt.NDArray[np.bool_]]:
+    """Two cells that share a face: nodes, unit penalty, pairs of nodes on one line across it.
+
+    The nodes are seen from the lower cell's place.
 
     The derivative along the normal jumps by (u_0 - 2 u_1 + u_2) / h at each corner of the face
     and is linear (bilinear in 3D) between the corners.
@@ -300,4 +300,5 @@ def _face(cell_size: tuple[float, ...], axis: int) -> tuple[Integers, Floats]:
         unit = np.eye(3, dtype=np.int64)[k]
         offset = np.concatenate([offset + i * unit for i in range(len(along))])
         matrix = np.asarray(np.kron(along, matrix), dtype=np.float64)
-    return offset, matrix
+    across = offset - offset * np.eye(3, dtype=np.int64)[axis]
+    return offset, matrix, (across[:, None] == across[None]).all(axis=2)

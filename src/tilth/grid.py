@@ -279,16 +279,19 @@ def _union(keys: list[Integers]) -> Integers:
 
 def lattice_keys(lattice: Integers) -> Integers:
     """Returns the keys of lattice places (n, dim), of cells those of their lowest nodes."""
-    in_space = np.pad(lattice, ((0, 0), (0, 3 - lattice.shape[1])))
-    return np.asarray(_core.node_keys(np.ascontiguousarray(in_space)))
+    in_space = np.zeros((len(lattice), 3), dtype=np.int64)
+    in_space[:, : lattice.shape[1]] = lattice
+    return np.asarray(_core.node_keys(in_space))
 
 
 def find_keys(known: Integers, wanted: Integers) -> Integers:
     """Returns where the keys `wanted` stand among the sorted keys `known`; -1 where they do not."""
     if len(known) == 0:
         return np.full(len(wanted), -1)
-    number = np.searchsorted(known, wanted).clip(max=len(known) - 1)
-    return np.where(known[number] == wanted, number, -1)
+    number = known.searchsorted(wanted)
+    number[number == len(known)] = 0
+    number[known[number] != wanted] = -1
+    return number
 
 
 def _stencil(

@@ -4,23 +4,33 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 
+@dataclass
 class Timers:
     """Sums of wall-clock and processor time [s] by name of the part."""
 
-    def __init__(self) -> None:
-        self.wall: dict[str, float] = {}
-        self.processor: dict[str, float] = {}
+    wall: dict[str, float] = field(default_factory=dict)
+    processor: dict[str, float] = field(default_factory=dict)
 
-    @contextmanager
-    def measure(self, name: str) -> Iterator[None]:
+    def measure(self, name: str) -> _Measured:
         """Adds the time of the `with` block to the part `name`; blocks must not be nested."""
-        wall, processor = time.perf_counter(), time.process_time()
-        try:
-            yield
-        finally:
-            self.wall[name] = self.wall.get(name, 0.0) + time.perf_counter() - wall
-            self.processor[name] = self.processor.get(name, 0.0) + time.process_time() - processor
+        return _Measured(self, name)
+
+
+class _Measured:
+    """A block that is timed."""
+
+    __slots__ = ("_name", "_processor", "_timers", "_wall")
+
+    def __init__(self, timers: Timers, name: str) -> None:
+        self._timers, self._name = timers, name
+
+    def __enter__(self) -> None:
+        self._wall, self._processor = time.perf_counter(), time.process_time()
+
+    def __exit__(self, *error: object) -> None:
+        wall, processor, name = self._timers.wall, self._timers.processor, self._name
+        wall[name] = wall.get(name, 0.0) + time.perf_counter() - self._wall
+        processor[name] = processor.get(name, 0.0) + time.process_time() - self._processor

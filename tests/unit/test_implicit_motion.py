@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 from small_problems import Floats, block_entries, dimension
 
 from tilth import BadInput, Model
-from tilth.boundaries import Contacts, Implicit
+from tilth.boundaries import Contacts
 from tilth.boundaries.contact import turned
-from tilth.boundaries.implicit import Pose
+from tilth.boundaries.implicit import Implicit, Pose
 from tilth.boundaries.motion import cofactor, make_motion, rotation_matrix, rotation_part
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation

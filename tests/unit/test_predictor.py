@@ -26,11 +26,12 @@ from test_resume import assert_same_results, entries_of, run_until
 from test_step_newton import leaning_block
 
 from tilth import Model, resume, run
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.predictor import Predictor
+from tilth.grid import ActiveGrid, Buffers, find_keys, locate
+from tilth.predictor import NEAR, Predictor
 from tilth.simulation import Simulation
 from tilth.soil import Soil
 from tilth.support import well_supported
+from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -114,6 +115,35 @@ def test_well_supported_nodes_keep_their_displacement() -> None:
     kept = well_supported(simulation.soil, active)
     assert 0 < kept.sum() < active.nodes
     np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.99, True), (1.01, False)])
+def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> None:
+    simulation = pulled()
+    predictor = simulation._predictor
+    cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
+    predictor.displacement = predictor.displacement * (share * NEAR / cells)
+    active = locate(simulation.points, simulation.grid, Buffers())
+    guess = predictor.guess(simulation.soil, active, predictor.size)
+    assert guess is not None
+    well = well_supported(simulation.soil, active)
+    same = (guess[well] == predictor.displacement[find_keys(predictor.key, active.key)[well]]).all()
+    assert same == kept
+
+
+def test_a_slender_body_that_moves_by_cells() -> None:
+    """Its tip moves by one to two and a half cells a step; nodes at other soil would mislead."""
+    model = example("end_loaded_cantilever")
+    iterations = {}
+    for predictor in (True, False):
+        simulation = Simulation(varied(model, {"analysis.predictor": predictor}))
+        time = model.schedule.regular_time
+        results = [simulation.advance(time(step), time(step + 1)) for step in range(8)]
+        assert not simulation.warnings
+        iterations[predictor] = sum(result.equilibrium.iterations for result in results)
+        moved = [np.abs(r.equilibrium.displacement).max() for r in results]
+        assert min(moved) > simulation.grid.cell_size[0]
+    assert iterations[True] < iterations[False]
 
 
 def test_no_guess_without_a_predictor_or_a_step() -> None:

@@ -1,4 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include <memory>
+
+#include "../sparse/band.hpp"
+#include "../sparse/graph.hpp"
 #include "../sparse/nested_dissection.hpp"
 #include "../sparse/pattern.hpp"
 #include "../sparse/restriction.hpp"
@@ -45,6 +52,42 @@ void gather(ConstIntegers place, ConstDoubles block, Doubles value) {
   sparse::gather(static_cast<std::int64_t>(place.size()), place.data(), block.data(), value.data());
 }
 
+auto connected_parts(ConstIntegers row_start, ConstShorts column) {
+  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  return give(sparse::Graph(nodes, row_start.data(), column.data()).parts());
+}
+
+using sparse::BandFactors;
+
+std::unique_ptr<BandFactors> make(ConstShorts start, ConstShorts row) {
+  const auto size = static_cast<std::int64_t>(start.size()) - 1;
+  return std::make_unique<BandFactors>(size, start.data(), row.data());
+}
+
+bool factorise(BandFactors& factors, ConstDoubles value) {
+  require_size(value, factors.entries(), "value");
+  nb::gil_scoped_release release;
+  return factors.factorise(value.data());
+}
+
+void solve(const BandFactors& factors, ConstDoubles right, Doubles solution) {
+  require_size(right, factors.size(), "right");
+  require_size(solution, factors.size(), "solution");
+  nb::gil_scoped_release release;
+  factors.solve(right.data(), solution.data());
+}
+
+void column_product(ConstShorts start, ConstShorts row, ConstDoubles value, ConstDoubles x,
+                    Doubles product) {
+  const auto size = static_cast<std::int64_t>(start.size()) - 1;
+  require_size(row, start.data()[size], "row");
+  require_size(value, start.data()[size], "value");
+  require_size(x, size, "x");
+  require_size(product, size, "product");
+  nb::gil_scoped_release release;
+  sparse::column_product(size, start.data(), row.data(), value.data(), x.data(), product.data());
+}
+
 }  // namespace
 
 void bind_sparse(nb::module_& module) {
@@ -60,6 +103,17 @@ void bind_sparse(nb::module_& module) {
              "Fills value[i] = block[place[i]].");
   module.def("nested_dissection", &nested_dissection, "lattice"_a, "reach"_a,
              "Node numbers in a fill-reducing order of elimination.");
+  module.def("connected_parts", &connected_parts, "row_start"_a, "column"_a,
+             "Number of the connected part of each row of a symmetric pattern.");
+  module.def("column_product", &column_product, "start"_a, "row"_a, "value"_a, "x"_a, "product"_a,
+             "Fills the product A x of a square matrix in compressed columns.");
+  nb::class_<BandFactors>(module, "BandFactors",
+                          "LU factors of matrices in compressed columns; pattern fixed.")
+      .def(nb::new_(&make), "start"_a, "row"_a)
+      .def("widths", &BandFactors::widths, "Of the factors' band below and above the diagonal.")
+      .def("factorise", &factorise, "value"_a,
+           "Takes the values of a matrix; returns whether no pivot is zero.")
+      .def("solve", &solve, "right"_a, "solution"_a, "Fills the solution for one right side.");
 }
 
 }  // namespace tilth::bind

@@ -3,19 +3,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.contacts import Contacts
-from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
 from tilth.boundaries.together import Conditions
 from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit import Implicit
+
 __all__ = [
     "Boundary",
     "Conditions",
     "Contacts",
-    "Implicit",
     "Prescribed",
     "make_boundaries",
     "make_implicit",
@@ -37,8 +40,9 @@ def make_implicit(model: Model) -> list[Implicit]:
     Raises:
         BadInput: a file or function that a boundary names cannot be used.
     """
-    return [
-        Implicit(declared, model)
-        for declared in model.boundaries
-        if isinstance(declared, ImplicitBoundary)
-    ]
+    declared = [entry for entry in model.boundaries if isinstance(entry, ImplicitBoundary)]
+    if not declared:
+        return []
+    from tilth.boundaries.implicit import Implicit  # and all geometries: only where there are some
+
+    return [Implicit(entry, model) for entry in declared]

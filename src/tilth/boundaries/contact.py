@@ -14,15 +14,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.boundaries.implicit import Implicit, Pose
 from tilth.boundaries.protocol import Floats
 from tilth.coupling import Coupling
 from tilth.place import Place
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit import Implicit, Pose
 
 Integers = npt.NDArray[np.int64]
 

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth import _core
 from tilth.boundaries.band import BandContact
 from tilth.boundaries.contact import Contact, Integers
-from tilth.boundaries.implicit import Implicit
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import Coupling
 from tilth.domains import half_edges
@@ -18,6 +18,9 @@ from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid
 from tilth.place import locate_places
 from tilth.points import MaterialPoints
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit import Implicit
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
 """Cap on the constrained modulus that scales the penalty, in units of Young's modulus.

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
+from tilth import _core
 from tilth.boundaries.contact import Contact
 from tilth.boundaries.contacts import Contacts
 from tilth.boundaries.protocol import Boundary, Flags, Floats
@@ -90,12 +89,8 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags, contacts
     Raises:
         BadInput: the system would be singular; names the place and the motion that is free.
     """
-    pattern = sp.csr_matrix(
-        (np.ones(len(active.column)), active.column, active.row_start),
-        shape=(active.nodes, active.nodes),
-    )
-    parts, label = connected_components(pattern, directed=False)
-    for part in range(parts):
+    label = np.asarray(_core.connected_parts(active.row_start, active.column))
+    for part in range(label.max() + 1):
         nodes = np.flatnonzero(label == part)
         position = active.position[nodes]
         centre = position.mean(axis=0)

@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from tilth.errors import NOT_GIVEN, BadInput
 from tilth.geometry.protocol import Facets, Floats, Integers
@@ -277,6 +274,8 @@ def _size_classes(centre: Floats, radius: Floats) -> list[tuple[Any, Integers, f
 
     With each tree the triangles' numbers and the largest radius of a sphere about a centre.
     """
+    from scipy.spatial import cKDTree  # takes 0.2 s: only where there is such a surface
+
     size = np.floor(np.log2(radius)).astype(np.int64)
     members = [np.flatnonzero(size == s) for s in np.unique(size)]
     return [(cKDTree(centre[m]), m, float(radius[m].max())) for m in members]
@@ -284,6 +283,10 @@ def _size_classes(centre: Floats, radius: Floats) -> list[tuple[Any, Integers, f
 
 def _merged(corner: Floats) -> tuple[Floats, Integers]:
     """Different corners (m, 3) of triangles (n, 3, 3), and their numbers in each (n, 3)."""
+    from scipy.sparse import coo_array  # take 0.2 s: only where there is such a surface
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     vertex, node = np.unique(corner.reshape(-1, 3), axis=0, return_inverse=True)
     reach = MERGED * max(float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max()))
     pairs = cKDTree(vertex).query_pairs(reach, output_type="ndarray")

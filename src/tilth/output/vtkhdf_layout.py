@@ -280,11 +280,11 @@ def _append(group: Any, name: str, rows: NDArray[Any]) -> int:
         chunk = 64 if len(rows) == 1 else min(max(len(rows), 1024), 65536)
         group.create_dataset(
             name,
-            shape=(0, *rows.shape[1:]),
+            data=rows,
             maxshape=(None, *rows.shape[1:]),
             chunks=(chunk, *rows.shape[1:]),
-            dtype=rows.dtype,
         )
+        return 0
     dataset = group[name]
     start = int(dataset.shape[0])
     if len(rows) > 0:

@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""LAPACK's LU factors of a band matrix: the quickest way to solve for a slender body."""
+"""LU factors of a band matrix: the quickest way to solve for a slender body."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.linalg.lapack import dgbtrf, dgbtrs
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from tilth.solvers.protocol import Floats, Solution, SolveFailed, refined
-
-Integers = npt.NDArray[np.int64]
+from tilth import _core
+from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
 
 
 class BandedLU:
@@ -22,49 +18,29 @@ class BandedLU:
     """
 
     def __init__(self) -> None:
-        self._indices = self._indptr = np.zeros(0, dtype=np.int32)
+        self._indices: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)
+        self._indptr = self._indices
 
     @classmethod
     def available(cls) -> bool:
-        """Returns True: SciPy is a requirement of tilth."""
+        """Returns True: it is a part of tilth's core."""
         return True
 
-    def setup(self, matrix: sp.csc_matrix, near_null_space: Floats | None = None) -> None:
+    def setup(self, matrix: Matrix, near_null_space: Floats | None = None) -> None:
         """Factorises `matrix`; `near_null_space` is not needed."""
         self._matrix = matrix
         same = np.array_equal(matrix.indptr, self._indptr)
         if not (same and np.array_equal(matrix.indices, self._indices)):
-            self._find_band(matrix)
-        lower, upper = self._lower, self._upper
-        rows, n = 2 * lower + upper + 1, matrix.shape[0]  # as LAPACK wants it
-        values = np.zeros(rows * n)
-        values[self._place] = matrix.data
-        band = values.reshape((rows, n), order="F")
-        self._factors, self._pivots, info = dgbtrf(band, lower, upper, overwrite_ab=True)
-        if info > 0:
-            raise SolveFailed(f"the linear system is singular (pivot {info} is zero)")
-
-    def _find_band(self, matrix: sp.csc_matrix) -> None:
-        """Orders the unknowns; the place in LAPACK's storage of each entry of such a pattern."""
-        self._indices, self._indptr = matrix.indices, matrix.indptr
-        n = matrix.shape[0]
-        self._order: Integers = reverse_cuthill_mckee(matrix).astype(np.int64)
-        rank = np.empty(n, dtype=np.int64)
-        rank[self._order] = np.arange(n)
-        row = rank[matrix.indices]
-        column = np.repeat(rank, np.diff(matrix.indptr))
-        below = row - column
-        self._lower, self._upper = (int(width.max(initial=0)) for width in (below, -below))
-        rows = 2 * self._lower + self._upper + 1
-        self._place = column * rows + self._lower + self._upper + below
+            self._indices, self._indptr = matrix.indices, matrix.indptr
+            self._factors = _core.BandFactors(matrix.indptr, matrix.indices)
+        if not self._factors.factorise(matrix.data):
+            raise SolveFailed("the linear system is singular (a pivot is zero)")
 
     def solve(self, right_side: Floats) -> Solution:
         """Solves for one right side, shape (n,)."""
-        return refined(self._matrix, right_side, self._apply_inverse)
+        return refined(self._matrix.times, right_side, self._apply_inverse)
 
     def _apply_inverse(self, right_side: Floats) -> Floats:
         x = np.empty_like(right_side)
-        x[self._order], _ = dgbtrs(
-            self._factors, self._lower, self._upper, right_side[self._order], self._pivots
-        )
+        self._factors.solve(right_side, x)
         return x

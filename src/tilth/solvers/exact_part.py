@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from tilth import _core
 from tilth.grid import ActiveGrid
@@ -30,6 +28,9 @@ class ExactPart:
     """
 
     def __init__(self, active: ActiveGrid, held: Flags, blocks: Floats, chosen: Flags) -> None:
+        import scipy.sparse as sp  # take 0.2 s: only where they are used
+        from scipy.sparse.linalg import splu
+
         dim = blocks.shape[1]
         node = np.flatnonzero(chosen)
         place = np.ascontiguousarray(active.lattice[node])

@@ -56,6 +56,7 @@ class LinearSolver:
         self._multigrid_from = multigrid_from
         self._note = note
         self._banded = banded
+        self._now = direct  # or banded
         self._system: LinearSystem | None = None
         self._multigrid: Multigrid | None = None
         self._large = False  # whether this step's systems are for multigrid
@@ -72,6 +73,7 @@ class LinearSolver:
         if system is not self._system:
             self._system, self._begun = system, False
             self._large = self._multigrid_from is not None and size(system) >= self._multigrid_from
+            self._now = self._direct_for(system)
         if self._large:
             try:
                 multigrid = self._levels(system)
@@ -82,9 +84,8 @@ class LinearSolver:
                 self._note(str(error))
         solution = np.zeros_like(right_side)
         if len(system.free):
-            direct = self._direct_for(system)
-            direct.setup(system.matrix())
-            free = direct.solve(right_side.ravel()[system.free]).x
+            self._now.setup(system.matrix())
+            free = self._now.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
         return solution
 

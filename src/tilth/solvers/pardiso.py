@@ -6,9 +6,7 @@ from __future__ import annotations
 import importlib.util
 import os
 
-import scipy.sparse as sp
-
-from tilth.solvers.protocol import Floats, Solution, SolveFailed, refined
+from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
 
 REAL_UNSYMMETRIC = 11
 
@@ -27,11 +25,11 @@ class Pardiso:
 
         self._pardiso = PyPardisoSolver(mtype=REAL_UNSYMMETRIC)
 
-    def setup(self, matrix: sp.csc_matrix, near_null_space: Floats | None = None) -> None:
+    def setup(self, matrix: Matrix, near_null_space: Floats | None = None) -> None:
         """Factorises `matrix`; `near_null_space` is not needed."""
         from pypardiso.pardiso_wrapper import PyPardisoError
 
-        self._matrix = sp.csr_matrix(matrix)
+        self._matrix = matrix.in_scipy().tocsr()
         try:
             self._pardiso.factorize(self._matrix)
         except (PyPardisoError, ValueError) as error:  # ValueError: an empty row
@@ -40,5 +38,7 @@ class Pardiso:
     def solve(self, right_side: Floats) -> Solution:
         """Solves for one right side, shape (n,)."""
         return refined(
-            self._matrix, right_side, lambda b: self._pardiso.solve(self._matrix, b).ravel()
+            lambda x: self._matrix @ x,
+            right_side,
+            lambda b: self._pardiso.solve(self._matrix, b).ravel(),
         )

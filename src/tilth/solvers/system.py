@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 
 from tilth import _core
 from tilth.grid import ActiveGrid
+from tilth.solvers.protocol import Matrix
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -42,22 +42,24 @@ class LinearSystem:
 
     def times(self, displacement: Floats) -> Floats:
         """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
-        active, size = self.active, displacement.size
-        matrix = sp.bsr_matrix((self.blocks, active.column, active.row_start), shape=(size, size))
-        product: Floats = matrix @ displacement.ravel()
-        return product.reshape(displacement.shape)
+        product = np.empty(displacement.shape)
+        _core.block_product(
+            displacement.shape[1], self.active.row_start, self.active.column, self.blocks,
+            np.zeros(displacement.shape, dtype=bool), displacement, product,
+        )  # fmt: skip
+        return product
 
     @property
     def free(self) -> Integers:
         """node * dim + direction of each free unknown, in a fill-reducing order."""
         return self._restriction[0]
 
-    def matrix(self) -> sp.csc_matrix:
+    def matrix(self) -> Matrix:
         """Returns the matrix of the free unknowns, in the fill-reducing order of `free`."""
-        free, start, row, place = self._restriction
+        _, start, row, place = self._restriction
         values = np.empty(len(place))
         _core.gather(place, self.blocks, values)
-        return sp.csc_matrix((values, row, start), shape=(len(free), len(free)))
+        return Matrix(values, row, start)
 
     @cached_property
     def _restriction(

@@ -12,8 +12,6 @@ from tilth.place import near_soil
 from tilth.points import MaterialPoints
 from tilth.surface.chain import BadSurface
 from tilth.surface.protocol import BodySurface
-from tilth.surface.tracked import TrackedSurface
-from tilth.surface.tracked_triangles import TrackedSolidSurface
 
 
 def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface]:
@@ -24,13 +22,19 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
     Raises:
         BadInput: a surface cannot be made, or a load finds no part of it.
     """
-    surfaces: dict[str, BodySurface] = {
-        body.name: TrackedSurface(model, number, points)
-        if model.dimension == 2
-        else TrackedSolidSurface(model, number)
-        for number, body in enumerate(model.bodies)
-        if body.surface is not None
-    }
+    surfaces: dict[str, BodySurface] = {}
+    for number, body in enumerate(model.bodies):
+        if body.surface is None:
+            continue
+        # much of the package: only where there is one
+        from tilth.surface.tracked import TrackedSurface
+        from tilth.surface.tracked_triangles import TrackedSolidSurface
+
+        surfaces[body.name] = (
+            TrackedSurface(model, number, points)
+            if model.dimension == 2
+            else TrackedSolidSurface(model, number)
+        )
     for number, track in enumerate(model.track):
         if track.quantity == "enclosed":
             try:
