@@ -146,10 +146,10 @@ void basis_factors(std::int64_t groups, const std::int64_t* start, const std::in
 }
 
 /// Order of parallel assembly. The grid is cut into slabs across its longest direction, at least as
-/// thick as a stencil; slabs of even number come first, those of odd number after them. The slabs
-/// of one colour share no node and may be assembled at the same time; within a slab the groups
-/// follow their order. The cuts depend on the grid alone, so that sums are the same to the bit for
-/// any number of threads, and two waits per assembly suffice.
+/// many cells thick as a stencil; slabs of even number come first, those of odd number after them.
+/// The slabs of one colour share no node and may be assembled at the same time; within a slab the
+/// groups follow their order. The cuts depend on the grid alone, so that sums are the same to the
+/// bit for any number of threads, and two waits per assembly suffice.
 struct Colouring {
   std::vector<std::int64_t> colour_start;  // (colours + 1) in `slab_start`
   std::vector<std::int64_t> slab_start;    // (slabs + 1) in `order`
@@ -171,7 +171,8 @@ inline Colouring colour_groups(std::int64_t groups, const std::int64_t* first,
   for (int k = 1; k >= 0; --k)
     if (highest[k] - lowest[k] > highest[axis] - lowest[axis]) axis = k;
   const std::int64_t layers = highest[axis] - lowest[axis] + 1;
-  const std::int64_t thickness = std::max(thickest[axis], (layers + most_slabs - 1) / most_slabs);
+  const std::int64_t thickness =
+      std::max({thickest[axis] - 1, std::int64_t{1}, (layers + most_slabs - 1) / most_slabs});
   const std::int64_t slabs = (layers + thickness - 1) / thickness;
 
   Colouring result;
