@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from small_problems import BASES, KINDS, block_entries, dimension, plane, roller
 
 from tilth import Model, _core
 from tilth.grid import ActiveGrid
-from tilth.simulation import Simulation
+from tilth.points import MaterialPoints
+from tilth.simulation import Simulation, initial_points
 from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
@@ -113,6 +115,27 @@ def test_partly_filled_cells_with_ghost_stabilisation(kind: str, basis: str, cut
     system, right = systems_of(block(kind, basis, CELLS[kind], cut=cut))[0]
     require_agreement(system, right, most=45)
     require_agreement(system, without_pattern(system), most=45)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_oblique_surface_in_space(seed: int) -> None:
+    """Coarse nodes at its edge may have the same fine nodes only: blocks without an inverse."""
+    random = np.random.default_rng(seed)
+    model = block("3d", "linear", 8)
+    points = initial_points(model)
+    off = 0.15 * points.half_length * random.uniform(-1, 1, points.position.shape)
+    x, y, z = (points.position + off).T
+    slope = random.uniform(0.0, 1.0, 2)
+    kept = z < random.uniform(0.3, 0.9) - slope[0] * (x - 0.5) - slope[1] * (y - 0.5)
+    points = MaterialPoints.at_rest(
+        [replace(points.bodies[0], stop=int(kept.sum()))], (points.position + off)[kept],
+        points.initial_volume[kept], points.half_length[kept], 0,
+    )  # fmt: skip
+    simulation = Simulation(model, points)
+    simulation._solver = solver = Systems()
+    simulation.advance(0.0, model.schedule.regular_time(1))
+    system, _ = solver.kept[0]
+    assert solve(system, without_pattern(system))[1] <= 20
 
 
 CUT_CELL = {"plane_strain": 0.043, "axisymmetric": 0.043, "3d": 0.13}

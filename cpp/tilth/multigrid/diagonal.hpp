@@ -21,17 +21,22 @@ inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
 inline constexpr int bins = 32;             // of coupling strengths, to order them
 
 /// Replaces a dense matrix (n, n) by its inverse in place, by Gauss and Jordan with row
-/// interchanges; a row without a pivot becomes zero.
+/// interchanges. Entries come from single precision: a pivot that is smaller than their round-off
+/// tells nothing, and its row becomes zero. Coarse nodes with the same children only have such.
 inline void invert(int n, double* matrix) {
   constexpr int most = 3 * most_in_a_block;
+  constexpr double round_off = 0x1p-23;
   int pivot[most];
+  double largest[most] = {};
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < n; ++k) largest[k] = std::max(largest[k], std::abs(matrix[i * n + k]));
   for (int k = 0; k < n; ++k) {
     pivot[k] = k;
     for (int i = k + 1; i < n; ++i)
       if (std::abs(matrix[i * n + k]) > std::abs(matrix[pivot[k] * n + k])) pivot[k] = i;
     double* own = matrix + k * n;
     if (pivot[k] != k) std::swap_ranges(own, own + n, matrix + pivot[k] * n);
-    const double by = own[k] != 0.0 ? 1.0 / own[k] : 0.0;
+    const double by = std::abs(own[k]) > round_off * largest[k] ? 1.0 / own[k] : 0.0;
     own[k] = by != 0.0 ? 1.0 : 0.0;
     for (int j = 0; j < n; ++j) own[j] *= by;
     for (int i = 0; i < n; ++i) {
