@@ -131,19 +131,26 @@ void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
         const float weight = fine.child_weight[k];
         const std::int64_t count = fine.entries(v);
         const std::int32_t* column = fine.column.data() + fine.row_start[v];
-        const float* value = fine.row(v, buffer);
-        for (std::int64_t first = 0; first < count;) {
-          const std::int64_t place = code[column[first]];
-          std::int64_t last = first + 1;  // consecutive places along x are one piece
-          while (last < count && code[column[last]] - place == last - first) ++last;
-          float* out = rows.data() + (place - origin) * width;
-          const float* in = value + first * width;
-          for (; first + 3 <= last; first += 3, in += 3 * width, out += 3 * width)
+        const auto add = [&](const auto* value, auto factor) {
+          for (std::int64_t first = 0; first < count;) {
+            const std::int64_t place = code[column[first]];
+            std::int64_t last = first + 1;  // consecutive places along x are one piece
+            while (last < count && code[column[last]] - place == last - first) ++last;
+            float* out = rows.data() + (place - origin) * width;
+            const auto* in = value + first * width;
+            for (; first + 3 <= last; first += 3, in += 3 * width, out += 3 * width)
 #pragma omp simd
-            for (std::int64_t j = 0; j < 3 * width; ++j) out[j] += weight * in[j];
-          for (std::int64_t j = 0; j < (last - first) * width; ++j) out[j] += weight * in[j];
-          first = last;
-        }
+              for (std::int64_t j = 0; j < 3 * width; ++j)
+                out[j] += static_cast<float>(factor * in[j]);
+            for (std::int64_t j = 0; j < (last - first) * width; ++j)
+              out[j] += static_cast<float>(factor * in[j]);
+            first = last;
+          }
+        };
+        if (fine.source.blocks != nullptr && !fine.source.masked[v])
+          add(fine.source.blocks + fine.row_start[v] * width, fine.source.scale * weight);
+        else
+          add(fine.row(v, buffer), weight);
       }
       const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
       const float* sums = box.contract(rows.data(), scratch.data(), width);

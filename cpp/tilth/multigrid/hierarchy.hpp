@@ -61,6 +61,7 @@ class HierarchyOf final : public Hierarchy {
     filled_ = false;
     for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i)
       level_[0]->mask[i % Dim][i / Dim] = !held_[i];
+    find_masked_rows();
     for (auto& level : level_) {
       level->largest = 1.0f;
       std::uint32_t random = 1;
@@ -79,9 +80,8 @@ class HierarchyOf final : public Hierarchy {
         greatest = std::max(
             greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
     scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
-    finest.source = {blocks, scale_, std::vector<char>(finest.nodes(), 0)};
-    for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      for (int i = 0; i < Dim; ++i) finest.source.touched[v] |= finest.mask[i][v] == 0.0f;
+    finest.source.blocks = blocks;
+    finest.source.scale = scale_;
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
         level_[l]->mask = Field<Dim>(level_[l]->nodes(), 1.0f);
@@ -97,7 +97,7 @@ class HierarchyOf final : public Hierarchy {
     }
     hold_unsupported(*level_.back());
     coarsest_.factorise(*level_.back());
-    finest.source = {};
+    finest.source.blocks = nullptr;
     filled_ = true;
   }
 
@@ -136,6 +136,19 @@ class HierarchyOf final : public Hierarchy {
   }
 
  private:
+  void find_masked_rows() {
+    Level<Dim>& finest = *level_[0];
+    finest.source.masked.assign(finest.nodes(), 0);
+    const auto held = [&](std::int32_t v) {
+      return std::find(held_.begin() + v * Dim, held_.begin() + (v + 1) * Dim, 1) !=
+             held_.begin() + (v + 1) * Dim;
+    };
+    for (std::int32_t v = 0; v < finest.nodes(); ++v)
+      if (held(v))  // the pattern is symmetric
+        for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e)
+          finest.source.masked[finest.column[e]] = 1;
+  }
+
   void descend(std::size_t l) {
     Level<Dim>& level = *level_[l];
     if (l + 1 == level_.size()) {

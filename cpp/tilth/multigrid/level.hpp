@@ -17,7 +17,7 @@ namespace tilth::multigrid {
 struct Source {
   const double* blocks = nullptr;  // null except during `fill`, and on coarser levels
   double scale = 1.0;
-  std::vector<char> touched;  // nodes with an unknown that is held
+  std::vector<char> masked;  // rows with an unknown that is held, their own or a neighbour's
 };
 
 /// Rows of node blocks, (entries, Dim, Dim), from which coarse matrices and diagonal blocks are
@@ -67,9 +67,8 @@ struct Level {
     float* out = buffer.data();
     for (std::int64_t k = 0; k < count * size; ++k)
       out[k] = static_cast<float>(source.scale * in[k]);
-    for (std::int64_t e = 0; e < count; ++e) {
+    for (std::int64_t e = 0; source.masked[v] && e < count; ++e) {
       const std::int32_t other = column[row_start[v] + e];
-      if (!source.touched[v] && !source.touched[other]) continue;
       for (int i = 0; i < Dim; ++i)
         for (int j = 0; j < Dim; ++j) out[e * size + i * Dim + j] *= mask[i][v] * mask[j][other];
     }
