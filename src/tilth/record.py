@@ -122,7 +122,7 @@ class Recorder:
             failure = f"interrupted by the user after step {clock.step}"
             raise
         finally:
-            self.log.finish(failure, self.simulation.timers.wall)
+            self.log.finish(failure, self.simulation.timers.wall, self.simulation.solved)
             self.log.close()
             self.results.close()
             self.history.close()

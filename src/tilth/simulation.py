@@ -156,6 +156,11 @@ class Simulation:
             )
         return simulation
 
+    @property
+    def solved(self) -> str:
+        """How many linear systems were solved by what."""
+        return self._solver.summary
+
     def surface_shapes(self) -> tuple[SurfaceShape, ...]:
         """Returns the tracked surfaces of the bodies as they are now."""
         return tuple(surface.shape() for surface in self.surfaces.values())

@@ -321,6 +321,25 @@ def test_levels_are_made_anew_only_for_another_grid(monkeypatch: pytest.MonkeyPa
     assert made == [25**2, 26**2]
 
 
+def test_summary_tells_systems_and_iterations() -> None:
+    system, right = systems_of(block("plane_strain", "linear", 24))[0]
+    solver = LinearSolver(choose_solver("superlu"), 0)
+    assert solver.summary == "none"
+    solver.solve(system, right, TOLERANCE)
+    most = solve(system, right)[1]
+    solver.solve(system, right, 1e-2)
+    least = solve(system, right, 1e-2)[1]
+    counts = f"{(most + least) / 2:.1f} iterations each, at most {most}"
+    assert solver.summary == f"2 by multigrid ({counts})"
+    system.blocks[:] = np.nan
+    with pytest.raises(SolveFailed):
+        solver.solve(system, right, TOLERANCE)
+    assert solver.summary == f"2 by multigrid ({counts})"
+    direct = LinearSolver(choose_solver("banded"))
+    direct.solve(*systems_of(block("plane_strain", "linear", 4))[0], TOLERANCE)
+    assert direct.summary == "1 by banded"
+
+
 def test_gaps_and_negative_places_of_the_lattice() -> None:
     """Two pieces apart, off the origin: each is solved as if it were alone."""
     entries = block_entries("plane_strain", "linear", cells=1, loads=[weight("plane_strain", 1.0)])

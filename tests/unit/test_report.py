@@ -340,7 +340,7 @@ def write_run(
             log.step(step, 0.25 * step, 0.25, [1.0, 1e-4, 1e-9])
     log.warning("sand & clay")
     if closed:
-        log.finish(failure, {})
+        log.finish(failure, {}, "none")
     for file in (results, history, log):
         file.close()
 

@@ -189,7 +189,7 @@ def test_the_report_of_a_folder_draws_its_surfaces(
         for step in range(3):
             results.append(replace(frame(step), surfaces=()) if bare else frame(step))
             history.append(step, 0.25 * step, 3, [])
-        log.finish(None, {})
+        log.finish(None, {}, "none")
         for file in (results, history, log):
             file.close()
         page = write_report(folder).read_text(encoding="utf-8")

@@ -110,13 +110,14 @@ def test_log_is_read_back(tmp_path: Path) -> None:
     assert not contents.finished
     assert contents.failure is None
     assert contents.seconds is None
-    log.finish(None, {"solve": 1.5})
+    log.finish(None, {"solve": 1.5}, "7 by superlu")
     log.close()
     contents = read_log(path)
     assert contents.finished
     assert contents.seconds is not None
     assert contents.facts["points"] == "5,760"
     assert contents.facts["threads"] == "2"
+    assert contents.facts["systems"] == "7 by superlu"
     assert max(map(len, path.read_text().splitlines())) <= 100
 
 
@@ -125,7 +126,7 @@ def test_log_goes_on_after_a_kill(tmp_path: Path) -> None:
     log = start_log(path)
     log.warning("the material is nearly incompressible")
     log.step(1, 0.5, 0.5, [1.0, 1e-3])
-    log.finish("the step size fell below its least value", {})
+    log.finish("the step size fell below its least value", {}, "none")
     log.close()
     assert read_log(path).failure == "the step size fell below its least value"
     with path.open("a") as file:
@@ -133,7 +134,7 @@ def test_log_goes_on_after_a_kill(tmp_path: Path) -> None:
     log = start_log(path, last_step=1)
     assert log.warnings == ["the material is nearly incompressible"]
     log.step(2, 1.0, 0.5, [1.0, 1e-4])
-    log.finish(None, {"solve": 1.5})
+    log.finish(None, {"solve": 1.5}, "7 by superlu")
     log.close()
     contents = read_log(path)
     assert contents.finished

@@ -83,15 +83,17 @@ class RunLog:
             f"new step size {step_size:.3e}"
         )
 
-    def finish(self, failure: str | None, parts: Mapping[str, float]) -> None:
+    def finish(self, failure: str | None, parts: Mapping[str, float], solved: str) -> None:
         """Write the summary; ``failure`` says why the run ended before the end of the schedule.
 
-        ``parts`` is the wall-clock time [s] by part of the computation.
+        ``parts`` is the wall-clock time [s] by part of the computation, ``solved`` how many linear
+        systems were solved by what.
         """
         seconds = time.perf_counter() - self._start
         rows = [
             ("steps", str(self._steps)),
             ("iterations", str(self._iterations)),
+            ("systems", solved),
             ("step cuts", str(self._cuts)),
             ("warnings", str(len(self.warnings))),
             ("time taken", f"{seconds:.2f} s"),

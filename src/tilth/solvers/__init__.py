@@ -14,7 +14,8 @@ from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
 
-SOLVERS: dict[str, type[Solver]] = {"pardiso": Pardiso, "superlu": SuperLU, "banded": BandedLU}
+_DIRECT: list[type[Solver]] = [Pardiso, SuperLU, BandedLU]
+SOLVERS = {solver.name: solver for solver in _DIRECT}
 """Direct solvers by the name that stands in a case file, the preferred one first."""
 
 __all__ = [

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import numpy.typing as npt
 
@@ -16,6 +18,8 @@ class BandedLU:
     The order is the reverse of Cuthill and McKee's (1969); work for an unknown is proportional to
     the square of the band's width.
     """
+
+    name: ClassVar[str] = "banded"
 
     def __init__(self) -> None:
         self._indices: npt.NDArray[np.int32] = np.zeros(0, dtype=np.int32)

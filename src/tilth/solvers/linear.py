@@ -61,6 +61,8 @@ class LinearSolver:
         self._multigrid: Multigrid | None = None
         self._large = False  # whether this step's systems are for multigrid
         self._begun = False  # whether the levels belong to this step
+        self._direct_systems: dict[str, int] = {}
+        self._iterations: list[int] = []
 
     def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution, shape (nodes, dim), zero where held.
@@ -78,7 +80,9 @@ class LinearSolver:
             try:
                 multigrid = self._levels(system)
                 multigrid.fill(system.blocks, system.hard)
-                return multigrid.solve(right_side, tolerance).x.reshape(right_side.shape)
+                found = multigrid.solve(right_side, tolerance)
+                self._iterations.append(found.iterations)
+                return found.x.reshape(right_side.shape)
             except SolveFailed as error:
                 self._large = False
                 self._note(str(error))
@@ -87,7 +91,19 @@ class LinearSolver:
             self._now.setup(system.matrix())
             free = self._now.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
+            name = self._now.name
+            self._direct_systems[name] = self._direct_systems.get(name, 0) + 1
         return solution
+
+    @property
+    def summary(self) -> str:
+        """How many systems were solved by what, and with how many iterations of multigrid."""
+        texts = [f"{number:,} by {name}" for name, number in self._direct_systems.items()]
+        if self._iterations:
+            number, mean = len(self._iterations), float(np.mean(self._iterations))
+            most = max(self._iterations)
+            texts.insert(0, f"{number:,} by multigrid ({mean:.1f} iterations each, at most {most})")
+        return ", ".join(texts) or "none"
 
     def _direct_for(self, system: LinearSystem) -> Solver:
         active = system.active

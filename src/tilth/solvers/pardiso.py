@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from typing import ClassVar
 
 from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
 
@@ -13,6 +14,8 @@ REAL_UNSYMMETRIC = 11
 
 class Pardiso:
     """Threaded sparse LU factorisation; picked up when `pip install "tilth[pardiso]"` was run."""
+
+    name: ClassVar[str] = "pardiso"
 
     @classmethod
     def available(cls) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -67,7 +67,13 @@ class Solution:
 
 
 class Solver(Protocol):
-    """A linear solver without memory beyond `setup`."""
+    """A linear solver without memory beyond `setup`.
+
+    Attributes:
+        name: that in a case file.
+    """
+
+    name: ClassVar[str]
 
     @classmethod
     def available(cls) -> bool:

@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
 
 
 class SuperLU:
     """Sparse LU factorisation that keeps the given (nested-dissection) order of unknowns."""
+
+    name: ClassVar[str] = "superlu"
 
     @classmethod
     def available(cls) -> bool:
