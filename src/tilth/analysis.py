@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.clock import Clock
-from tilth.errors import AnalysisFailed, StepFailed
+from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
@@ -91,6 +91,13 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
     used = set_threads(threads)
     model = load_model(folder)
     arrays, meta = read_checkpoint(folder / CHECKPOINT)
+    missing = [name for name in MaterialPoints.array_names() if name not in arrays]
+    if missing:
+        raise BadInput(
+            f"{folder / CHECKPOINT} has no {missing[0]!r}: it is of another version of tilth "
+            f"({meta.get('version', 'unknown')})",
+            "resume it with that version, or run the case anew",
+        )
     simulation = Simulation.restored(model, arrays)
     clock = Clock(model.schedule, **meta["clock"])
     recorder = Recorder.resume(folder, simulation, meta, used)

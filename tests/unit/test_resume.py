@@ -30,7 +30,7 @@ from small_problems import (
 import tilth.analysis
 from tilth import BadInput, Model, resume, run
 from tilth.cli import run_command
-from tilth.output import read_checkpoint, read_results
+from tilth.output import read_checkpoint, read_results, write_checkpoint
 from tilth.record import Recorder
 from tilth.simulation import StepResult
 
@@ -242,6 +242,16 @@ def test_keyboard_interrupt_is_logged_and_resumable(
     assert "interrupted by the user after step" in (tmp_path / "out" / "log.txt").read_text()
     resume(tmp_path / "out", quiet=True)
     assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_checkpoint_of_another_version_is_refused(uninterrupted: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(uninterrupted, folder)
+    arrays, meta = read_checkpoint(folder / "checkpoint.npz")
+    del arrays["elastic_deformation"]
+    write_checkpoint(folder / "checkpoint.npz", arrays, meta | {"version": "0.0.9"})
+    with pytest.raises(BadInput, match=r"no 'elastic_deformation'.*another version.*0\.0\.9"):
+        resume(folder)
 
 
 def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
