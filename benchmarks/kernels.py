@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stress update, force and stiffness alone: operations, bytes and time per point, every basis."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from measure import machine, machine_rates
+from problems import block, cantilever
+
+from tilth import _core
+from tilth.grid import Buffers, Stencil, locate
+from tilth.simulation import Simulation
+from tilth.verification.cases import varied
+
+BASES = ("linear", "gimp", "cpdi1")  # the kernels see no difference between cpdi1 and cpdi2
+CALLS = 25
+
+SHIFT = 0.3
+"""Share of a cell by which the points are moved: grid lines cut their domains, as in a flow."""
+
+
+def simulations() -> Iterator[tuple[str, Simulation]]:
+    """The cantilever on a fine grid and the elastic block, each with every basis."""
+    for basis in BASES:
+        model = varied(cantilever("linear"), {"grid.cell_size": 0.125, "bodies.0.basis": basis})
+        yield f"2D, {basis}", Simulation(model)
+    for basis in BASES:
+        yield f"3D, {basis}", Simulation(varied(block(16), {"bodies.0.basis": basis}))
+
+
+def work(stencil: Stencil) -> dict[str, tuple[float, float]]:
+    """Operations and bytes of memory traffic per point; what is written is read first.
+
+    Spectral decompositions count as 4 sweeps of Jacobi rotations in 3D and one rotation in 2D,
+    3 logarithms as 60 operations; the tangent is symmetric.
+    """
+    dim, points = stencil.dim, np.diff(stencil.start)
+    nodes = np.diff(stencil.node_start)
+    n, square = (float(np.average(count, weights=points)) for count in (nodes, nodes**2))
+    kept = float(np.average(np.diff(stencil.value_start) / points, weights=points))
+    response = 36 if dim == 3 else 23
+    products = n * (dim + 1) if stencil.boxed else 0.0
+    gradient = products + 2 * dim * dim * n
+    rotations = 4 * 3 * 40 if dim == 3 else 40
+    columns = 2 * dim * dim * n + 5 * dim**4 + dim**3 * (dim + 1) * n
+    return {
+        "stress": (gradient + 330 + rotations, 8 * (kept + 8 + 2 * (8 + response))),
+        "force": (gradient + 3 * dim**3, 8 * (kept + response + 1)),
+        "stiffness": (
+            products + columns + dim**2 * (dim + 1) * square,
+            8 * (kept + response + 1),
+        ),
+    }
+
+
+def shortest(action: Callable[[], object]) -> float:
+    """Processor time of one call [s], the least of some."""
+    times = []
+    for _ in range(CALLS):
+        start = time.process_time()
+        action()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def main() -> None:
+    """Prints the table, one thread."""
+    _core.set_threads(1)
+    print(machine())
+    flops, bandwidth = machine_rates()
+    print(f"matrix product {flops:.0f} Gflop/s, triad {bandwidth:.1f} GB/s, one thread\n")
+    print("| | nodes | flops | bytes | microseconds | limit | share |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for name, simulation in simulations():
+        soil = simulation.soil
+        soil.points.position += SHIFT * simulation.grid.cell_size
+        active = locate(soil.points, simulation.grid, Buffers())
+        blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
+        displacement = 1e-4 * active.position
+        calls: dict[str, Callable[[], object]] = {
+            "stress": lambda soil=soil, at=active, u=displacement: soil.update(at, u),
+            "force": lambda soil=soil, at=active: soil.internal_force(at),
+            "stiffness": lambda soil=soil, at=active, to=blocks: soil.stiffness(at, to),
+        }
+        (stencil,) = active.stencils
+        nodes = np.average(np.diff(stencil.node_start), weights=np.diff(stencil.start))
+        for kernel, (operations, traffic) in work(stencil).items():
+            measured = 1e6 * shortest(calls[kernel]) / len(soil.points)
+            by = {"arithmetic": operations / flops, "memory": traffic / bandwidth}
+            limit = max(by, key=lambda each: by[each])
+            print(
+                f"| {name}, {kernel} | {nodes:.1f} | {operations:,.0f} | {traffic:,.0f} | "
+                f"{measured:.3f} | {1e-3 * by[limit]:.3f}, {limit} | "
+                f"{1e-3 * by[limit] / measured:.2f} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
