@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -61,7 +62,7 @@ class LinearSolver:
         self._multigrid: Multigrid | None = None
         self._large = False  # whether this step's systems are for multigrid
         self._begun = False  # whether the levels belong to this step
-        self._direct_systems: dict[str, int] = {}
+        self._direct_systems: Counter[str] = Counter()
         self._iterations: list[int] = []
 
     def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
@@ -91,8 +92,7 @@ class LinearSolver:
             self._now.setup(system.matrix())
             free = self._now.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
-            name = self._now.name
-            self._direct_systems[name] = self._direct_systems.get(name, 0) + 1
+            self._direct_systems[self._now.name] += 1
         return solution
 
     @property
