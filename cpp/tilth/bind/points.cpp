@@ -54,22 +54,25 @@ int response_size(const std::string& kind_name) {
   return size;
 }
 
-void elastic_deformation(const std::string& kind_name, ConstDoubles strain, Doubles deformation) {
-  const auto points = static_cast<std::int64_t>(strain.shape(0));
-  require_size(deformation, 6 * points, "deformation");
+template <class Function>
+void map_principal_values(const std::string& kind_name, const ConstDoubles& tensor,
+                          const Doubles& result, const char* name, Function function) {
+  const auto points = static_cast<std::int64_t>(tensor.shape(0));
+  require_size(result, 6 * points, name);
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::elastic_deformation<decltype(kind)>(points, strain.data(), deformation.data());
+    kernel::map_principal_values<decltype(kind)>(points, tensor.data(), result.data(), function);
   });
 }
 
+void elastic_deformation(const std::string& kind_name, ConstDoubles strain, Doubles deformation) {
+  map_principal_values(kind_name, strain, deformation, "deformation",
+                       [](double value) { return std::expm1(2.0 * value); });
+}
+
 void elastic_strain(const std::string& kind_name, ConstDoubles deformation, Doubles strain) {
-  const auto points = static_cast<std::int64_t>(deformation.shape(0));
-  require_size(strain, 6 * points, "strain");
-  nb::gil_scoped_release release;
-  with_kind(kind_name, [&](auto kind) {
-    kernel::elastic_strain<decltype(kind)>(points, deformation.data(), strain.data());
-  });
+  map_principal_values(kind_name, deformation, strain, "strain",
+                       [](double value) { return 0.5 * std::log1p(value); });
 }
 
 auto volumetric_strains(ConstDoubles deformation) {

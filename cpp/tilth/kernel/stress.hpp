@@ -14,25 +14,15 @@
 
 namespace tilth::kernel {
 
-/// exp(2 eps) - 1 of the elastic logarithmic strain, six components per point.
-template <class K>
-void elastic_deformation(std::int64_t points, const double* strain, double* deformation) {
+/// A function of symmetric tensors, six components per point: `function` of the principal values.
+template <class K, class Function>
+void map_principal_values(std::int64_t points, const double* tensor, double* result,
+                          Function function) {
 #pragma omp parallel for schedule(static) if (stress_work * points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
-    Spectrum<double> s = spectrum<K::in_plane>(strain + 6 * p);
-    for (double& value : s.value) value = std::expm1(2.0 * value);
-    compose(s.value, s.vector, deformation + 6 * p);
-  }
-}
-
-/// Elastic logarithmic strain of the elastic left Cauchy-Green tensor less the identity.
-template <class K>
-void elastic_strain(std::int64_t points, const double* deformation, double* strain) {
-#pragma omp parallel for schedule(static) if (stress_work * points >= parallel_from)
-  for (std::int64_t p = 0; p < points; ++p) {
-    Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
-    for (double& value : s.value) value = 0.5 * std::log1p(value);
-    compose(s.value, s.vector, strain + 6 * p);
+    Spectrum<double> s = spectrum<K::in_plane>(tensor + 6 * p);
+    for (double& value : s.value) value = function(value);
+    compose(s.value, s.vector, result + 6 * p);
   }
 }
 
