@@ -13,22 +13,28 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.comm import SERIAL, norm
 from tilth.grid import ActiveGrid
-from tilth.pattern import Elements
+from tilth.pattern import Elements, same_starts
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 
 class LinearElements(Protocol):
-    """Elements of n nodes each whose force is linear in the displacement of their nodes."""
+    """Elements of few nodes whose force is linear in the displacement of their nodes."""
 
     @property
     def node(self) -> npt.NDArray[np.int32]:
-        """Node numbers, shape (elements, n)."""
+        """Node numbers, shape (elements, n), or one element after the other, (entries,)."""
+        ...
+
+    @property
+    def node_start(self) -> Integers:
+        """First entry of each element among all node numbers, shape (elements + 1,)."""
         ...
 
     @property
     def force(self) -> Floats:
-        """Force at zero displacement [force], shape (elements, n, dim)."""
+        """Force at zero displacement [force], shape of `node` and dim."""
         ...
 
     def add_product(
@@ -59,6 +65,11 @@ class Coupling:
     matrix: Floats
     force: Floats
 
+    @property
+    def node_start(self) -> Integers:
+        """As `LinearElements.node_start`."""
+        return same_starts(self.node)
+
     def add_product(
         self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
     ) -> None:
@@ -70,28 +81,59 @@ class Coupling:
         _core.add_dense_blocks(elements, self.matrix, blocks)
 
 
-def reached(active: ActiveGrid, couplings: Sequence[LinearElements]) -> npt.NDArray[np.bool_]:
-    """Returns the nodes that a coupling reaches, shape (nodes,)."""
-    found = np.zeros(active.nodes, dtype=bool)
-    for coupling in couplings:
-        found[coupling.node] = True
-    return found
+@dataclass(frozen=True)
+class RowCoupling:
+    """Elements of differing numbers of nodes with the force r (r . u + constant), r a row.
+
+    Attributes:
+        node_start: first entry of each element, shape (elements + 1,).
+        node: node numbers, shape (entries,).
+        row: r [(force/length)^(1/2)], shape (entries, dim).
+        constant: [(force length)^(1/2)], shape (elements,).
+    """
+
+    node_start: Integers
+    node: npt.NDArray[np.int32]
+    row: Floats
+    constant: Floats
+
+    @property
+    def force(self) -> Floats:
+        """As `LinearElements.force`."""
+        return self.row * np.repeat(self.constant, np.diff(self.node_start))[:, None]
+
+    def add_product(
+        self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
+    ) -> None:
+        """As `LinearElements.add_product`."""
+        _core.add_row_products(elements, self.row, vector, magnitude, product)
+
+    def add_stiffness(self, elements: Elements, blocks: Floats) -> None:
+        """As `LinearElements.add_stiffness`."""
+        _core.add_row_blocks(elements, self.row, blocks)
 
 
 class LinearForces:
     """The sum of all couplings of a step; makes room for them in the matrix's pattern.
 
+    Args:
+        constant: force beside theirs that does not change with the displacement, (nodes, dim).
+
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
     """
 
-    def __init__(self, active: ActiveGrid, couplings: Sequence[LinearElements]) -> None:
-        numbers = [active.couple(coupling.node) for coupling in couplings]
+    def __init__(
+        self, active: ActiveGrid, couplings: Sequence[LinearElements], constant: Floats | None = None
+    ) -> None:
+        numbers = [active.couple(each.node_start, each.node.ravel()) for each in couplings]
         self._parts = [
             (coupling, active.elements(number))
             for coupling, number in zip(couplings, numbers, strict=True)
         ]
-        self.constant: Floats = np.zeros((active.nodes, active.grid.dim))
+        if constant is None:
+            constant = np.zeros((active.nodes, active.grid.dim))
+        self.constant: Floats = constant
         for coupling, elements in self._parts:
             _core.add_element_forces(elements, coupling.force, self.constant)
 

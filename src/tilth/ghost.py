@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.grid import ActiveGrid, find_keys, lattice_keys
-from tilth.pattern import Elements
+from tilth.pattern import Elements, same_starts
 from tilth.soil import Soil
 
 Floats = npt.NDArray[np.float64]
@@ -133,6 +133,11 @@ class FaceCoupling:
     stiffness: Floats
     free: npt.NDArray[np.bool_]
     force: Floats
+
+    @property
+    def node_start(self) -> Integers:
+        """As `LinearElements.node_start`."""
+        return same_starts(self.node)
 
     def add_product(
         self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False

@@ -118,7 +118,10 @@ class Buffers:
         return array[:size]
 
     def pattern(
-        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+        self,
+        key: Integers,
+        groups: list[tuple[Integers, Shorts]],
+        couplings: list[tuple[Integers, Shorts]],
     ) -> Pattern:
         """Returns the pattern of these: the last step's, the same object, where that serves."""
         if self._pattern is None or not self._pattern.serves(key, groups, couplings):
@@ -148,7 +151,7 @@ class ActiveGrid:
     points: MaterialPoints
     cell_keys: Integers
     buffers: Buffers
-    couplings: list[Shorts] = field(default_factory=list)
+    couplings: list[tuple[Integers, Shorts]] = field(default_factory=list)
     owned: tuple[int, int] = field(default=(0, 0))
 
     @property
@@ -179,13 +182,16 @@ class ActiveGrid:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
         return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
 
-    def couple(self, node: Shorts) -> int:
-        """Makes room in the matrix for blocks among the nodes of each row of `node`, (e, n).
+    def couple(self, start: Integers, node: Shorts) -> int:
+        """Makes room in the matrix for blocks among the nodes of each element.
 
         To be called before the pattern is asked for. Returns the number of this coupling.
+
+        start: first entry of each element in `node`, shape (elements + 1,).
+        node: node numbers, shape (entries,).
         """
         assert "_pattern" not in self.__dict__, "the pattern is fixed already"
-        self.couplings.append(node)
+        self.couplings.append((start, node))
         return len(self.couplings) - 1
 
     @property

@@ -18,15 +18,17 @@ Shorts = npt.NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements of n nodes each in the matrix's pattern.
+    """Elements of few nodes each in the matrix's pattern.
 
     Attributes:
-        node: node numbers, shape (elements, n).
+        node_start: first entry of each element in `node`, shape (elements + 1,).
+        node: node numbers, shape (entries,).
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
         block_start, block_position: where their blocks stand in the matrix (sparse/pattern.hpp).
         reach: largest number of cells between two nodes of an element.
     """
 
+    node_start: Integers
     node: Shorts
     colour_start: Integers
     slab_start: Integers
@@ -42,7 +44,7 @@ class Pattern:
     Args:
         key: sorted keys of the active nodes, shape (nodes,).
         groups: per body, first place of each group in the list of nodes, and this list.
-        couplings: nodes of the elements of each coupling, shape (elements, n).
+        couplings: per coupling, first place of each element in the list of nodes, and this list.
 
     Attributes:
         row_start: first block of each row, shape (nodes + 1,).
@@ -50,10 +52,13 @@ class Pattern:
     """
 
     def __init__(
-        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+        self,
+        key: Integers,
+        groups: list[tuple[Integers, Shorts]],
+        couplings: list[tuple[Integers, Shorts]],
     ) -> None:
         self._key, self._groups, self._couplings = key, groups, couplings
-        lists = groups + [(_row_starts(node), node.ravel()) for node in couplings]
+        lists = groups + couplings
         offsets = np.cumsum([0] + [len(node) for _, node in lists])
         start = [start[:-1] + offset for (start, _), offset in zip(lists, offsets, strict=False)]
         self.row_start: Integers
@@ -65,11 +70,15 @@ class Pattern:
         )
 
     def serves(
-        self, key: Integers, groups: list[tuple[Integers, Shorts]], couplings: list[Shorts]
+        self,
+        key: Integers,
+        groups: list[tuple[Integers, Shorts]],
+        couplings: list[tuple[Integers, Shorts]],
     ) -> bool:
         """Returns whether it is the pattern of these nodes, groups and couplings, too."""
-        mine = [self._key, *(array for group in self._groups for array in group), *self._couplings]
-        other = [key, *(array for group in groups for array in group), *couplings]
+        own = self._groups + self._couplings
+        mine = [self._key, *(array for pair in own for array in pair)]
+        other = [key, *(array for pair in groups + couplings for array in pair)]
         return len(mine) == len(other) and all(map(np.array_equal, mine, other))
 
     @cached_property
@@ -84,16 +93,18 @@ class Pattern:
     def elements(self) -> list[Elements]:
         """Of each coupling, in the order in which they were declared."""
         lattice = np.asarray(_core.lattice(self._key))
-        return [self._elements(node, lattice[node]) for node in self._couplings]
+        return [self._elements(start, node, lattice[node]) for start, node in self._couplings]
 
-    def _elements(self, node: Shorts, place: Integers) -> Elements:
-        first = place.min(axis=1)
-        count = (place.max(axis=1) - first + 1).astype(np.int32)
-        positions = _core.block_positions(
-            _row_starts(node), node.ravel(), self.row_start, self.column
-        )
+    def _elements(self, start: Integers, node: Shorts, place: Integers) -> Elements:
+        positions = _core.block_positions(start, node, self.row_start, self.column)
+        if len(node) == 0:
+            first, last = np.zeros((2, len(start) - 1, 3), dtype=np.int64)
+        else:
+            first = np.minimum.reduceat(place, start[:-1])
+            last = np.maximum.reduceat(place, start[:-1])
+        count = (last - first + 1).astype(np.int32)
         reach = int(count.max(initial=1)) - 1
-        return Elements(node, *_core.colour_groups(first, count), *positions, reach)
+        return Elements(start, node, *_core.colour_groups(first, count), *positions, reach)
 
     @cached_property
     def diagonal(self) -> Integers:
@@ -102,5 +113,6 @@ class Pattern:
         return np.flatnonzero(rows == self.column)
 
 
-def _row_starts(node: Shorts) -> Integers:
+def same_starts(node: Shorts) -> Integers:
+    """Returns the first entries of elements of n nodes each, (elements, n) -> (elements + 1,)."""
     return np.arange(len(node) + 1, dtype=np.int64) * int(node.shape[1])

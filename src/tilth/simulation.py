@@ -15,7 +15,7 @@ from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearElements, LinearForces, reached
+from tilth.coupling import LinearForces
 from tilth.domains import bound_domains
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
@@ -194,7 +194,7 @@ class Simulation:
             ) from failure
         first = self.model.schedule.regular_time(1)
         conditions = Conditions.gather(self.boundaries, active, 0.0, first)
-        contacts = self._contacts(active, 0.0, first)
+        contacts = self._contacts(active, conditions.held, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
         require_agreement(self.model, self.boundaries, contacts)
@@ -203,9 +203,13 @@ class Simulation:
         self._note_untouched(conditions, contacts)
         return active
 
-    def _contacts(self, active: ActiveGrid, before: float, after: float) -> Contacts:
+    def _contacts(
+        self, active: ActiveGrid, held: npt.NDArray[np.bool_], before: float, after: float
+    ) -> Contacts:
         with self.timers.measure("boundaries"):
-            return Contacts.gather(self.implicit, self.points, active, self.kind, before, after)
+            return Contacts.gather(
+                self.implicit, self.points, active, self.kind, before, after, held
+            )
 
     def advance(
         self,
@@ -222,19 +226,19 @@ class Simulation:
         with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
         conditions = Conditions.gather(self.boundaries, active, before, after)
-        contacts = self._contacts(active, before, after)
+        contacts = self._contacts(active, conditions.held, before, after)
         self._note_untouched(conditions, contacts)
         force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
-            couplings: list[LinearElements] = [*contacts.couplings()]
+            couplings = contacts.couplings()
+            carried_force = contacts.carried_force()
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            coupled = reached(active, couplings)
             couplings += self._ghost.couplings(
                 self.soil, active, conditions.held, contacts.behind()
             )
-            coupled |= self._ghost.holds(active, conditions.held)
+            coupled = self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
-            linear = LinearForces(active, couplings)
+            linear = LinearForces(active, couplings, carried_force)
         load_before = force_before + surface_loads.force_before()
         springs = Springs.of(self.soil, active, coupled)
         guess = None

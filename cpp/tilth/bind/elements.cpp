@@ -11,16 +11,19 @@ namespace {
 /// Reads tilth.pattern.Elements.
 struct ElementsView : kernel::Elements {
   ConstShorts shorts[2];
-  ConstIntegers integers[4];
+  ConstIntegers integers[5];
 
   explicit ElementsView(nb::handle of) : kernel::Elements{} {
     shorts[0] = nb::cast<ConstShorts>(of.attr("node"));
     shorts[1] = nb::cast<ConstShorts>(of.attr("block_position"));
-    const char* names[4] = {"colour_start", "slab_start", "order", "block_start"};
-    for (int i = 0; i < 4; ++i) integers[i] = nb::cast<ConstIntegers>(of.attr(names[i]));
-    elements = static_cast<std::int64_t>(shorts[0].shape(0));
-    nodes = static_cast<int>(shorts[0].shape(1));
-    if (nodes > kernel::maximum_nodes) throw std::invalid_argument("an element has too many nodes");
+    const char* names[5] = {"colour_start", "slab_start", "order", "block_start", "node_start"};
+    for (int i = 0; i < 5; ++i) integers[i] = nb::cast<ConstIntegers>(of.attr(names[i]));
+    elements = static_cast<std::int64_t>(integers[4].size()) - 1;
+    node_start = integers[4].data();
+    for (std::int64_t e = 0; e < elements; ++e)
+      if (nodes_of(e) > kernel::most_element_nodes)
+        throw std::invalid_argument("an element has too many nodes");
+    require_size(shorts[0], node_start[elements], "node");
     require_size(integers[2], elements, "order");
     require_size(integers[3], elements, "block_start");
     node = shorts[0].data();
@@ -31,12 +34,23 @@ struct ElementsView : kernel::Elements {
   }
 
   kernel::BlockPositions blocks() const { return {integers[3].data(), shorts[1].data()}; }
+
+  std::int64_t entries() const { return node_start[elements]; }
+
+  /// The number of nodes of every element; refuses elements that differ in it.
+  int same_nodes() const {
+    const int nodes = elements > 0 ? nodes_of(0) : 0;
+    for (std::int64_t e = 0; e < elements; ++e)
+      if (nodes_of(e) != nodes) throw std::invalid_argument("elements differ in their nodes");
+    if (nodes > kernel::maximum_nodes) throw std::invalid_argument("an element has too many nodes");
+    return nodes;
+  }
 };
 
 void add_element_forces(nb::handle of, ConstDoubles force, Doubles nodal) {
   const ElementsView elements(of);
   const int dim = static_cast<int>(nodal.shape(1));
-  require_size(force, elements.elements * elements.nodes * dim, "force");
+  require_size(force, elements.entries() * dim, "force");
   nb::gil_scoped_release release;
   with_dimension(dim, [&](auto kind) {
     kernel::add_element_forces<decltype(kind)::dim>(elements, force.data(), nodal.data());
@@ -52,15 +66,16 @@ void add_products(const ElementsView& elements, const Matrices& matrices, const 
 }
 
 void require_dense(const ElementsView& elements, const ConstDoubles& matrix, int dim) {
-  const std::int64_t unknowns = std::int64_t{elements.nodes} * dim;
+  const std::int64_t unknowns = std::int64_t{elements.same_nodes()} * dim;
   require_size(matrix, elements.elements * unknowns * unknowns, "matrix");
 }
 
 void require_scaled(const ElementsView& elements, const ConstDoubles& weight,
                     const ConstDoubles& unit, const ConstFlags& free, int dim) {
   require_size(weight, elements.elements, "weight");
-  require_size(unit, std::int64_t{elements.nodes} * elements.nodes, "unit");
-  require_size(free, elements.elements * elements.nodes * dim, "free");
+  const std::int64_t nodes = elements.same_nodes();
+  require_size(unit, nodes * nodes, "unit");
+  require_size(free, elements.elements * nodes * dim, "free");
 }
 
 void add_dense_products(nb::handle of, ConstDoubles matrix, ConstDoubles vector, bool magnitude,
@@ -118,12 +133,39 @@ void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, Co
   });
 }
 
+void add_row_products(nb::handle of, ConstDoubles row, ConstDoubles vector, bool magnitude,
+                      Doubles product) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(vector.shape(1));
+  require_size(row, elements.entries() * dim, "row");
+  require_size(product, static_cast<std::int64_t>(vector.size()), "product");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::RowProducts<decltype(kind)::dim>;
+    add_products<Matrices, decltype(kind)::dim>(elements,
+                                                Matrices{elements.node_start, row.data()},
+                                                vector.data(), magnitude, product.data());
+  });
+}
+
+void add_row_blocks(nb::handle of, ConstDoubles row, Doubles blocks) {
+  const ElementsView elements(of);
+  const int dim = static_cast<int>(blocks.shape(1));
+  require_size(row, elements.entries() * dim, "row");
+  nb::gil_scoped_release release;
+  with_dimension(dim, [&](auto kind) {
+    using Matrices = kernel::RowProducts<decltype(kind)::dim>;
+    kernel::add_element_blocks<decltype(kind)::dim>(
+        elements, elements.blocks(), Matrices{elements.node_start, row.data()}, blocks.data());
+  });
+}
+
 }  // namespace
 
 void bind_elements(nb::module_& module) {
   using namespace nb::literals;
   module.def("add_element_forces", &add_element_forces, "elements"_a, "force"_a, "nodal"_a,
-             "Adds the elements' forces (e, n, dim) to nodal (nodes, dim).");
+             "Adds the elements' forces (entries, dim) to nodal (nodes, dim).");
   module.def("add_dense_products", &add_dense_products, "elements"_a, "matrix"_a, "vector"_a,
              "magnitude"_a, "product"_a,
              "Adds the elements' matrices (e, n, n, dim, dim), or those of their entries' "
@@ -136,6 +178,11 @@ void bind_elements(nb::module_& module) {
   module.def("add_scaled_blocks", &add_scaled_blocks, "elements"_a, "weight"_a, "unit"_a, "free"_a,
              "blocks"_a,
              "As add_dense_blocks for matrices weight_e unit_ab of each free component.");
+  module.def("add_row_products", &add_row_products, "elements"_a, "row"_a, "vector"_a,
+             "magnitude"_a, "product"_a,
+             "As add_dense_products for matrices that are a row's product with itself.");
+  module.def("add_row_blocks", &add_row_blocks, "elements"_a, "row"_a, "blocks"_a,
+             "As add_dense_blocks for matrices that are a row's product with itself.");
 }
 
 }  // namespace tilth::bind

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Elements of a few nodes with forces linear in the nodal displacement: products and assembly. An
-// element's matrix is dense, or one matrix between nodes that all elements share, scaled.
+// element's matrix is dense, one matrix between nodes that all elements share, scaled, or the
+// product of a row with itself.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "../parallel.hpp"
 #include "stiffness.hpp"
@@ -12,11 +14,14 @@
 
 namespace tilth::kernel {
 
-/// Elements of `nodes` nodes each, and their order of parallel assembly (colour_groups).
+inline constexpr int most_element_nodes = 256;
+
+/// Elements, and their order of parallel assembly (colour_groups); the nodes of element e are
+/// `node[node_start[e]]` to `node[node_start[e + 1]]`, not included.
 struct Elements {
   std::int64_t elements;
-  int nodes;
-  const std::int32_t* node;  // (elements, nodes)
+  const std::int64_t* node_start;  // (elements + 1)
+  const std::int32_t* node;
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
@@ -24,6 +29,10 @@ struct Elements {
 
   /// In points (Stencil::work): an element is the work of about eight.
   std::int64_t work() const { return 8 * elements; }
+
+  int nodes_of(std::int64_t e) const {
+    return static_cast<int>(node_start[e + 1] - node_start[e]);
+  }
 };
 
 /// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).
@@ -99,15 +108,39 @@ struct ScaledMatrix {
   }
 };
 
-/// Adds the forces (elements, n, Dim) to `nodal` (nodes, Dim).
+/// The products of a row (n, Dim) for each element with itself; the rows stand in one array.
+template <int Dim>
+struct RowProducts {
+  const std::int64_t* node_start;
+  const double* row;
+
+  struct Element {
+    const double* row;
+    int n;
+
+    template <bool Magnitude>
+    void multiply(const double* in, double* out) const {
+      double sum = 0.0;
+      for (int i = 0; i < n * Dim; ++i) sum += (Magnitude ? std::fabs(row[i]) : row[i]) * in[i];
+      for (int i = 0; i < n * Dim; ++i) out[i] = (Magnitude ? std::fabs(row[i]) : row[i]) * sum;
+    }
+
+    void add_block(int a, int b, double* into) const {
+      for (int i = 0; i < Dim; ++i)
+        for (int k = 0; k < Dim; ++k) into[i * Dim + k] += row[a * Dim + i] * row[b * Dim + k];
+    }
+  };
+
+  Element element(std::int64_t e, int n) const { return {row + node_start[e] * Dim, n}; }
+};
+
+/// Adds the forces (entries of `node`, Dim) to `nodal` (nodes, Dim).
 template <int Dim>
 void add_element_forces(const Elements& elements, const double* force, double* nodal) {
-  const int n = elements.nodes;
   for_each_by_colour(elements, [&](std::int64_t e) {
-    const std::int32_t* node = elements.node + e * n;
-    for (int a = 0; a < n; ++a)
+    for (std::int64_t a = elements.node_start[e]; a < elements.node_start[e + 1]; ++a)
       for (int i = 0; i < Dim; ++i)
-        nodal[Dim * std::int64_t{node[a]} + i] += force[(e * n + a) * Dim + i];
+        nodal[Dim * std::int64_t{elements.node[a]} + i] += force[a * Dim + i];
   });
 }
 
@@ -116,10 +149,10 @@ void add_element_forces(const Elements& elements, const double* force, double* n
 template <bool Magnitude, int Dim, class Matrices>
 void add_element_products(const Elements& elements, const Matrices& matrices, const double* vector,
                           double* product) {
-  const int n = elements.nodes;
   for_each_by_colour(elements, [&](std::int64_t e) {
-    const std::int32_t* node = elements.node + e * n;
-    double in[maximum_nodes * Dim], out[maximum_nodes * Dim];
+    const int n = elements.nodes_of(e);
+    const std::int32_t* node = elements.node + elements.node_start[e];
+    double in[most_element_nodes * Dim], out[most_element_nodes * Dim];
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < Dim; ++i) in[a * Dim + i] = vector[Dim * std::int64_t{node[a]} + i];
     matrices.element(e, n).template multiply<Magnitude>(in, out);
@@ -132,9 +165,9 @@ void add_element_products(const Elements& elements, const Matrices& matrices, co
 template <int Dim, class Matrices>
 void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
                         const Matrices& matrices, double* matrix) {
-  const int n = elements.nodes;
   for_each_by_colour(elements, [&](std::int64_t e) {
-    const std::int32_t* node = elements.node + e * n;
+    const int n = elements.nodes_of(e);
+    const std::int32_t* node = elements.node + elements.node_start[e];
     const std::int32_t* position = blocks.position + blocks.start[e];
     const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)

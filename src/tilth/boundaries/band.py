@@ -90,7 +90,7 @@ class BandContact(Contact):
         return np.asarray(weight * force)
 
     def coupling(self) -> Coupling:
-        """As `Contact.coupling`."""
+        """Returns the forces of the slip in the step as elements of one cell each."""
         n, nodes = self.at.value.shape
         dim = self.pose.place.shape[1]
         unit = self.at.value[:, :, None, None] * np.eye(dim)  # slip per nodal displacement
@@ -98,7 +98,7 @@ class BandContact(Contact):
         columns = self._carried(slips, self._gradient.reshape(n, nodes * dim, 3, 3))
         matrix = self._force(columns).reshape(n, nodes, nodes, dim, dim)
         matrix = np.moveaxis(matrix, 3, 4)  # (n, a, b, component of a, component of b)
-        constant = self._force(self.before + self._carried(*self._prescribed()))
+        constant = self._force(self._carried(*self._prescribed()))
         starts = self.at.start[:-1]
         return Coupling(
             node=self.at.node,

@@ -3,11 +3,11 @@
 
 With N the shape functions of a cell, the boundary's internal force is the surface form
 
-    f_a = integral of N_a [traction + P w],    w = sum_b N_b u_b - prescribed displacement,
+    f_a = integral of N_a [traction + P m],    w = sum_b N_b u_b - prescribed displacement,
 
-with the penalty P = 4 / (3 delta) Pi Q Pi, the projector Pi on the constrained directions and the
-acoustic tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form adds the
-terms of `BandContact`.
+with m the means of the slip w on the multipliers' patches (`multipliers.py`), and the penalty
+P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the acoustic tensor
+Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is `BandContact`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.boundaries.multipliers import Multipliers, held_directions
 from tilth.boundaries.protocol import Floats
-from tilth.coupling import Coupling
 from tilth.place import Place
 
 if TYPE_CHECKING:
@@ -68,23 +68,9 @@ class Contact:
         """What the points carry from the last step, turned into the middle of this one."""
         return turned(self.boundary.carried[self.chosen], self.pose, 0)
 
-    def coupling(self) -> Coupling:
-        """Returns the forces as elements of one cell each."""
-        dim = self.pose.place.shape[1]
-        weight = self.pose.weight
-        constant = self.before[:, :dim] - np.einsum("nij,nj->ni", self.penalty, self.pose.increment)
-        matrix, force = _core.surface_elements(
-            self.at.start,
-            self.at.value,
-            np.ascontiguousarray(weight[:, None, None] * self.penalty),
-            np.ascontiguousarray(weight[:, None] * constant),
-        )
-        return Coupling(node=self.at.node, matrix=np.asarray(matrix), force=np.asarray(force))
-
     def after(self, displacement: Floats) -> Floats:
         """Returns what the points carry at the end of a step with this nodal displacement."""
-        slip = self.at.interpolate(displacement) - self.pose.increment
-        return np.asarray(self.before + np.einsum("nij,nj->ni", self.penalty, slip))
+        raise NotImplementedError
 
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
         """Returns the boundary's internal force of what its points carry, shape (nodes, dim)."""
@@ -96,6 +82,34 @@ class Contact:
         kept = np.zeros_like(self.boundary.carried)
         kept[self.chosen] = turned(carried, self.pose, 1)
         self.boundary.carried = kept
+
+
+@dataclass(frozen=True)
+class SurfaceContact(Contact):
+    """The same with the surface form.
+
+    Attributes:
+        multipliers: those of this boundary; chosen for all boundaries of a step together.
+    """
+
+    multipliers: Multipliers | None = None
+
+    @property
+    def held_directions(self) -> Floats:
+        """Unit vectors along what the boundary holds, shape (r, n, dim)."""
+        condition = self.boundary.declared.condition
+        return held_directions(condition, self.pose.normal, self.pose.direction)
+
+    def slip_at_rest(self) -> Floats:
+        """Returns the mean slips of a grid that does not move [length], shape (m,)."""
+        assert self.multipliers is not None
+        return -self.multipliers.mean(self.pose.increment)
+
+    def after(self, displacement: Floats) -> Floats:
+        """As `Contact.after`."""
+        assert self.multipliers is not None
+        slip = self.at.interpolate(displacement) - self.pose.increment
+        return self.before + self.multipliers.traction(self.multipliers.mean(slip))
 
 
 def turned(carried: Floats, pose: Pose, part: int) -> Floats:

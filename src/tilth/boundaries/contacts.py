@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth import _core
 from tilth.boundaries.band import BandContact
-from tilth.boundaries.contact import Contact, Integers
+from tilth.boundaries.contact import Contact, Integers, SurfaceContact
+from tilth.boundaries.multipliers import choose_multipliers, multiplier_coupling
 from tilth.boundaries.protocol import Flags, Floats
-from tilth.coupling import Coupling
+from tilth.coupling import LinearElements
 from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid
@@ -53,8 +54,12 @@ class Contacts:
         kind: str,
         before: float,
         after: float,
+        held: Flags | None = None,
     ) -> Contacts:
-        """Finds out where the boundaries touch soil in the step from time `before` to `after`."""
+        """Finds out where the boundaries touch soil in the step from time `before` to `after`.
+
+        held: components that other conditions prescribe at nodes, (nodes, dim); none if not given.
+        """
         if not boundaries:
             return cls(active, [], [])
         surfaces, normals, box = [], [], _box(points)
@@ -70,7 +75,8 @@ class Contacts:
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
         stops = np.array([body.stop for body in points.bodies])
-        parts, untouched = [], []
+        parts: list[Contact] = []
+        untouched = []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.terms is not None
             point = nearest[end - len(places) : end][boundary.terms.on_surface]
@@ -82,7 +88,7 @@ class Contacts:
             order, at = locate_places(active, place)
             chosen = chosen[order]
             body = np.searchsorted(stops, point[chosen], side="right")
-            make = Contact if boundary.declared.form == "surface" else BandContact
+            make = SurfaceContact if boundary.declared.form == "surface" else BandContact
             parts.append(
                 make(
                     boundary=boundary,
@@ -93,6 +99,16 @@ class Contacts:
                     axisymmetric=kind == "axisymmetric",
                 )
             )
+        if held is None:
+            held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+        surfaces = [part for part in parts if isinstance(part, SurfaceContact)]
+        multipliers = iter(choose_multipliers(active, surfaces, held))
+        parts = [
+            replace(part, multipliers=next(multipliers))
+            if isinstance(part, SurfaceContact)
+            else part
+            for part in parts
+        ]
         return cls(active, parts, untouched)
 
     def behind(self) -> tuple[Integers, Floats]:
@@ -108,9 +124,22 @@ class Contacts:
         key, depth = _core.cells_behind(place, normal, grid.origin, grid.cell_size)
         return np.asarray(key), np.asarray(depth)
 
-    def couplings(self) -> list[Coupling]:
-        """Returns the boundaries' forces, linear in the displacement of the step."""
-        return [part.coupling() for part in self.parts]
+    def couplings(self) -> list[LinearElements]:
+        """Returns the forces of the slip, linear in the displacement of the step."""
+        couplings: list[LinearElements] = []
+        surfaces = [part for part in self.parts if isinstance(part, SurfaceContact)]
+        if surfaces:
+            multipliers = [part.multipliers for part in surfaces]
+            slips = [part.slip_at_rest() for part in surfaces]
+            couplings.append(multiplier_coupling(multipliers, slips))
+        return couplings + [p.coupling() for p in self.parts if isinstance(p, BandContact)]
+
+    def carried_force(self) -> Floats:
+        """Returns the boundaries' internal force of what they carry from before, (nodes, dim)."""
+        force = np.zeros((self.active.nodes, self.active.grid.dim))
+        for part in self.parts:
+            force += part.nodal_force(part.before, self.active.nodes)
+        return force
 
     def reaction_before(self, initial: Floats, held: Flags, constant: Floats) -> Floats:
         """Returns the nodal forces of all boundaries at the start of the step, (nodes, dim).
@@ -119,9 +148,7 @@ class Contacts:
         `constant`, the force by which implicit boundaries begin to move the soil; what acted before
         the step is what they carry.
         """
-        carried = np.zeros_like(initial)
-        for part in self.parts:
-            carried += part.nodal_force(part.before, self.active.nodes)
+        carried = self.carried_force()
         return np.asarray(initial - np.where(held, constant - carried, 0.0) - carried)
 
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:

@@ -109,6 +109,7 @@ class Pose:
         gradient: of the prescribed displacement by `place` [-], shape (n, dim, dim).
         normal: unit, into the soil, shape (n, dim).
         weight: at the start of the step, 2 pi r included in axisymmetry, shape (n,).
+        direction: the declared direction, unit, shape (n, dim); None where none is declared.
         projector: on the constrained directions, shape (n, dim, dim).
         turn: rotations from the start to the middle and from there to the end of the step,
             shape (n, dim, dim) each; None where nothing turns.
@@ -119,6 +120,7 @@ class Pose:
     gradient: Floats
     normal: Floats
     weight: Floats
+    direction: Floats | None
     projector: Floats
     turn: tuple[Floats, Floats] | None
 
@@ -259,6 +261,7 @@ class Implicit:
             gradient=gradient,
             normal=normal,
             weight=weight,
+            direction=direction,
             projector=self._projector(normal, direction),
             turn=turn,
         )

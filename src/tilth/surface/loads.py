@@ -17,6 +17,7 @@ from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
+from tilth.pattern import same_starts
 from tilth.place import Place, locate_places, near_soil
 from tilth.surface.chain import Floats
 from tilth.surface.protocol import BodySurface
@@ -70,7 +71,7 @@ class SurfaceLoads:
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             order, at = locate_places(active, points.position)
-            coupling = active.couple(at.node)
+            coupling = active.couple(same_starts(at.node), at.node.ravel())
             self._loaded.append(
                 _Loaded(load, at, points.ordered(order), arc_length[order], coupling)
             )
