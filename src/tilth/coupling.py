@@ -124,7 +124,10 @@ class LinearForces:
     """
 
     def __init__(
-        self, active: ActiveGrid, couplings: Sequence[LinearElements], constant: Floats | None = None
+        self,
+        active: ActiveGrid,
+        couplings: Sequence[LinearElements],
+        constant: Floats | None = None,
     ) -> None:
         numbers = [active.couple(each.node_start, each.node.ravel()) for each in couplings]
         self._parts = [

@@ -22,8 +22,10 @@ one yielding cell is enough to let the other one move.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -81,8 +83,8 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.abs(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0]))
 
 
-FIRM = 3.0
-"""Dimensionless stiffness in cells behind an implicit boundary."""
+FIRM = 0.5
+"""Dimensionless stiffness of nodes a cell behind an implicit boundary."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,8 @@ class Faces:
     All faces with the same normal share one matrix between nodes, the same for each component.
 
     Attributes:
+        axis: of the normal.
+        firm: whether they tie nodes behind boundaries, rather than those of hardly filled cells.
         node: of the two cells, from the lower one on, shape (faces, nodes of a face).
         unit: stiffness for a modulus and a weight of 1 [force/length/stress], shape (n, n).
         weight: of each face [-]; in axisymmetry times 2 pi r [length], shape (faces,).
@@ -99,6 +103,8 @@ class Faces:
         modulus: of the soil in the two cells [stress], shape (faces,).
     """
 
+    axis: int
+    firm: bool
     node: npt.NDArray[np.int32]
     unit: Floats
     weight: Floats
@@ -168,7 +174,7 @@ def ghost_faces(
     """
     if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
-    grid, dim = active.grid, active.grid.dim
+    dim = active.grid.dim
     key, fill, modulus = filled_cells(soil, active)
     place = np.asarray(_core.lattice(key))
     along = np.eye(3, dtype=np.int64)[:dim]
@@ -176,34 +182,50 @@ def ghost_faces(
     neighbour = find_keys(key, lattice_keys(beside.reshape(-1, 3))).reshape(2, dim, len(key))
     at_edge = (neighbour < 0).any(axis=(0, 1))
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
-    weights = np.tile(emptiness[:, None], dim)
+    depth = np.zeros((active.nodes, dim))
     if behind is not None:
-        number = find_keys(key, behind[0])
-        known = number >= 0
-        hidden = np.zeros_like(weights)
-        np.maximum.at(hidden, number[known], behind[1][known])
-        # there the boundary's own penalty takes over: across it, not between equal slivers
-        weights *= 1.0 - np.minimum(hidden.sum(axis=1), 1.0)[:, None]
-        weights += FIRM * hidden
+        number = find_keys(active.key, behind[0])
+        depth[number[number >= 0]] = behind[1][number >= 0]
     faces = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
         other = neighbour[1, axis, cell]
-        weight = np.maximum(weights[cell, axis], weights[other, axis])
-        cell, other, weight = (array[weight > 0.0] for array in (cell, other, weight))
-        if len(cell) == 0:
-            continue
+        offset, unit, line = _face(tuple(active.grid.cell_size.tolist()), axis)
+        node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
+        end = offset[:, axis] != 1
+        behind_ends = depth[node, axis] * end  # (faces, nodes)
+        at_boundary = depth[node].sum(axis=2).max(axis=1, initial=0.0)
+        # behind a boundary nodes move with the soil in front, line by line
+        firm = FIRM * behind_ends.max(axis=1, initial=0.0)
+        hidden = np.broadcast_to(((behind_ends @ line) > 0.0)[..., None], (*node.shape, dim))
+        # there its own penalty takes over: across it, not between equal slivers
+        weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
+        far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         stiff = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
+        circumference = np.ones(len(cell))
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
-            weight = weight * 2.0 * np.pi * radius
-        offset, unit, same = _face(tuple(grid.cell_size.tolist()), axis)
-        node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
-        far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
-        left_out = held[node] & far[..., None]  # (faces, nodes, dim)
-        free = ~(same @ left_out) if left_out.any() else np.ones(left_out.shape, dtype=bool)
-        faces.append(Faces(node.astype(np.int32), unit, weight, free, stiff))
+            circumference = 2.0 * np.pi * radius
+        for weight, ends, tied in ((weak, far, None), (firm, end & (behind_ends > 0.0), hidden)):
+            some = np.flatnonzero(weight > 0.0)
+            if len(some) == 0:
+                continue
+            left_out = held[node[some]] & ends[some][..., None]  # (faces, nodes, dim)
+            free = ~(line @ left_out) if left_out.any() else np.ones(left_out.shape, dtype=bool)
+            if tied is not None:
+                free &= tied[some]
+            faces.append(
+                Faces(
+                    axis=axis,
+                    firm=tied is not None,
+                    node=node[some].astype(np.int32),
+                    unit=unit,
+                    weight=weight[some] * circumference[some],
+                    free=free,
+                    modulus=stiff[some],
+                )
+            )
     return faces
 
 
@@ -216,20 +238,22 @@ class Ghost:
 
     The penalty on one step's displacement is a dashpot: what a stabilised node carries it would
     have to be given anew in each step. So each face keeps the displacement of its nodes (relative
-    to one of them), times the modulus of the step, as long as the soil does not move on:
-    moved <- (moved + E u) exp(-max |u| / h).
+    to one of them), times the modulus of the step, as long as the soil does not move on or soften:
+    moved <- (moved + E u) exp(-max |u| / h), and moved <- moved E / E_before where E falls.
 
     Attributes:
         gamma: the dimensionless factor, see `ghost_faces`.
-        face: sorted names of the faces: key of the lower cell and axis, shape (faces,).
+        face: sorted names of the faces: key of the lower cell, kind and axis, shape (faces,).
         moved: modulus times motion of their nodes [stress length], shape (faces, nodes of a
             face, dim).
+        modulus: of the step in which they moved [stress], shape (faces,).
     """
 
     def __init__(self, gamma: float, dim: int) -> None:
         self.gamma = gamma
         self.face: Integers = np.zeros(0, dtype=np.int64)
         self.moved: Floats = np.zeros((0, 3 * 2 ** (dim - 1), dim))
+        self.modulus: Floats = np.zeros(0)
         self._current: list[tuple[Integers, Faces, Floats]] = []
 
     def couplings(
@@ -243,12 +267,14 @@ class Ghost:
         found = []
         self._current = []
         for faces in ghost_faces(soil, active, held, self.gamma, behind):
-            place = active.lattice[faces.node]
-            axis = int((place[0].max(axis=0) - place[0].min(axis=0)).argmax())
-            face = 4 * lattice_keys(place[:, 0]) + axis
+            place = active.lattice[faces.node[:, 0]]
+            face = 8 * lattice_keys(place) + 4 * faces.firm + faces.axis
             moved = np.zeros((*faces.node.shape, active.grid.dim))
             number = find_keys(self.face, face)
-            moved[number >= 0] = self.moved[number[number >= 0]]
+            known = np.flatnonzero(number >= 0)
+            number = number[known]
+            softened = np.minimum(faces.modulus[known] / self.modulus[number], 1.0)
+            moved[known] = softened[:, None, None] * self.moved[number]
             self._current.append((face, faces, moved))
             found.append(faces.coupling(moved))
         return found
@@ -268,7 +294,7 @@ class Ghost:
 
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Remembers a converged step's nodal displacement, shape (nodes, dim)."""
-        names, moves = [self.face[:0]], [self.moved[:0]]
+        names, moves, moduli = [self.face[:0]], [self.moved[:0]], [self.modulus[:0]]
         for face, faces, moved in self._current:
             step = displacement[faces.node]
             size = np.abs(step / active.grid.cell_size).max(axis=(1, 2))
@@ -276,9 +302,19 @@ class Ghost:
             total = total * (moved + faces.modulus[:, None, None] * step)
             names.append(face)
             moves.append(total - total[:, :1])  # a common motion has no force
-        face, total = np.concatenate(names), np.concatenate(moves)
+            moduli.append(faces.modulus)
+        face, total, modulus = map(np.concatenate, (names, moves, moduli))
         order = np.argsort(face)
-        self.face, self.moved = face[order], total[order]
+        self.face, self.moved, self.modulus = face[order], total[order], modulus[order]
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns what a checkpoint must hold."""
+        return {f"ghost_{name}": getattr(self, name) for name in ("face", "moved", "modulus")}
+
+    def restore(self, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Goes on from the state of a checkpoint."""
+        self.face, self.moved = arrays["ghost_face"], arrays["ghost_moved"]
+        self.modulus = arrays["ghost_modulus"]
 
 
 @cache

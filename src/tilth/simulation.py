@@ -139,10 +139,7 @@ class Simulation:
         names = MaterialPoints.array_names()
         state = {name: arrays[name] for name in names}
         simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
-        simulation._ghost.face, simulation._ghost.moved = (
-            arrays["ghost_face"],
-            arrays["ghost_moved"],
-        )
+        simulation._ghost.restore(arrays)
         simulation._predictor.restore(arrays)
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
@@ -168,8 +165,7 @@ class Simulation:
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
-        arrays["ghost_face"], arrays["ghost_moved"] = self._ghost.face, self._ghost.moved
-        arrays |= self._predictor.arrays()
+        arrays |= self._ghost.arrays() | self._predictor.arrays()
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array

@@ -142,8 +142,7 @@ void add_row_products(nb::handle of, ConstDoubles row, ConstDoubles vector, bool
   nb::gil_scoped_release release;
   with_dimension(dim, [&](auto kind) {
     using Matrices = kernel::RowProducts<decltype(kind)::dim>;
-    add_products<Matrices, decltype(kind)::dim>(elements,
-                                                Matrices{elements.node_start, row.data()},
+    add_products<Matrices, decltype(kind)::dim>(elements, Matrices{elements.node_start, row.data()},
                                                 vector.data(), magnitude, product.data());
   });
 }

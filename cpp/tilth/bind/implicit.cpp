@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../boundary/behind.hpp"
 #include "../boundary/cut.hpp"
 #include "../boundary/surface.hpp"
 #include "../boundary/touch.hpp"
@@ -66,36 +65,6 @@ auto boundary_penalty(ConstDoubles normal, ConstDoubles projector, ConstDoubles 
   return give(std::move(penalty), {n, dim, dim});
 }
 
-auto cells_behind(ConstDoubles place, ConstDoubles normal, ConstDoubles origin,
-                  ConstDoubles cell_size) {
-  const std::size_t dim = origin.size();
-  require_size(normal, static_cast<std::int64_t>(place.size()), "normal");
-  boundary::Behind behind;
-  with_dimension(static_cast<int>(dim), [&](auto kind) {
-    behind = boundary::cells_behind<decltype(kind)::dim>(static_cast<std::int64_t>(place.shape(0)),
-                                                         place.data(), normal.data(), origin.data(),
-                                                         cell_size.data());
-  });
-  const std::size_t cells = behind.key.size();
-  return std::make_tuple(give(std::move(behind.key)), give(std::move(behind.depth), {cells, dim}));
-}
-
-auto surface_elements(ConstIntegers start, ConstDoubles shape, ConstDoubles penalty,
-                      ConstDoubles constant) {
-  const auto elements = static_cast<std::int64_t>(start.size()) - 1;
-  const std::size_t n = shape.shape(1), dim = constant.shape(1);
-  require_size(penalty, static_cast<std::int64_t>(shape.shape(0) * dim * dim), "penalty");
-  std::vector<double> matrix(elements * n * n * dim * dim), force(elements * n * dim);
-  with_dimension(static_cast<int>(dim), [&](auto kind) {
-    boundary::surface_elements<decltype(kind)::dim>(elements, start.data(), static_cast<int>(n),
-                                                    shape.data(), penalty.data(), constant.data(),
-                                                    matrix.data(), force.data());
-  });
-  const auto e = static_cast<std::size_t>(elements);
-  return std::make_tuple(give(std::move(matrix), {e, n, n, dim, dim}),
-                         give(std::move(force), {e, n, dim}));
-}
-
 }  // namespace
 
 void bind_implicit(nb::module_& module) {
@@ -107,10 +76,6 @@ void bind_implicit(nb::module_& module) {
              "Number of the nearest material point that each place touches, -1 if none.");
   module.def("boundary_penalty", &boundary_penalty, "normal"_a, "projector"_a, "moduli"_a,
              "square"_a, "Stress per slip (n,dim,dim) of a boundary's quadrature points.");
-  module.def("cells_behind", &cells_behind, "place"_a, "normal"_a, "origin"_a, "cell_size"_a,
-             "Sorted keys of the cells behind a boundary, and how much of them (cells,dim).");
-  module.def("surface_elements", &surface_elements, "start"_a, "shape"_a, "penalty"_a, "constant"_a,
-             "Matrix (e,n,n,dim,dim) and force (e,n,dim) of a boundary's elements.");
 }
 
 }  // namespace tilth::bind

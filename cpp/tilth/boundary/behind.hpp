@@ -1,68 +1,69 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which cells lie behind boundaries, and by how much.
+// Which nodes lie behind boundaries, and by how much.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <tuple>
 #include <vector>
 
 #include "../grid.hpp"
+#include "vertices.hpp"
 
 namespace tilth::boundary {
 
-/// Cells behind boundaries: sorted keys, and the share that is behind (cells, Dim).
+/// Nodes behind boundaries: sorted keys, and how far behind they are along each axis (nodes, Dim).
 struct Behind {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
 };
 
-/// Looks at the cell of each place of the boundaries, and at that of the place half a cell further
-/// behind. From 0 where half of the cell is in front to 1 where nothing of it is, times the square
-/// of the normal's component along each axis; of several places the greatest.
+/// Looks at the nodes of the cells that a boundary acts on, and at those one further. Where the
+/// plane through the nearest quadrature point has a node behind it, its distance in units of the
+/// cell's extent along the normal, at most 1, times the square of the normal's component along each
+/// axis.
 template <int Dim>
-Behind cells_behind(std::int64_t places, const double* place, const double* normal,
-                    const double* origin, const double* cell_size) {
-  struct Cell {
+Behind nodes_behind(const TouchedCells<Dim>& at) {
+  struct Node {
     std::int64_t key;
-    double depth[Dim];
+    double apart, depth;
+    std::int64_t point;
   };
-  std::vector<Cell> cells;
-  const auto join = [](Cell& cell, const Cell& other) {
-    for (int k = 0; k < Dim; ++k) cell.depth[k] = std::max(cell.depth[k], other.depth[k]);
-  };
-  for (int further = 0; further < 2; ++further)
-    for (std::int64_t q = 0; q < places; ++q) {
-      const double *x = place + q * Dim, *n = normal + q * Dim;
-      double half = 0.0, depth = 0.0;
-      for (int k = 0; k < Dim; ++k) half += 0.5 * std::fabs(n[k]) * cell_size[k];
-      Lattice index{0, 0, 0};
-      for (int k = 0; k < Dim; ++k) {
-        const double at = (x[k] - (further ? half * n[k] : 0.0) - origin[k]) / cell_size[k];
-        index[k] = static_cast<std::int64_t>(std::floor(at));
-        const double centre = origin[k] + (static_cast<double>(index[k]) + 0.5) * cell_size[k];
-        depth += (x[k] - centre) * n[k];
+  constexpr int side = 4, around = Dim == 2 ? side * side : side * side * side;
+  const double* h = at.cell_size;
+  std::vector<Node> nodes;
+  for (std::int64_t c = 0; c < at.cells; ++c) {
+    const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c << Dim]};
+    for (int a = 0; a < around; ++a) {
+      int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
+      Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
+      for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
+        double apart = 0.0, along = 0.0, extent = 0.0;
+        for (int k = 0; k < Dim; ++k) {
+          const double way = (offset[k] - at.local[q * Dim + k]) * h[k];
+          apart += way * way;
+          along += way * at.normal[q * Dim + k];
+          extent += std::fabs(at.normal[q * Dim + k]) * h[k];
+        }
+        if (apart < node.apart)
+          node.apart = apart, node.depth = std::min(-along / extent, 1.0), node.point = q;
       }
-      depth = std::clamp(depth / half, 0.0, 1.0);
-      Cell cell{pack(index), {}};
-      for (int k = 0; k < Dim; ++k) cell.depth[k] = depth * n[k] * n[k];
-      if (!cells.empty() && cells.back().key == cell.key)  // places stand cell by cell
-        join(cells.back(), cell);
-      else
-        cells.push_back(cell);
+      node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
+      nodes.push_back(node);
     }
-  std::sort(cells.begin(), cells.end(), [](const Cell& a, const Cell& b) { return a.key < b.key; });
-  std::size_t kept = 0;
-  for (std::size_t i = 1; i < cells.size(); ++i)
-    if (cells[i].key == cells[kept].key)
-      join(cells[kept], cells[i]);
-    else
-      cells[++kept] = cells[i];
-  if (!cells.empty()) cells.resize(kept + 1);
+  }
+  std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
+    return std::tie(a.key, a.apart, a.depth, a.point) < std::tie(b.key, b.apart, b.depth, b.point);
+  });
   Behind result;
-  for (const Cell& cell : cells) {
-    result.key.push_back(cell.key);
-    result.depth.insert(result.depth.end(), cell.depth, cell.depth + Dim);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i > 0 && nodes[i].key == nodes[i - 1].key) continue;
+    if (nodes[i].depth <= on_node) continue;
+    result.key.push_back(nodes[i].key);
+    const double* n = at.normal + nodes[i].point * Dim;
+    for (int k = 0; k < Dim; ++k) result.depth.push_back(nodes[i].depth * n[k] * n[k]);
   }
   return result;
 }

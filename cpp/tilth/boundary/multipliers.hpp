@@ -16,17 +16,16 @@ class MultiplierSpace {
       : at_(at), families_(families) {
     for (std::int64_t f = 0; f < families.families; ++f) {
       const bool same = f > 0 && families.first_cell[f] == families.first_cell[f - 1];
-      candidates_.push_back(same ? candidates_.back()
-                                 : find_candidates(at, families.first_cell[f],
-                                                   families.end_cell[f]));
+      candidates_.push_back(
+          same ? candidates_.back()
+               : find_candidates(at, families.first_cell[f], families.end_cell[f]));
     }
     std::vector<std::int32_t> nodes;
     for (const auto& of_family : candidates_)
       for (const auto& candidate : of_family)
         nodes.push_back(candidate.low), nodes.push_back(candidate.high);
     const std::int64_t last = families.families - 1;
-    vertices_.owner.assign(
-        last < 0 ? 0 : families.first_direction[last] + points_of(last), -1);
+    vertices_.owner.assign(last < 0 ? 0 : families.first_direction[last] + points_of(last), -1);
 
     HeldDirections<Dim> all(nodes, held);
     std::vector<HeldDirections<Dim>> own(families.families, HeldDirections<Dim>(nodes, nullptr));
@@ -34,8 +33,8 @@ class MultiplierSpace {
     assign();
     // where others hold all edges nearby, a family needs vertices all the same
     choose(
-        all, own,
-        [&](std::int64_t f, std::int64_t q) { return vertices_.owner[slot(f, q)] < 0; }, true);
+        all, own, [&](std::int64_t f, std::int64_t q) { return vertices_.owner[slot(f, q)] < 0; },
+        true);
     assign();
     for (std::int64_t f = 0; f < families.families; ++f) gather_rest(f);
     drop_idle();
@@ -63,8 +62,7 @@ class MultiplierSpace {
     std::vector<std::pair<std::int64_t, std::int64_t>> order;  // family, candidate
     for (std::int64_t f = 0; f < families_.families; ++f)
       for (std::size_t i = 0; i < candidates_[f].size(); ++i)
-        if (wanted(f, candidates_[f][i].point))
-          order.push_back({f, static_cast<std::int64_t>(i)});
+        if (wanted(f, candidates_[f][i].point)) order.push_back({f, static_cast<std::int64_t>(i)});
     const auto key = [&](const auto& entry) {
       const auto& c = candidates_[entry.first][entry.second];
       return std::make_tuple(c.rank[0], c.rank[1], c.low, c.high, entry.first);
@@ -119,8 +117,7 @@ class MultiplierSpace {
       std::sort(sorted.begin(), sorted.end());
       for (std::int64_t c = families_.first_cell[f]; c < families_.end_cell[f]; ++c)
         for (std::int64_t q = at_.start[c]; q < at_.start[c + 1]; ++q)
-          if (vertices_.owner[slot(f, q)] < 0)
-            vertices_.owner[slot(f, q)] = nearest(sorted, c, q);
+          if (vertices_.owner[slot(f, q)] < 0) vertices_.owner[slot(f, q)] = nearest(sorted, c, q);
     }
   }
 

@@ -172,10 +172,43 @@ void for_points_around(const PointsByCell& sorted, const double* place, const do
     }
 }
 
+/// Whether a place has others of the `known` ones on all sides within a cell: they pull it hardly
+/// more to one side than to the other.
+template <int Dim>
+bool is_surrounded(const PointsByCell& known, const double* place, const double* places,
+                   const double* origin, const double* cell_size) {
+  Lattice own{0, 0, 0};
+  for (int k = 0; k < Dim; ++k)
+    own[k] = static_cast<std::int64_t>(std::floor((place[k] - origin[k]) / cell_size[k]));
+  double pull[Dim] = {};
+  int count = 0;
+  for (std::int64_t k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
+    for (std::int64_t j = -1; j <= 1; ++j) {
+      const std::int64_t first = pack({own[0] - 1, own[1] + j, own[2] + k});
+      auto at = std::lower_bound(known.key.begin(), known.key.end(), first) - known.key.begin();
+      for (; at < static_cast<std::ptrdiff_t>(known.key.size()) && known.key[at] <= first + 2;
+           ++at) {
+        const double* other = places + Dim * known.order[at];
+        double way[Dim], length = 0.0;
+        for (int d = 0; d < Dim; ++d) {
+          way[d] = (other[d] - place[d]) / cell_size[d];
+          length += way[d] * way[d];
+        }
+        length = std::sqrt(length);
+        if (length > 1.0 || length == 0.0) continue;
+        for (int d = 0; d < Dim; ++d) pull[d] += way[d] / length;
+        ++count;
+      }
+    }
+  double size = 0.0;
+  for (int d = 0; d < Dim; ++d) size += pull[d] * pull[d];
+  return count > 1 && std::sqrt(size) <= 0.5 * count;
+}
+
 /// Number of the point nearest to each place, in units of its domain, among those that it touches;
 /// -1 where it touches none. Looks `around` cells (Dim) around the place. Boundary b has the places
-/// from `start[b]` to `start[b + 1]`; only in cells in which the ellipsoids reach none of its
-/// places does it touch the points that it stands beside.
+/// from `start[b]` to `start[b + 1]`. Where the ellipsoids reach none of its places in a cell, or
+/// leave a gap between places that they reach, it touches the points that it stands beside.
 template <int Dim, class Extent>
 void touching_points(std::int64_t boundaries, const std::int64_t* start, const double* place,
                      const double* normal, std::int64_t points, const double* position,
@@ -190,7 +223,7 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
     within[k] *= std::sqrt(reach);
     all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
   }
-  std::vector<std::int64_t> reached;  // keys of the cells
+  std::vector<double> touched;  // places that the ellipsoids reach
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
@@ -204,15 +237,18 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                                nearest[q] = p;
                              });
     }
-    reached.clear();
+    touched.clear();
     for (std::int64_t q = begin; q < end; ++q)
-      if (nearest[q] >= 0) reached.push_back(cell_of<Dim>(place + Dim * q, origin, cell_size));
-    std::sort(reached.begin(), reached.end());
+      if (nearest[q] >= 0) touched.insert(touched.end(), place + Dim * q, place + Dim * (q + 1));
+    const auto reached = static_cast<std::int64_t>(touched.size() / Dim);
+    const PointsByCell known = sort_by_cell<Dim>(reached, touched.data(), origin, cell_size);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       if (nearest[q] >= 0) continue;
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
-      if (std::binary_search(reached.begin(), reached.end(), key)) continue;
+      if (std::binary_search(known.key.begin(), known.key.end(), key) &&
+          !is_surrounded<Dim>(known, place + Dim * q, touched.data(), origin, cell_size))
+        continue;
       double least = far;
       for_points_around<Dim>(sorted, place + Dim * q, all, position, extent, around, origin,
                              cell_size, [&](std::int64_t p, const double* offset, double measure) {

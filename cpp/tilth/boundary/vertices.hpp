@@ -108,8 +108,7 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
 
   std::vector<Candidate<Dim>> found;
   const auto add = [&](std::int64_t c, int a, int b, double share) {
-    Candidate<Dim> candidate{
-        at.node[c * corners + a], at.node[c * corners + b], {0, 0}, -1, {}};
+    Candidate<Dim> candidate{at.node[c * corners + a], at.node[c * corners + b], {0, 0}, -1, {}};
     double apart = std::numeric_limits<double>::infinity(), local[Dim];
     for (int k = 0; k < Dim; ++k) {
       const double from = (a >> k) & 1, to = (b >> k) & 1;
@@ -156,10 +155,10 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
     return std::tie(a.low, a.high, a.point) < std::tie(b.low, b.high, b.point);
   });
-  found.erase(std::unique(
-                  found.begin(), found.end(),
+  found.erase(
+      std::unique(found.begin(), found.end(),
                   [](const auto& a, const auto& b) { return a.low == b.low && a.high == b.high; }),
-              found.end());
+      found.end());
   std::vector<int> edges(distance.size(), 0);
   for (const auto& candidate : found)
     if (candidate.low != candidate.high)

@@ -30,9 +30,7 @@ struct Elements {
   /// In points (Stencil::work): an element is the work of about eight.
   std::int64_t work() const { return 8 * elements; }
 
-  int nodes_of(std::int64_t e) const {
-    return static_cast<int>(node_start[e + 1] - node_start[e]);
-  }
+  int nodes_of(std::int64_t e) const { return static_cast<int>(node_start[e + 1] - node_start[e]); }
 };
 
 /// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).

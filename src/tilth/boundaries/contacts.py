@@ -11,7 +11,11 @@ import numpy as np
 from tilth import _core
 from tilth.boundaries.band import BandContact
 from tilth.boundaries.contact import Contact, Integers, SurfaceContact
-from tilth.boundaries.multipliers import choose_multipliers, multiplier_coupling
+from tilth.boundaries.multipliers import (
+    choose_multipliers,
+    joined_cells,
+    multiplier_coupling,
+)
 from tilth.boundaries.protocol import Flags, Floats
 from tilth.coupling import LinearElements
 from tilth.domains import half_edges
@@ -112,16 +116,17 @@ class Contacts:
         return cls(active, parts, untouched)
 
     def behind(self) -> tuple[Integers, Floats]:
-        """Returns the cells that lie behind boundaries by more than half: keys, and how much.
+        """Returns the nodes behind boundaries, near them: sorted keys, and how far they are.
 
-        From 0 where half of the cell is in front to 1 where nothing of it is, times the square of
-        the normal's component along each axis, shape (cells, dim).
+        From 0 on the boundary to 1 a cell behind it, times the square of the normal's component
+        along each axis, shape (nodes, dim).
         """
-        grid = self.active.grid
-        none = [np.zeros((0, grid.dim))]
-        place = np.concatenate([part.pose.place for part in self.parts] or none)
-        normal = np.concatenate([part.pose.normal for part in self.parts] or none)
-        key, depth = _core.cells_behind(place, normal, grid.origin, grid.cell_size)
+        none = np.zeros(0, dtype=np.int64), np.zeros((0, self.active.grid.dim))
+        if not self.parts:
+            return none
+        key, depth = _core.nodes_behind(
+            *joined_cells(self.parts), self.active.lattice, self.active.grid.cell_size
+        )
         return np.asarray(key), np.asarray(depth)
 
     def couplings(self) -> list[LinearElements]:

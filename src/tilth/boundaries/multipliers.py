@@ -27,7 +27,7 @@ from tilth.coupling import RowCoupling
 from tilth.grid import ActiveGrid
 
 if TYPE_CHECKING:
-    from tilth.boundaries.contact import SurfaceContact
+    from tilth.boundaries.contact import Contact, SurfaceContact
 
 Integers = npt.NDArray[np.int64]
 
@@ -125,15 +125,8 @@ def choose_multipliers(
     rank = np.array([len(direction) for direction in directions])
     family = np.repeat(np.arange(len(parts)), rank)
     end_cell = np.cumsum(cells)[family]
-    start = np.concatenate(
-        [part.at.start[:-1] + first for part, first in zip(parts, _before(count), strict=True)]
-        + [count.sum(keepdims=True)]
-    )
     owner, of_family, _, place = _core.multiplier_space(
-        start,
-        np.concatenate([part.at.node for part in parts]),
-        np.concatenate([part.at.local for part in parts]),
-        np.concatenate([part.pose.normal for part in parts]),
+        *joined_cells(parts),
         active.lattice,
         active.grid.cell_size,
         end_cell - cells[family],
@@ -153,7 +146,27 @@ def choose_multipliers(
     return found
 
 
-def _multipliers(part: SurfaceContact, direction: Floats, owner: Integers, place: Floats) -> Multipliers:
+def joined_cells(
+    parts: Sequence[Contact],
+) -> tuple[Integers, npt.NDArray[np.int32], Floats, Floats]:
+    """Returns the cells that boundaries act on, one after the other, and their points.
+
+    The first point of each cell (cells + 1,) and its nodes (cells, 2^dim); the points' places in
+    their cells and normals, (n, dim) each.
+    """
+    count = np.array([len(part.chosen) for part in parts])
+    starts = [part.at.start[:-1] + first for part, first in zip(parts, _before(count), strict=True)]
+    return (
+        np.concatenate([*starts, count.sum(keepdims=True)]),
+        np.concatenate([part.at.node for part in parts]),
+        np.concatenate([part.at.local for part in parts]),
+        np.concatenate([part.pose.normal for part in parts]),
+    )
+
+
+def _multipliers(
+    part: SurfaceContact, direction: Floats, owner: Integers, place: Floats
+) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)
     means = _core.multiplier_means(
