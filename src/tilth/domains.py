@@ -6,8 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tilth.corners import mean_half_edges
 from tilth.grid import Grid
-from tilth.points import MaterialPoints, corner_signs
+from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def half_edges(points: MaterialPoints) -> Floats | None:
     if corners is None:
         return None
     dim = corners.shape[2]
-    edges = np.asarray(np.einsum("ck,nci->nki", corner_signs(dim), corners) / 2**dim)
+    edges = mean_half_edges(corners)
     place = np.einsum("nci,nik->nck", corners, np.linalg.inv(edges))
     farthest = np.sqrt((place**2).sum(axis=2).max(axis=1) / dim)
     return np.asarray(edges * np.maximum(farthest, 1.0)[:, None, None])

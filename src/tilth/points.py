@@ -9,14 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.corners import corner_signs, mean_half_edges, parallelepiped
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-def corner_signs(dim: int) -> Floats:
-    """Returns the corners of [-1, 1]^dim, x fastest, shape (2^dim, dim)."""
-    return np.asarray(2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0)
 
 
 @dataclass(frozen=True)
@@ -28,8 +24,6 @@ class PointRange:
         start, stop: range of the points.
         basis: name of the basis.
         anti_locking: "none" or "f_bar".
-        frame: directions of the domains' axes at the start in its columns, shape (dim, dim);
-            None where they are the grid's.
         domain_update: rule by which domains follow the deformation; None without domains.
         material: name of the constitutive model.
         parameters: its parameters in the order of the core's list, shape (count,).
@@ -45,12 +39,16 @@ class PointRange:
     parameters: Floats
     density: float
     anti_locking: str = "none"
-    frame: Floats | None = None
 
     @property
     def has_corners(self) -> bool:
         """Whether the points' domains have corners (CPDI)."""
         return self.basis in _core.corner_basis_names()
+
+    @property
+    def carried_by_gradient(self) -> bool:
+        """Whether these are parallelepipeds carried by the deformation gradient (CPDI1)."""
+        return self.basis == "cpdi1"
 
     @property
     def young_modulus(self) -> float:
@@ -93,7 +91,9 @@ class MaterialPoints:
             the grid's axes [length], shape (n, dim); with the linear basis, which does not use
             them, of the box that a point stands for. Of a domain with corners `half_length` is
             that of the least box around the point that holds it; its initial half lengths are
-            those along its own axes, the body's `frame`.
+            those along its own edges.
+        initial_half_edge: half the edges of the domains that F carries (CPDI1), before it did: an
+            edge in each row [length], shape (n, dim, dim); (n, 0, dim) if no body has such.
         corner: corners of the points' domains, seen from the point, x fastest [length], shape
             (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
     """
@@ -114,6 +114,7 @@ class MaterialPoints:
     state: Floats
     initial_half_length: Floats
     half_length: Floats
+    initial_half_edge: Floats
     corner: Floats
 
     @classmethod
@@ -124,10 +125,19 @@ class MaterialPoints:
         initial_volume: Floats,
         half_length: Floats,
         state_columns: int,
+        corner: Floats | None = None,
     ) -> MaterialPoints:
-        """Returns undeformed, stress-free points numbered in the order given."""
+        """Returns undeformed, stress-free points numbered in the order given.
+
+        corner: as the attribute, of all points if there are domains with corners, those of CPDI1
+            parallelepipeds; None for boxes with the half lengths.
+        """
         n, dim = position.shape
-        corners = 2**dim if any(body.has_corners for body in bodies) else 0
+        if not any(body.has_corners for body in bodies):
+            corner = np.zeros((n, 0, dim))
+        elif corner is None:
+            corner = corner_signs(dim) * half_length[:, None]
+        carried = any(body.carried_by_gradient for body in bodies)
         points = cls(
             bodies=bodies,
             point_id=np.arange(n),
@@ -145,18 +155,11 @@ class MaterialPoints:
             state=np.zeros((n, state_columns)),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
-            corner=np.zeros((n, corners, dim)),
+            initial_half_edge=mean_half_edges(corner) if carried else np.zeros((n, 0, dim)),
+            corner=np.array(corner, dtype=np.float64, order="C"),
         )
-        points.set_corners()
+        points.box_corners()
         return points
-
-    def set_corners(self) -> None:
-        """Gives domains that have corners their initial shape, carried by F."""
-        for body in self.bodies:
-            if body.has_corners:
-                part = self.part(body)
-                part.corner[:] = part.carried_corners()
-        self.box_corners()
 
     def box_corners(self) -> None:
         """Gives domains that have corners the half lengths of the least box that holds them."""
@@ -166,15 +169,10 @@ class MaterialPoints:
                 part.half_length[:] = np.abs(part.corner).max(axis=1)
 
     def carried_corners(self) -> Floats:
-        """Returns the corners of one body's initial domains carried by F, (n, 2^dim, dim)."""
+        """Returns the corners of initial parallelepipeds carried by F, (n, 2^dim, dim)."""
         dim = self.position.shape[1]
-        corner = corner_signs(dim) * self.initial_half_length[:, None]
-        frame = self.bodies[0].frame
-        if frame is not None:
-            corner = corner @ frame.T
-        return np.asarray(
-            np.einsum("nij,ncj->nci", self.deformation_gradient[:, :dim, :dim], corner)
-        )
+        gradient = self.deformation_gradient[:, :dim, :dim]
+        return parallelepiped(np.einsum("nij,nkj->nki", gradient, self.initial_half_edge))
 
     def all_corners(self) -> Floats | None:
         """Returns the corners of all domains, seen from the points [length], (n, 2^dim, dim).

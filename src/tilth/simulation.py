@@ -16,7 +16,7 @@ from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implici
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
-from tilth.domains import bound_domains
+from tilth.domains import bound_domains, keep_off_axis
 from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
@@ -402,15 +402,22 @@ def initial_points(model: Model) -> MaterialPoints:
                 parameters=np.array([material.parameter(name) for name in names]),
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
-                frame=part.frame,
             )
         )
         parts.append(part)
         start += len(part.position)
-    return MaterialPoints.at_rest(
+    corners = any(body.has_corners for body in bodies)
+    points = MaterialPoints.at_rest(
         bodies,
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
         max(columns for _, columns in known.values()),
+        np.concatenate([part.corners() for part in parts]) if corners else None,
     )
+    if model.analysis.kind == "axisymmetric":
+        for placed in bodies:
+            if placed.carried_by_gradient:
+                keep_off_axis(points.part(placed))
+        points.box_corners()
+    return points

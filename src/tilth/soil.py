@@ -230,7 +230,7 @@ class Soil:
             self._kept = None
             for body in points.bodies:
                 if body.has_corners:
-                    if body.basis == "cpdi1":
+                    if body.carried_by_gradient:
                         self._carry_corners(body)
                     continue
                 # the boxes of linear points are followed for the eye, and for what they touch

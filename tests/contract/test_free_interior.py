@@ -4,8 +4,12 @@
 The points cross cells on their way, so that every relation of domains and grid comes up.
 """
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
+from mesh_bodies import DIMENSION, distorted_mesh
 from scipy.linalg import expm
 from small_problems import Floats, affine, block_entries
 
@@ -26,13 +30,16 @@ def motion(kind: str) -> Floats:
     return np.asarray(expm(rate[:dim, :dim]))
 
 
-def error_with_free_nodes(kind: str, basis: str) -> float:
-    """Largest relative stress error after a motion whose inner nodes were free in every step."""
+def error_with_free_nodes(kind: str, basis: str, shape: dict[str, Any] | None = None) -> float:
+    """Largest relative stress error after a motion whose inner nodes were free in every step.
+
+    shape: of the body, a square or cube of cells around the origin if not given.
+    """
     cells, end = CELLS[kind], motion(kind)
     entries = block_entries(kind, basis, cells=cells, schedule={"steps": 4, "adaptive": False})
     entries["analysis"]["predictor"] = False
     middle = 0.5 * cells
-    entries["bodies"][0]["shape"] = {
+    entries["bodies"][0]["shape"] = shape or {
         "type": "box",
         "lower": [-middle] * len(end),
         "upper": [middle] * len(end),
@@ -59,3 +66,27 @@ def test_domains_with_corners_stay_in_balance(kind: str, basis: str) -> None:
 @pytest.mark.parametrize("basis", ["linear", "gimp"])
 def test_the_motion_tells_domains_that_do_not_tile(basis: str) -> None:
     assert error_with_free_nodes("plane_strain", basis) > 1e-3
+
+
+def error_of_a_mesh(folder: Path, element: str, basis: str) -> float:
+    """The same for a distorted mesh of the square or cube, whose edges the grid's lines cut."""
+    pytest.importorskip("meshio")
+    kind = "3d" if DIMENSION[element] == 3 else "plane_strain"
+    middle = 0.5 * CELLS[kind]
+    file = distorted_mesh(folder / "body.msh", element, CELLS[kind] - 1, -middle, middle)
+    return error_with_free_nodes(kind, basis, {"type": "mesh", "file": str(file)})
+
+
+@pytest.mark.parametrize("element", list(DIMENSION))
+def test_domains_of_distorted_meshes_stay_in_balance(tmp_path: Path, element: str) -> None:
+    """Quadrilaterals and hexahedra whose corners neighbours share."""
+    assert error_of_a_mesh(tmp_path, element, "cpdi2") < 1e-9
+
+
+@pytest.mark.parametrize("basis", ["gimp", "cpdi1"])
+@pytest.mark.parametrize("element", ["triangle", "quad"])
+def test_boxes_and_parallelograms_of_distorted_meshes_do_not(
+    tmp_path: Path, element: str, basis: str
+) -> None:
+    """They have the right volumes, but not the shapes of the pieces."""
+    assert error_of_a_mesh(tmp_path, element, basis) > 1e-2

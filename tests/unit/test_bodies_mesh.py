@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from mesh_bodies import write
 
 from tilth.bodies import discretise
 from tilth.bodies.pieces import ELEMENTS, simplex_weights
 from tilth.errors import BadInput
 from tilth.model import Body, Mesh
 
-meshio = pytest.importorskip("meshio")
+pytest.importorskip("meshio")
 
 CORNERS = {
     "triangle": [[0.2, 0.1], [1.3, 0.3], [0.5, 1.4]],
@@ -29,14 +30,6 @@ CORNERS = {
         [0.2, 1, 0.8],
     ],
 }
-
-
-def write(path, points, cells):
-    points = np.asarray(points, dtype=float)
-    if points.shape[1] == 2:
-        points = np.column_stack([points, np.zeros(len(points))])
-    meshio.Mesh(points, cells).write(path, file_format="gmsh22", binary=False)
-    return path
 
 
 def points_of(path, kind="plane_strain", **resolution):

@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 from matplotlib.collections import EllipseCollection, PolyCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from tilth.bodies.pieces import simplex_tiles
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
 from tilth.report.domains import corners_of_boxes, sides_towards
@@ -261,22 +263,30 @@ def test_domains_with_corners_are_drawn_as_they_are(
         assert len(np.unique(np.ptp(drawn, axis=1).round(9), axis=0)) == 1
 
 
-def test_sides_of_turned_domains_in_space_face_the_viewer() -> None:
-    """Of a domain in any position the three sides that are seen hide it: their outline is its."""
+def test_sides_of_domains_in_space_that_face_the_viewer_are_what_is_seen() -> None:
+    """Their projected areas sum to that of the convex domain's outline, in any position."""
     random = np.random.default_rng(5)
     box = corners_of_boxes(np.array([[0.5, 0.3, 0.2]]))[0]
-    turns = Rotation.random(20, random_state=random).as_matrix()
-    corners = box @ turns
+    part = simplex_tiles(3, 1)[0] @ np.eye(4)[:, 1:]  # a quarter of a tetrahedron
     viewer = np.array([0.6, -0.48, 0.64])
-    sides, normals = sides_towards(np.zeros((20, 3)), corners, viewer)
-    assert sides.shape == (3, 20, 4, 3)
-    assert (np.einsum("kni,nji->knj", normals, turns) ** 2 > 0.9).any(2).all()
-    assert (normals @ viewer > -0.05).all()
-    for n in range(20):
-        nearest = corners[n] @ viewer
-        # the nearest corner is there, the farthest is not
-        assert np.isclose((sides[:, n] @ viewer).max(), nearest.max())
-        assert not np.isclose((sides[:, n] @ viewer).min(), nearest.min())
+    across = np.linalg.svd(viewer[None])[2][1:].T
+    found = []
+    for shape in (box, part - part.mean(axis=0)):
+        corners = shape @ Rotation.random(20, random_state=random).as_matrix()
+        position = random.uniform(-1.0, 1.0, (20, 3))
+        sides, normals, number = sides_towards(position, corners, viewer)
+        around = np.cross(sides[:, 2] - sides[:, 0], sides[:, 3] - sides[:, 1])
+        np.testing.assert_allclose(np.cross(around, normals), 0.0, atol=1e-14)
+        towards = 0.5 * around @ viewer
+        assert (towards > 0.0).all()
+        outline = [ConvexHull(place @ across).volume for place in corners]
+        np.testing.assert_allclose(np.bincount(number, towards), outline, rtol=1e-12)
+        places = position[number, None] + corners[number]
+        apart = np.linalg.norm(sides[:, :, None] - places[:, None], axis=3)
+        np.testing.assert_allclose(apart.min(axis=2), 0.0, atol=1e-15)
+        found.append(set(np.bincount(number)))
+    assert found[0] == {3}
+    assert {2, 4} < found[1]
 
 
 def test_markers_of_many_points_are_as_large_as_their_domains(

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth import _core
 from tilth.bodies.box import box_points
 from tilth.bodies.mesh import mesh_points
 from tilth.bodies.polygon import polygon_points
@@ -36,7 +35,8 @@ def discretise(
     kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: shape (dimension,).
     Points come x fastest, then y, then z (a mesh: in the order of its elements). In axisymmetry
     the domains' half lengths along r are cut to r, so that none reaches across the axis; turned
-    domains (CPDI) fill the box, which does not reach across it, and stay whole.
+    domains and those of a mesh (CPDI) fill the body, which does not reach across it, and stay
+    whole.
     Raises BadInput, naming the body, for a body without points, a shape that has no such points,
     or points so far apart that cells inside the body hold none.
     """
@@ -49,6 +49,7 @@ def discretise(
         points_per_cell=per_direction(body.points_per_cell, dimension),
         points=per_direction(body.points, dimension),
         spacing=per_direction(body.spacing, dimension),
+        basis=body.basis,
     )
     if dimension not in dimensions:
         raise request.refused(
@@ -59,8 +60,8 @@ def discretise(
         )
     points = make(body.shape, request)
     request.check_distance(points)
-    turned = points.frame is not None and body.basis in _core.corner_basis_names()
-    if not request.axisymmetric or turned:
+    turned = points.frame is not None and request.has_corners
+    if not request.axisymmetric or turned or points.corner is not None:
         return points
     half_length = points.half_length.copy()
     half_length[:, 0] = np.minimum(half_length[:, 0], points.position[:, 0])

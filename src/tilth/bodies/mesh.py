@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import importlib
 import math
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.bodies.pieces import ELEMENTS, Element
+from tilth.bodies.block import Block
+from tilth.bodies.pieces import ELEMENTS
 from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.tiling import tile_points
 from tilth.model import Mesh
 
 # Elements smaller than this fraction of their longest extent to the power d are degenerate.
@@ -22,32 +23,14 @@ DEGENERATE = 1e-9
 SHOWN = 5
 
 
-@dataclass(frozen=True)
-class Block:
-    """n elements of one type.
-
-    corners: coordinates, shape (n, corners, d).
-    nodes: numbers of the nodes in the mesh, shape (n, corners).
-    first: how many elements of this type come before these in the mesh.
-    """
-
-    element: Element
-    corners: FloatArray
-    nodes: npt.NDArray[np.int64]
-    first: int
-
-    def element_name(self, number: int) -> str:
-        """The element of this row, counted from 1 among those of its type in the mesh."""
-        return f"{self.element.name} {self.first + number + 1}"
-
-
 def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     """Points of a mesh: triangles and quadrilaterals in 2D, tetrahedra and hexahedra in 3D.
 
     An element is cut k times along each edge, k chosen so that its pieces have about the volume
     of the wanted spacing, at least 1. Each piece gives a point at its centroid with its exact
     volume, and a square or cubic domain of that volume. Points are in the order of the elements.
-    Elements of lower dimension (the mesh of the outline) are not used.
+    Elements of lower dimension (the mesh of the outline) are not used. Where domains have corners
+    they tile the elements instead, see `tile_points`.
     Raises BadInput for a file that cannot be read or holds no such elements, and for degenerate,
     inverted or repeated elements.
     """
@@ -57,10 +40,12 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
     measures = [_measure(block, request) for block in blocks]
     if sum(measure.sum() for measure in measures) < 0.0:  # all numbered the other way round
-        blocks = [replace(b, corners=b.corners[:, b.element.mirror]) for b in blocks]
+        blocks = [b.mirrored() for b in blocks]
         measures = [-measure for measure in measures]
     for block, measure in zip(blocks, measures, strict=True):
         _check_orientation(block, measure, request)
+    if request.has_corners:
+        return tile_points(blocks, measures, request)
     wanted = float(np.prod(request.wanted_spacing()))
     cuts = [np.maximum(np.rint((m / wanted) ** (1.0 / dimension)), 1.0) for m in measures]
     request.check_number(float(sum((cut**dimension).sum() for cut in cuts)))
@@ -96,16 +81,14 @@ def _measure(block: Block, request: Request) -> FloatArray:
     turned = np.abs(np.sign(jacobian).sum(axis=1)) != jacobian.shape[1]
     bad = np.flatnonzero((np.abs(pieces[:, 0]) <= DEGENERATE * extent) | turned)
     if len(bad):
-        raise _bad_element(
-            block, int(bad[0]), "is degenerate (flat, not convex or folded)", request
-        )
+        raise block.refused(int(bad[0]), "is degenerate (flat, not convex or folded)", request)
     return pieces[:, 0]
 
 
 def _check_orientation(block: Block, measure: FloatArray, request: Request) -> None:
     inverted = np.flatnonzero(measure < 0.0)
     if len(inverted):
-        raise _bad_element(block, int(inverted[0]), "is inverted against most of the mesh", request)
+        raise block.refused(int(inverted[0]), "is inverted against most of the mesh", request)
 
 
 def _check_repeated(blocks: list[Block], request: Request) -> None:
@@ -124,15 +107,6 @@ def _check_repeated(blocks: list[Block], request: Request) -> None:
                 "remove one of each; two physical groups must not hold the same elements",
                 "shape.file",
             )
-
-
-def _bad_element(block: Block, number: int, problem: str, request: Request) -> Exception:
-    place = ", ".join(f"{c:.6g}" for c in block.corners[number].mean(axis=0))
-    return request.refused(
-        f"{block.element_name(number)} of the mesh (near {place}) {problem}",
-        "repair the mesh (in Gmsh `ReverseMesh Surface{...};` turns elements over), save it again",
-        "shape.file",
-    )
 
 
 def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:

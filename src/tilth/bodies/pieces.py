@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Elements of a mesh and their regular subdivision into k^d pieces."""
+"""Elements of a mesh: their regular subdivision into k^d pieces, and the tiles of domains."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.bodies.request import FloatArray
+from tilth.corners import corner_signs
 
 IntArray = npt.NDArray[np.int64]
 
@@ -30,10 +31,47 @@ class Element(Protocol):
         """The order of the corners that turns the element's orientation round."""
         ...
 
+    @property
+    def edges(self) -> IntArray:
+        """Pairs of corners, the edges that are cut into equally many segments in a row each.
+
+        Shape (rows, edges, 2): a row for each direction of a quadrilateral or hexahedron, one in
+        all for a triangle or tetrahedron.
+        """
+        ...
+
+    @property
+    def least_segments(self) -> int:
+        """Tiles need a multiple of so many segments along an edge."""
+        ...
+
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
         """Centroids (n, cuts^d, d) and signed volumes (n, cuts^d) of the elements' pieces.
 
         corners: shape (n, corners, d).
+        """
+        ...
+
+    def wanted_segments(
+        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
+    ) -> FloatArray:
+        """How many segments along each row of edges give tiles of the spacing, (n, rows), > 0.
+
+        corners: shape (n, corners, d). volume: shape (n,). spacing: shape (d,).
+        """
+        ...
+
+    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+        """Number of tiles with so many segments along each row of edges, (n, rows) -> (n,)."""
+        ...
+
+    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+        """Weights of the element's corners in the corners of its tiles.
+
+        segments: along the edges of each row.
+        Returns shape (tiles, 2^d, corners): tiles are quadrilaterals or hexahedra, their corners
+        x fastest, with positive volume if the element has it. Together they are the element, and
+        neighbours with as many segments along their common edges share the corners of their tiles.
         """
         ...
 
@@ -47,10 +85,20 @@ class Element(Protocol):
 
 @dataclass(frozen=True)
 class Simplex:
-    """Triangle or tetrahedron; its pieces all have the same volume."""
+    """Triangle or tetrahedron; its pieces all have the same volume, and so have its tiles."""
 
     name: str
     mirror: list[int]
+
+    @property
+    def edges(self) -> IntArray:
+        """As `Element.edges`."""
+        return np.array([list(itertools.combinations(range(len(self.mirror)), 2))])
+
+    @property
+    def least_segments(self) -> int:
+        """As `Element.least_segments`: the tiles of a piece have corners in the edges' middles."""
+        return 2
 
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
         """As `Element.pieces`."""
@@ -65,6 +113,27 @@ class Simplex:
         jacobian: FloatArray = np.linalg.det(corners[:, 1:] - corners[:, :1])
         return jacobian[:, None]
 
+    def wanted_segments(
+        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
+    ) -> FloatArray:
+        """As `Element.wanted_segments`, by the volume of the tiles."""
+        dimension = corners.shape[2]
+        pieces = volume / np.prod(spacing) / (dimension + 1)
+        return np.asarray(2.0 * pieces[:, None] ** (1.0 / dimension))
+
+    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+        """As `Element.number_of_tiles`."""
+        vertices = len(self.mirror)
+        return np.asarray(vertices * (segments[:, 0] / self.least_segments) ** (vertices - 1))
+
+    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+        """As `Element.tiles`: each piece is cut into what is nearest to each of its vertices.
+
+        Nearest is where the vertex has the largest barycentric coordinate: a quadrilateral or
+        hexahedron between the vertex and the centres of the edges, faces and piece that it is of.
+        """
+        return simplex_tiles(len(self.mirror) - 1, segments[0] // self.least_segments)
+
 
 @dataclass(frozen=True)
 class Brick:
@@ -73,6 +142,20 @@ class Brick:
     name: str
     mirror: list[int]
     corner: IntArray
+
+    @property
+    def edges(self) -> IntArray:
+        """As `Element.edges`."""
+        rows = []
+        for axis in range(self.corner.shape[1]):
+            order = np.lexsort((self.corner[:, axis], *np.delete(self.corner, axis, axis=1).T))
+            rows.append(order.reshape(-1, 2))
+        return np.stack(rows)
+
+    @property
+    def least_segments(self) -> int:
+        """As `Element.least_segments`."""
+        return 1
 
     def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
         """As `Element.pieces`."""
@@ -98,6 +181,26 @@ class Brick:
         jacobian: FloatArray = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
         return jacobian
 
+    def wanted_segments(
+        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
+    ) -> FloatArray:
+        """As `Element.wanted_segments`, by the mean of the edges of each direction."""
+        start, end = np.moveaxis(self.edges, 2, 0)
+        edge = (corners[:, end] - corners[:, start]).mean(axis=2)
+        return np.asarray(np.linalg.norm(edge / spacing, axis=2))
+
+    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+        """As `Element.number_of_tiles`."""
+        return np.asarray(segments.prod(axis=1))
+
+    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+        """As `Element.tiles`: the multilinear map of equal boxes."""
+        dimension = len(segments)
+        box = np.indices(segments).reshape(dimension, -1).T
+        place = 2.0 * (box[:, None] + 0.5 * (1.0 + corner_signs(dimension))) / segments - 1.0
+        weight, _ = self._shape(place.reshape(-1, dimension))
+        return weight.reshape(len(box), 2**dimension, -1)
+
     def _shape(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Shape functions (q, corners) and gradients (q, corners, d) at reference places (q, d)."""
         factor = 0.5 * (1.0 + self.corner * place[:, None, :])
@@ -110,25 +213,59 @@ class Brick:
 
 @cache
 def simplex_weights(dimension: int, cuts: int) -> FloatArray:
-    """Barycentric coordinates of the centroids of a simplex's pieces, shape (cuts^d, d + 1).
+    """Barycentric coordinates of the centroids of a simplex's pieces, shape (cuts^d, d + 1)."""
+    return _barycentric(_simplex_pieces(dimension, cuts)[0] / cuts)
+
+
+def simplex_tiles(dimension: int, cuts: int) -> FloatArray:
+    """Barycentric coordinates of the corners of its tiles, d + 1 in each of cuts^d pieces.
+
+    Shape ((d + 1) cuts^d, 2^d, d + 1). Corner c of the tile at a vertex is the mean of this vertex
+    and of those of the others that the bits of c choose; the others are in the order that makes the
+    volume positive.
+    """
+    vertex = _barycentric(_simplex_pieces(dimension, cuts)[1] / cuts)
+    found = []
+    for own in range(dimension + 1):
+        others = [i for i in range(dimension + 1) if i != own]
+        if own % 2:
+            others[:2] = others[1::-1]
+        for c in range(2**dimension):
+            chosen = [own] + [others[k] for k in range(dimension) if c >> k & 1]
+            found.append(vertex[:, chosen].mean(axis=1))
+    tiles = np.stack(found, axis=1)
+    return tiles.reshape(-1, 2**dimension, dimension + 1)
+
+
+def _simplex_pieces(dimension: int, cuts: int) -> tuple[FloatArray, FloatArray]:
+    """Centroids (cuts^d, d) and vertices (cuts^d, d + 1, d) of pieces of equal volume.
 
     The simplex cuts >= x_1 >= x_2 >= ... >= 0 is the union of those pieces of the unit cubes'
-    Freudenthal subdivision (one per cube and order of the axes) that lie inside it; they are
-    cuts^d pieces of equal volume.
+    Freudenthal subdivision (one per cube and order of the axes) that lie inside it. The vertices
+    are in the order that makes the volume positive.
     """
     cube = np.indices((cuts,) * dimension).reshape(dimension, -1).T
-    found = []
+    centroids, vertices = [], []
     for order in itertools.permutations(range(dimension)):
         steps = np.zeros((dimension + 1, dimension))
         for i, axis in enumerate(order):
             steps[i + 1 :, axis] = 1.0
         centre = cube + steps.mean(axis=0)
         inside = (np.diff(centre, axis=1) < 0.0).all(axis=1)
-        found.append(centre[inside])
-    place = np.concatenate(found) / cuts
-    place = place[np.lexsort(place.T[::-1])]
-    padded = np.hstack([np.ones((len(place), 1)), place, np.zeros((len(place), 1))])
-    return -np.diff(padded, axis=1)
+        centroids.append(centre[inside])
+        if np.linalg.det(np.diff(steps, axis=0)) < 0.0:
+            steps[[-2, -1]] = steps[[-1, -2]]
+        vertices.append(cube[inside, None] + steps)
+    centroid = np.concatenate(centroids)
+    sort = np.lexsort(centroid.T[::-1])
+    return centroid[sort], np.concatenate(vertices)[sort]
+
+
+def _barycentric(place: FloatArray) -> FloatArray:
+    """Barycentric coordinates (..., d + 1) in the simplex 1 >= x_1 >= x_2 >= ... >= 0."""
+    end = [(0, 0)] * (place.ndim - 1)
+    padded = np.pad(np.pad(place, [*end, (1, 0)], constant_values=1.0), [*end, (0, 1)])
+    return -np.diff(padded, axis=-1)
 
 
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])

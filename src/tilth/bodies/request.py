@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth import _core
+from tilth.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
 
 FloatArray = npt.NDArray[np.float64]
@@ -28,24 +30,36 @@ class BodyPoints:
     volume: shape (n,), initial volume; per unit thickness in plane strain, per full circle
         (2 pi r times the area) in axisymmetry.
     half_length: shape (n, d), half lengths of the points' domains along the grid axes. A rotated
-        box gives the half lengths along its own axes: see `frame`.
+        box gives the half lengths along its own axes, see `frame`, and a mesh cut into domains
+        with corners the means of opposite edges.
     frame: shape (d, d), the columns are the directions of a rotated box's own axes; None where
         the domains lie along the grid axes.
+    corner: shape (n, 2^d, d), corners of the domains seen from the points, x fastest; None where
+        they are boxes with the half lengths.
     """
 
     position: FloatArray
     volume: FloatArray
     half_length: FloatArray
     frame: FloatArray | None = None
+    corner: FloatArray | None = None
+
+    def corners(self) -> FloatArray:
+        """Corners of the domains, also of boxes, seen from the points, shape (n, 2^d, d)."""
+        if self.corner is not None:
+            return self.corner
+        corner = corner_signs(self.position.shape[1]) * self.half_length[:, None]
+        return corner if self.frame is None else corner @ self.frame.T
 
 
 @dataclass(frozen=True)
 class Request:
-    """Resolution wanted of one body: exactly one of the last three is given.
+    """Resolution wanted of one body: exactly one of points_per_cell, points, spacing is given.
 
     grid_origin, cell_size: shape (d,), any crossing of grid lines and the cell's side lengths.
     points_per_cell, points, spacing: shape (d,) each; material points per cell and direction,
     points per side, or distance of the points along each direction.
+    basis: name of the basis, which says what domains the points have.
     """
 
     name: str
@@ -55,6 +69,12 @@ class Request:
     points_per_cell: FloatArray | None = None
     points: FloatArray | None = None
     spacing: FloatArray | None = None
+    basis: str = "linear"
+
+    @property
+    def has_corners(self) -> bool:
+        """Whether the domains of the points have corners (CPDI)."""
+        return self.basis in _core.corner_basis_names()
 
     def wanted_spacing(self) -> FloatArray:
         """Distance of the points along each direction, shape (d,); needs no shape's size."""
@@ -108,21 +128,23 @@ class Request:
     def check_distance(self, points: BodyPoints) -> None:
         """Refuses points so far apart that cells of the grid inside the body hold none.
 
-        The sides of the domains are the distances; those of a turned box are measured by the
-        smallest side of a cell.
+        The sides of the domains are the distances; those of a turned box and of domains with
+        corners are measured by the smallest side of a cell.
         """
-        turned = points.frame is not None
+        turned = points.frame is not None or points.corner is not None
         cell = np.full_like(self.cell_size, self.cell_size.min()) if turned else self.cell_size
         distance = 2.0 * points.half_length.max(axis=0)
         worst = int(np.argmax(distance / cell))
         if distance[worst] <= WIDEST * cell[worst] * (1.0 + 1e-9):
             return
-        along = f"{'its own ' if turned else ''}{'xyz'[worst]}"
+        along = f" along {'its own ' if turned else ''}{'xyz'[worst]}"
+        if points.corner is not None:
+            along = ""
         remedy = "points_per_cell = 1 or more, or a smaller spacing"
         if self.points_per_cell is not None:
             remedy = "more points per cell"
         raise self.refused(
-            f"material points {distance[worst]:.6g} apart along {along} in cells of "
+            f"material points {distance[worst]:.6g} apart{along} in cells of "
             f"{cell[worst]:.6g}: cells without points lose the material",
             f"put them at most {WIDEST * cell[worst]:.6g} apart: {remedy}",
             self.resolution,

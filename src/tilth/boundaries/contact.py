@@ -6,8 +6,8 @@ With N the shape functions of a cell, the boundary's internal force is the surfa
     f_a = integral of N_a [traction + P m],    w = sum_b N_b u_b - prescribed displacement,
 
 with m the means of the slip w on the multipliers' patches (`multipliers.py`), and the penalty
-P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the acoustic tensor
-Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is `BandContact`.
+P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the acoustic
+tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is `BandContact`.
 """
 
 from __future__ import annotations

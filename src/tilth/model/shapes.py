@@ -208,7 +208,12 @@ class Sphere(Declared):
 
 
 class Mesh(Declared):
-    """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D)."""
+    """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D).
+
+    Its elements are cut into pieces of about the wanted spacing, a point in each. With "cpdi1" and
+    "cpdi2" the pieces are the points' domains, three at least of a triangle, four of a tetrahedron:
+    those of "cpdi2" fill the body without gaps, those of "cpdi1" are parallelograms of their size.
+    """
 
     type: Literal["mesh"] = "mesh"
     file: Name

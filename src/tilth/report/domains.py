@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..output.snapshot import FloatArray
+from ..corners import corner_signs
+from ..output.snapshot import FloatArray, IntArray
 
 
 def corners_of_boxes(half_lengths: FloatArray) -> FloatArray:
     """Corners of boxes with these half lengths, shape (n, dim) -> (n, 2**dim, dim)."""
-    dim = half_lengths.shape[1]
-    signs = 2.0 * ((np.arange(2**dim)[:, None] >> np.arange(dim)) & 1) - 1.0
-    return signs * half_lengths[:, None, :]
+    return corner_signs(half_lengths.shape[1]) * half_lengths[:, None, :]
 
 
 def outlines(position: FloatArray, corners: FloatArray) -> FloatArray:
@@ -22,22 +21,21 @@ def outlines(position: FloatArray, corners: FloatArray) -> FloatArray:
 
 def sides_towards(
     position: FloatArray, corners: FloatArray, viewer: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Of each two opposite sides of domains in space the one that faces the viewer.
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """The sides of domains in space that face the viewer, domain by domain.
 
     ``viewer`` is the direction to the viewer, shape (3,). Returns places of the sides' corners,
-    shape (3, n, 4, 3), and their outward unit normals, (3, n, 3).
+    shape (k, 4, 3), their outward unit normals, (k, 3), and the numbers of their domains, (k,).
     """
-    sides, normals = [], []
+    sides = []
     for axis in range(3):
         first, second = 1 << (axis + 1) % 3, 1 << (axis + 2) % 3
-        around = np.array([0, first, first + second, second])
-        lower, upper = corners[:, around], corners[:, around + (1 << axis)]
-        inwards, outwards = _normal(lower), _normal(upper)
-        chosen = (outwards @ viewer >= -(inwards @ viewer))[:, None]
-        sides.append(position[:, None, :] + np.where(chosen[..., None], upper, lower))
-        normals.append(np.where(chosen, outwards, -inwards))
-    return np.stack(sides), np.stack(normals)
+        around = np.array([0, second, first + second, first])
+        sides += [corners[:, around], corners[:, around[::-1] + (1 << axis)]]
+    normals = np.stack([_normal(side) for side in sides], axis=1)
+    number, side = np.nonzero(normals @ viewer > 0.0)
+    places = position[number, None, :] + np.stack(sides, axis=1)[number, side]
+    return places, normals[number, side], number
 
 
 def _normal(side: FloatArray) -> FloatArray:

@@ -181,9 +181,8 @@ def _sides(setup: Setup, seen: IntArray, chosen: list[int]) -> tuple[FloatArray,
     right, up = np.eye(3)[chosen]
     viewer = np.cross(right, up)
     seen = seen[np.argsort(setup.position[seen] @ viewer, kind="stable")]
-    sides, _ = sides_towards(setup.position[seen], setup.corners[seen], viewer)
-    area = np.swapaxes(sides, 0, 1).reshape(-1, 4, 3)[..., chosen]
-    return area, np.repeat(setup.body_id[seen], 3)
+    sides, _, number = sides_towards(setup.position[seen], setup.corners[seen], viewer)
+    return sides[..., chosen], setup.body_id[seen[number]]
 
 
 def _patches(

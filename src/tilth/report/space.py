@@ -92,21 +92,19 @@ def _inches(axes: Any) -> float:
 
 
 def _draw_sides(axes: Any, position: FloatArray, corners: FloatArray, colours: FloatArray) -> None:
-    """The three sides of each domain that face the viewer, shaded by their direction."""
+    """The sides of each domain that face the viewer, shaded by their direction."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     azimuth, elevation = np.deg2rad([_AZIMUTH, _ELEVATION])
     across = np.cos(elevation)
     viewer = np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
-    sides, normals = sides_towards(position, corners, viewer)
-    painted = np.ones((3, *colours.shape))
-    painted[:] = colours
-    painted[..., :3] *= (normals**2 @ np.array(_SHADES))[..., None]
-    faces = painted.reshape(-1, 4)
+    sides, normals, number = sides_towards(position, corners, viewer)
+    faces = np.array(colours[number])
+    faces[:, :3] *= (normals**2 @ np.array(_SHADES))[:, None]
     few = len(faces) < 6000
     axes.add_collection3d(
         Poly3DCollection(
-            sides.reshape(-1, 4, 3),
+            sides,
             facecolors=faces,
             edgecolors=faces * np.array([0.8, 0.8, 0.8, 1.0]) if few else faces,
             linewidths=0.3,

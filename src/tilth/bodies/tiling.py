@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Points whose domains tile the elements of a mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.bodies.block import Block
+from tilth.bodies.pieces import Brick
+from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.corners import corner_signs, mean_half_edges, parallelepiped
+
+IntArray = npt.NDArray[np.int64]
+
+# Tiles that are made at a time, to bound the memory.
+BATCH = 250_000
+
+
+def tile_points(
+    blocks: Sequence[Block], volumes: Sequence[FloatArray], request: Request
+) -> BodyPoints:
+    """Points of a mesh whose elements are cut into quadrilaterals or hexahedra: their domains.
+
+    Quadrilaterals and hexahedra are cut into equal parts along their edges. Triangles and
+    tetrahedra are cut into equal pieces, and each piece between the centres of its edges and faces
+    into three quadrilaterals or four hexahedra. Edges that such cuts connect get the same number of
+    segments, so that the tiles of neighbours share their corners: what the wanted spacing asks of
+    their elements in the mean, at least 1 (2 with triangles and tetrahedra). A point is the
+    centroid of its tile. With "cpdi1" its domain is the parallelepiped (2D: parallelogram) with the
+    directions of the tile's mean edges and its volume.
+
+    volumes: volumes (2D: areas) of the elements of each block, shape (n,), > 0.
+    Raises BadInput for too many points, and for a hexahedron that its tiles fold in.
+    """
+    dimension = len(request.cell_size)
+    segments = _segments(blocks, volumes, request.wanted_spacing())
+    numbers = [b.element.number_of_tiles(s) for b, s in zip(blocks, segments, strict=True)]
+    request.check_number(float(sum(number.sum() for number in numbers)))
+    total = int(sum(number.sum() for number in numbers))
+    position, volume = np.empty((total, dimension)), np.empty(total)
+    corner, half_length = np.empty((total, 2**dimension, dimension)), np.empty((total, dimension))
+    start = 0
+    for block, own, number in zip(blocks, segments, numbers, strict=True):
+        first = start + (np.cumsum(number) - number).astype(np.int64)
+        start += int(number.sum())
+        for element, tiles in _tiles(block, own):
+            where = (first[element][:, None] + np.arange(tiles.shape[1])).ravel()
+            places = tiles.reshape(-1, 2**dimension, dimension)
+            _check_folding(block, element, places, request)
+            centroid, tile_volume = _domain(dimension).pieces(places, 1)
+            position[where], volume[where] = centroid[:, 0], tile_volume[:, 0]
+            places -= centroid
+            edge = mean_half_edges(places)
+            if request.basis == "cpdi1":
+                edge *= (tile_volume / _box_volumes(edge)[:, None])[..., None] ** (1.0 / dimension)
+                places = parallelepiped(edge)
+            corner[where], half_length[where] = places, np.linalg.norm(edge, axis=2)
+    return BodyPoints(position, volume * request.circumference(position), half_length, None, corner)
+
+
+def _tiles(block: Block, segments: FloatArray) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Corners of the tiles, some elements (m,) at a time, x fastest: (m, tiles, 2^d, d)."""
+    for cuts in np.unique(segments, axis=0):
+        weight = block.element.tiles(tuple(int(cut) for cut in cuts))
+        chosen = np.flatnonzero((segments == cuts).all(axis=1))
+        for batch in np.array_split(chosen, math.ceil(len(chosen) * len(weight) / BATCH)):
+            yield batch, np.einsum("qcv,nvi->nqci", weight, block.corners[batch])
+
+
+def _domain(dimension: int) -> Brick:
+    """A domain as an element: its corners x fastest."""
+    return Brick("domain", [], corner_signs(dimension).astype(np.int64))
+
+
+def _check_folding(block: Block, element: IntArray, places: FloatArray, request: Request) -> None:
+    """Refuses domains that are folded at a corner or in the middle.
+
+    element: rows in the block of the elements that have the domains, as many each.
+    places: of the domains' corners, shape (n, 2^d, d).
+    """
+    least = np.minimum(
+        _domain(places.shape[2]).corner_jacobians(places).min(axis=1),
+        _box_volumes(mean_half_edges(places)),
+    )
+    folded = np.flatnonzero(least <= 0.0)
+    if len(folded):
+        row = int(element[folded[0] * len(element) // len(places)])
+        raise block.refused(row, "is degenerate: it folds between its corners", request)
+
+
+def _box_volumes(half_edge: FloatArray) -> FloatArray:
+    """Volumes of parallelepipeds with these half edges, (n, d, d) -> (n,)."""
+    return np.asarray(2.0 ** half_edge.shape[2] * np.linalg.det(half_edge))
+
+
+def _segments(
+    blocks: Sequence[Block], volumes: Sequence[FloatArray], spacing: FloatArray
+) -> list[FloatArray]:
+    """Numbers of segments along each row of edges of the elements, (n, rows) for each block."""
+    classes = _edge_classes(blocks)
+    every = np.concatenate([own.ravel() for own in classes])
+    # The mean of the power d, so that the number of tiles is what their volume asks for.
+    power = len(spacing)
+    wanted = np.concatenate(
+        [
+            b.element.wanted_segments(b.corners, volume, spacing).ravel()
+            for b, volume in zip(blocks, volumes, strict=True)
+        ]
+    )
+    mean = (np.bincount(every, wanted**power) / np.bincount(every)) ** (1.0 / power)
+    step = np.ones(len(mean))
+    for block, own in zip(blocks, classes, strict=True):
+        np.maximum.at(step, own, block.element.least_segments)
+    segments = step * np.maximum(np.rint(mean / step), 1.0)
+    return [segments[own] for own in classes]
+
+
+def _edge_classes(blocks: Sequence[Block]) -> list[IntArray]:
+    """Classes of edges that must have the same number of segments, (n, rows) for each block.
+
+    Two edges are of one class if they lie in the same row of an element, or each with a third.
+    """
+    from scipy.sparse import coo_array  # take 0.2 s: only where there is such a mesh
+    from scipy.sparse.csgraph import connected_components
+
+    ends = [np.sort(block.nodes[:, block.element.edges], axis=-1) for block in blocks]
+    pair = np.concatenate([end.reshape(-1, 2) for end in ends])
+    different, number = np.unique(pair[:, 0] * (pair.max() + 1) + pair[:, 1], return_inverse=True)
+    parts = np.split(number, np.cumsum([len(end.reshape(-1, 2)) for end in ends])[:-1])
+    edges = [part.reshape(end.shape[:3]) for part, end in zip(parts, ends, strict=True)]
+    links = np.concatenate(
+        [
+            np.stack(np.broadcast_arrays(edge[..., :1], edge[..., 1:]), axis=-1).reshape(-1, 2)
+            for edge in edges
+        ]
+    )
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), 2 * (len(different),))
+    _, label = connected_components(graph, directed=False)
+    return [label[edge[..., 0]].astype(np.int64) for edge in edges]
