@@ -155,10 +155,10 @@ def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet:
                 progress.iteration(clock.step + 1, iteration, residual)
 
             try:
-                result = simulation.advance(before, after, on_iteration)
+                result = simulation.advance(before, after, on_iteration, clock.is_least)
             except StepFailed as failure:
                 size = after - before
-                if not clock.cut():
+                if not clock.cut(failure.share):
                     raise _failed(simulation, clock, size, failure) from failure
                 recorder.cut(clock, after, failure)
                 continue

@@ -15,8 +15,8 @@ GROW_AFTER = 2
 class Clock:
     """Time of a schedule, advanced by accepted steps.
 
-    Regular times and output times are always hit exactly. A failed step is halved; after two
-    converged ones in a row the size doubles, up to the regular one.
+    Regular times and output times are always hit exactly. A failed step is halved, or shortened as
+    the failure asks for; after two converged ones in a row the size doubles, up to the regular one.
 
     Attributes:
         step: number of accepted steps.
@@ -61,10 +61,21 @@ class Clock:
             self.size = min(2.0 * self.size, self._regular_size)
             self.successes = 0
 
-    def cut(self) -> bool:
-        """Halves the step that failed; returns whether it is still large enough to be tried."""
+    @property
+    def is_least(self) -> bool:
+        """Whether the next step is of the least size, and so cannot be cut."""
+        least = self.schedule.least_step * (1.0 + 1e-9)
+        return self.schedule.adaptive and self.next_time() - self.time <= least
+
+    def cut(self, share: float | None = None) -> bool:
+        """Shortens the step that failed; returns whether it is still large enough to be tried.
+
+        share: part of the step that is known to be possible, which then is not shorter than the
+            least step; a half, however short, where nothing is known.
+        """
         if not self.schedule.adaptive:
             return False
-        self.size = 0.5 * (self.next_time() - self.time)
+        size, least = self.next_time() - self.time, self.schedule.least_step
+        self.size = 0.5 * size if share is None else max(share * size, least)
         self.successes = 0
-        return self.size >= self.schedule.least_step * (1.0 - 1e-9)
+        return self.size >= least * (1.0 - 1e-9)

@@ -147,7 +147,7 @@ class StepFailed(TilthError):
 
     `remedy` (may be empty) is what helps where smaller steps do not, `residuals` holds the relative
     residual after each Newton iteration, `point` is the permanent number of the point that failed
-    (None if no point is to blame).
+    (None if no point is to blame), `share` the part of the step that is known to be possible.
     """
 
     exit_code = EXIT_ANALYSIS_FAILED
@@ -159,8 +159,10 @@ class StepFailed(TilthError):
         *,
         point: int | None = None,
         residuals: Sequence[float] = (),
+        share: float | None = None,
     ) -> None:
         super().__init__(reason, remedy)
         self.reason = reason
         self.point = point
+        self.share = share
         self.residuals = list(residuals)

@@ -303,9 +303,11 @@ class Ghost:
             names.append(face)
             moves.append(total - total[:, :1])  # a common motion has no force
             moduli.append(faces.modulus)
-        face, total, modulus = map(np.concatenate, (names, moves, moduli))
+        face = np.concatenate(names)
         order = np.argsort(face)
-        self.face, self.moved, self.modulus = face[order], total[order], modulus[order]
+        self.face = face[order]
+        self.moved = np.concatenate(moves)[order]
+        self.modulus = np.concatenate(moduli)[order]
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns what a checkpoint must hold."""

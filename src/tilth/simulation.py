@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,6 +15,7 @@ from tilth import _core
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
+from tilth.boundaries.passage import SMALL, depth_behind, find_passage
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
 from tilth.domains import bound_domains, keep_off_axis
@@ -212,11 +214,16 @@ class Simulation:
         before: float,
         after: float,
         on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+        is_least: bool = False,
     ) -> StepResult:
         """Takes the step from time `before` to `after`; changes the state only if it converges.
 
+        is_least: whether the step cannot be shortened: soil that passes through a boundary then is
+            warned of only.
+
         Raises:
-            StepFailed: no equilibrium, an inverted point, a point that left the grid.
+            StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
+                passes through an implicit boundary.
         """
         self.grid = self._grid_at(before)
         with self.timers.measure("basis"):
@@ -257,6 +264,8 @@ class Simulation:
                     f"line search: {failure.reason}",
                 )
         self._require_inside(active, equilibrium)
+        if not is_least:
+            self._require_in_front(active, equilibrium, before, after)
         corners = self._moved_corners(active, equilibrium)
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
@@ -270,6 +279,7 @@ class Simulation:
                 equilibrium.initial_reaction, conditions.held, linear.constant
             )
             contacts.commit(carried)
+            self._note_depths(after)
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
@@ -314,6 +324,41 @@ class Simulation:
                 "a point left the limits of the grid",
                 point=int(self.points.point_id[outside]),
                 residuals=equilibrium.residuals,
+            )
+
+    def _require_in_front(
+        self, active: ActiveGrid, equilibrium: Equilibrium, before: float, after: float
+    ) -> None:
+        """Checks that no soil that was free passes through an implicit boundary."""
+        if not self.implicit:
+            return
+        with self.timers.measure("boundaries"):
+            moved = self.points.position + self.soil.interpolate(active, equilibrium.displacement)
+            found = [
+                find_passage(boundary, self.points, moved, before, after, self.grid.cell_size)
+                for boundary in self.implicit
+            ]
+        for passage in sorted((p for p in found if p is not None), key=lambda p: p.share):
+            raise StepFailed(
+                f"soil reaches the boundary {passage.boundary!r} within the step and would end "
+                f"{passage.depth:.3g} behind it",
+                point=int(self.points.point_id[passage.point]),
+                residuals=equilibrium.residuals,
+                share=passage.share,
+            )
+
+    def _note_depths(self, time: float) -> None:
+        """Warns of soil behind implicit boundaries, again where it has become twice as deep."""
+        small = SMALL * float(self.grid.cell_size.min())
+        for boundary in self.implicit:
+            depth = depth_behind(boundary, self.points, time, self.grid.cell_size)
+            if depth <= small:
+                continue
+            level = math.floor(math.log2(depth / small))
+            self._note(
+                f"depth of {level} behind {boundary.name}",
+                f"material points are up to {depth:.3g} behind the boundary {boundary.name!r} at "
+                f"time {time:.6g}",
             )
 
     def _moved_corners(

@@ -105,8 +105,8 @@ class Contacts:
             )
         if held is None:
             held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-        surfaces = [part for part in parts if isinstance(part, SurfaceContact)]
-        multipliers = iter(choose_multipliers(active, surfaces, held))
+        of_surfaces = [part for part in parts if isinstance(part, SurfaceContact)]
+        multipliers = iter(choose_multipliers(active, of_surfaces, held))
         parts = [
             replace(part, multipliers=next(multipliers))
             if isinstance(part, SurfaceContact)
@@ -134,7 +134,7 @@ class Contacts:
         couplings: list[LinearElements] = []
         surfaces = [part for part in self.parts if isinstance(part, SurfaceContact)]
         if surfaces:
-            multipliers = [part.multipliers for part in surfaces]
+            multipliers = [part.multipliers for part in surfaces if part.multipliers is not None]
             slips = [part.slip_at_rest() for part in surfaces]
             couplings.append(multiplier_coupling(multipliers, slips))
         return couplings + [p.coupling() for p in self.parts if isinstance(p, BandContact)]

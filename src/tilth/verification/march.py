@@ -35,9 +35,9 @@ def march(
     while not clock.done:
         after = clock.next_time()
         try:
-            result = simulation.advance(clock.time, after)
+            result = simulation.advance(clock.time, after, is_least=clock.is_least)
         except StepFailed as failure:
-            if not clock.cut():
+            if not clock.cut(failure.share):
                 raise AnalysisFailed(f"time {after:.6g}: {failure.reason}") from failure
             continue
         clock.accept(after)

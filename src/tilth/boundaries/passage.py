@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Soil that a step would carry behind an implicit boundary, and soil that is behind one.
+
+A boundary holds the soil that touches it at the start of a step. Soil that is free there and
+reaches it inside the step is not held, so a step that would end with such soil behind the boundary
+is undone and shortened to the part in which it just reaches it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.boundaries.protocol import Floats
+from tilth.domains import half_edges
+from tilth.points import MaterialPoints
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit import Implicit
+
+Integers = npt.NDArray[np.int64]
+
+SMALL = 0.02
+"""Depth behind a boundary, in cells, that needs no word."""
+
+BESIDE = 0.6
+"""Distance along a boundary from its nearest place, in cells, from which on soil is beside it."""
+
+
+MOST_LOOKS = 64
+"""Places on the way of the points in a step that are looked at, at most."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Soil that would pass through a boundary.
+
+    Attributes:
+        boundary: its name.
+        point: index of the point that would reach it first.
+        depth: greatest depth of the domains of free points behind it at the end [length].
+        share: of the step after which the first of them has just reached it [-].
+    """
+
+    boundary: str
+    point: int
+    depth: float
+    share: float
+
+
+def find_passage(
+    boundary: Implicit,
+    points: MaterialPoints,
+    moved: Floats,
+    before: float,
+    after: float,
+    cell_size: Floats,
+) -> Passage | None:
+    """Returns the soil that a step from time `before` to `after` takes through a boundary.
+
+    Looks at the end of the step, and, so that no soil leaps over a boundary that ends or is curved,
+    at places on the straight ways of the points, a cell apart.
+
+    moved: where the points are at its end [length], shape (n, dim).
+    """
+    way = moved - points.position
+    looks = 1
+    if not _is_endless(boundary):
+        farthest = np.abs(way / cell_size).max(initial=0.0)
+        looks = min(max(math.ceil(farthest), 1), MOST_LOOKS)
+    for part in np.arange(1, looks + 1) / looks:
+        time = before + part * (after - before)
+        place = points.position + part * way
+        passage = _passage_at(boundary, points, place, before, time, cell_size)
+        if passage is not None:
+            return replace(passage, share=float(part) * passage.share)
+    return None
+
+
+def _passage_at(
+    boundary: Implicit,
+    points: MaterialPoints,
+    place: Floats,
+    before: float,
+    time: float,
+    cell_size: Floats,
+) -> Passage | None:
+    """Returns the soil that has passed a boundary when the points are at `place`, (n, dim)."""
+    small = SMALL * float(cell_size.min())
+    chosen, distance, normal = _distances(boundary, place, points, time, cell_size)
+    depth = _half_width(points, chosen, normal) - distance
+    deep = np.flatnonzero(depth > small)
+    if len(deep) == 0:
+        return None
+    chosen, depth = chosen[deep], depth[deep]
+    at_start = points.position[chosen]
+    those, distance, normal = _distances(boundary, at_start, None, before, cell_size)
+    chosen, depth = chosen[those], depth[those]
+    gap = distance - _half_width(points, chosen, normal)
+    free = np.flatnonzero(gap > 0.0)
+    if len(free) == 0:
+        return None
+    share = (gap[free] + 0.5 * small) / (gap[free] + depth[free])
+    first = int(share.argmin())
+    point = int(chosen[free[first]])
+    return Passage(boundary.name, point, float(depth[free].max()), float(share[first]))
+
+
+def depth_behind(
+    boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
+) -> float:
+    """Returns how far the deepest point's centre is behind a boundary [length]; 0 if none is."""
+    _, distance, _ = _distances(boundary, points.position, points, time, cell_size)
+    return float(-distance.min(initial=0.0))
+
+
+def _distances(
+    boundary: Implicit,
+    place: Floats,
+    points: MaterialPoints | None,
+    time: float,
+    cell_size: Floats,
+) -> tuple[Integers, Floats, Floats]:
+    """Returns which places face or are behind a boundary, their distances and its normals there.
+
+    Of a boundary that is curved or ends only those count that are not beside it, and, where their
+    `points` are given, that are not farther in front than two cells, nor farther behind than these
+    and as much as they have moved.
+    """
+    factor = boundary.factor(time)
+    if _is_endless(boundary):
+        at_rest = boundary.motion.reference(place, factor)
+        normal = boundary.geometry.gradient(at_rest)
+        return np.arange(len(place)), boundary.geometry.distance(at_rest), normal
+    surface, normal = boundary.surface_places(time)
+    if len(surface) == 0:
+        return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, place.shape[1]))
+    reach = np.inf
+    candidates = np.arange(len(place))
+    if points is not None:
+        way = np.linalg.norm(place - points.position, axis=1).max(initial=0.0)
+        reach = float(way + 2.0 * cell_size.max())
+        low, high = surface.min(axis=0) - reach, surface.max(axis=0) + reach
+        candidates = np.flatnonzero(((place >= low) & (place <= high)).all(axis=1))
+    from scipy.spatial import cKDTree
+
+    apart, nearest = cKDTree(surface).query(place[candidates], distance_upper_bound=reach)
+    known = np.isfinite(apart)
+    candidates, nearest = candidates[known], nearest[known]
+    away = place[candidates] - surface[nearest]
+    distance = np.einsum("ni,ni->n", away, normal[nearest])
+    along = np.linalg.norm(away - distance[:, None] * normal[nearest], axis=1)
+    facing = along <= BESIDE * cell_size.max()
+    if points is not None:  # what is clearly in front needs no exact distance
+        facing &= distance <= 2.0 * cell_size.max()
+    candidates, nearest = candidates[facing], nearest[facing]
+    return candidates, boundary.distance(place[candidates], time), normal[nearest]
+
+
+def _is_endless(boundary: Implicit) -> bool:
+    """Whether it is one plane, so that each place is in front of it or behind it."""
+    return boundary.geometry.flat and not boundary.geometry.bounded
+
+
+def _half_width(points: MaterialPoints, chosen: Integers, normal: Floats) -> Floats:
+    """Returns half the width of points' domains along normals, shape (n,)."""
+    edge = half_edges(points)
+    if edge is None:
+        return np.asarray((points.half_length[chosen] * np.abs(normal)).sum(axis=1))
+    return np.asarray(np.abs(np.einsum("nki,ni->nk", edge[chosen], normal)).sum(axis=1))
