@@ -191,7 +191,8 @@ def ghost_faces(
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
         other = neighbour[1, axis, cell]
         offset, unit, line = _face(tuple(active.grid.cell_size.tolist()), axis)
-        node = active.find((place[cell][:, None] + offset).reshape(-1, 3)).reshape(len(cell), -1)
+        node = active.find((place[cell][:, None] + offset).reshape(-1, 3))
+        node = node.reshape(len(cell), len(offset))
         end = offset[:, axis] != 1
         behind_ends = depth[node, axis] * end  # (faces, nodes)
         at_boundary = depth[node].sum(axis=2).max(axis=1, initial=0.0)

@@ -239,7 +239,7 @@ class Simulation:
             couplings += self._ghost.couplings(
                 self.soil, active, conditions.held, contacts.behind()
             )
-            coupled = self._ghost.holds(active, conditions.held)
+            coupled = contacts.reached() | self._ghost.holds(active, conditions.held)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings, carried_force)
         load_before = force_before + surface_loads.force_before()

@@ -100,6 +100,17 @@ class SurfaceContact(Contact):
         condition = self.boundary.declared.condition
         return held_directions(condition, self.pose.normal, self.pose.direction)
 
+    @cached_property
+    def before(self) -> Floats:
+        """As `Contact.before`, its means over the patches of this step's multipliers.
+
+        So the whole traction lies in their space: a point that has just been reached bears what
+        those around it bear. The force of each patch stays.
+        """
+        assert self.multipliers is not None
+        carried = turned(self.boundary.carried[self.chosen], self.pose, 0)
+        return self.multipliers.spread(self.multipliers.mean(carried))
+
     def slip_at_rest(self) -> Floats:
         """Returns the mean slips of a grid that does not move [length], shape (m,)."""
         assert self.multipliers is not None
@@ -109,7 +120,8 @@ class SurfaceContact(Contact):
         """As `Contact.after`."""
         assert self.multipliers is not None
         slip = self.at.interpolate(displacement) - self.pose.increment
-        return self.before + self.multipliers.traction(self.multipliers.mean(slip))
+        traction = self.multipliers.penalty * self.multipliers.mean(slip)
+        return self.before + self.multipliers.spread(traction)
 
 
 def turned(carried: Floats, pose: Pose, part: int) -> Floats:

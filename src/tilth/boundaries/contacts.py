@@ -139,6 +139,13 @@ class Contacts:
             couplings.append(multiplier_coupling(multipliers, slips))
         return couplings + [p.coupling() for p in self.parts if isinstance(p, BandContact)]
 
+    def reached(self) -> Flags:
+        """Returns the nodes of the cells that the boundaries act on, shape (nodes,)."""
+        found = np.zeros(self.active.nodes, dtype=bool)
+        for part in self.parts:
+            found[part.at.node] = True
+        return found
+
     def carried_force(self) -> Floats:
         """Returns the boundaries' internal force of what they carry from before, (nodes, dim)."""
         force = np.zeros((self.active.nodes, self.active.grid.dim))

@@ -185,10 +185,9 @@ class Implicit:
         before, carried = self.terms, self.carried
         cell = np.array(self._model.cell_size)
         least = float(cell.min())
-        if self.declared.is_moving or self._model.grid.follow is not None:
-            piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
-        else:  # the grid's lines cut the facets
-            piece, facet = least, (LONG_FACETS if self.geometry.flat else 1.0) * least
+        piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
+        if not self.declared.is_moving and self._model.grid.follow is None and self.geometry.flat:
+            facet = (LONG_FACETS if len(cell) == 2 else 1.0) * least  # the grid's lines cut them
         points = make_quadrature(
             self.geometry,
             self._lower,

@@ -63,10 +63,9 @@ class Multipliers:
         total = np.bincount(self.owner.ravel(), along.ravel(), minlength=len(self.area))
         return np.asarray(total / self.area)
 
-    def traction(self, slip: Floats) -> Floats:
-        """Returns the stress vectors at the points [stress], (n, dim), for mean slips (m,)."""
-        held = (self.penalty * slip)[self.owner]
-        return np.asarray(np.einsum("rn,rni->ni", held, self.direction))
+    def spread(self, traction: Floats) -> Floats:
+        """Returns the stress vectors at the points [stress], (n, dim), of the patches', (m,)."""
+        return np.asarray(np.einsum("rn,rni->ni", traction[self.owner], self.direction))
 
 
 def held_directions(condition: str, normal: Floats, declared: Floats | None) -> Floats:
