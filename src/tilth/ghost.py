@@ -40,8 +40,10 @@ Integers = npt.NDArray[np.int64]
 
 FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
-LEAST_SHARE = 1e-2
+LEAST_SHARE = 1e-3
 """Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
+STRESSES = 20.0
+"""Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
 def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floats]:
@@ -57,7 +59,8 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
-        softness = 1.0 / (body.young_modulus * share)
+        bearing = np.minimum(STRESSES * _equivalent_stress(soil.points.stress[s]), body.young_modulus)
+        softness = 1.0 / np.maximum(body.young_modulus * share, bearing)
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 *_, moment = _core.share_corner_domains(
@@ -75,6 +78,13 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
         size *= 2.0 * np.pi * _centre_radius(active, key)
     modulus = np.maximum(filled[:, 0], 1e-300) / np.maximum(filled[:, 1], 1e-300)
     return key, filled[:, 0] / size, modulus
+
+
+def _equivalent_stress(stress: Floats) -> Floats:
+    """Returns von Mises' equivalent stress of Cauchy stresses (n, 6) [stress], shape (n,)."""
+    normal = stress[:, :3] - stress[:, :3].mean(axis=1)[:, None]
+    square = (normal**2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
+    return np.asarray(np.sqrt(1.5 * square))
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:

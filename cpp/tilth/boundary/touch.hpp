@@ -215,7 +215,7 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      const Extent& extent, const std::int64_t* around, const double* origin,
                      const double* cell_size, std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
-  constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
+  constexpr double reach = (Dim == 2 ? 2.0 : 2.4) * (1.0 + 1e-9), far = 1e300;
   double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
   for (std::int64_t p = 0; p < points; ++p)
     for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));

@@ -101,7 +101,7 @@ def _passage_at(
     those, distance, normal = _distances(boundary, at_start, None, before, cell_size)
     chosen, depth = chosen[those], depth[those]
     gap = distance - _half_width(points, chosen, normal)
-    free = np.flatnonzero(gap > 0.0)
+    free = np.flatnonzero(gap > small)
     if len(free) == 0:
         return None
     share = (gap[free] + 0.5 * small) / (gap[free] + depth[free])
