@@ -42,7 +42,7 @@ FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
 LEAST_SHARE = 1e-3
 """Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
-STRESSES = 20.0
+STRESSES = 4.0
 """Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
@@ -93,7 +93,7 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.abs(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0]))
 
 
-FIRM = 0.5
+FIRM = 3.0
 """Dimensionless stiffness of nodes a cell behind an implicit boundary."""
 
 

@@ -124,14 +124,23 @@ struct Parallelepipeds {
   }
 };
 
+/// Whether a domain at `offset` from a place stands on it: within its sides along the boundary.
+template <int Dim, class Extent>
+bool facing(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
+  double height = 0.0, foot[Dim];
+  for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
+  for (int k = 0; k < Dim; ++k) foot[k] = offset[k] - height * normal[k];
+  return extent.holds(p, foot);
+}
+
 /// Whether a domain at `offset` from a place is beside it: within its sides along the boundary, and
 /// at most twice its half width away from the boundary.
 template <int Dim, class Extent>
 bool beside(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
-  double height = 0.0, foot[Dim];
+  double height = 0.0;
   for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
-  for (int k = 0; k < Dim; ++k) foot[k] = offset[k] - height * normal[k];
-  return std::fabs(height) <= 2.0 * extent.width(p, normal) * (1.0 + 1e-9) && extent.holds(p, foot);
+  return std::fabs(height) <= 2.0 * extent.width(p, normal) * (1.0 + 1e-9) &&
+         facing<Dim>(extent, p, offset, normal);
 }
 
 /// Calls `visit(p, offset, measure)` for the points at most `around` cells around a place that are
@@ -215,7 +224,7 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      const Extent& extent, const std::int64_t* around, const double* origin,
                      const double* cell_size, std::int64_t* nearest) {
   const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
-  constexpr double reach = (Dim == 2 ? 2.0 : 2.4) * (1.0 + 1e-9), far = 1e300;
+  constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
   double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
   for (std::int64_t p = 0; p < points; ++p)
     for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));
@@ -231,8 +240,9 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       double least = far;
       nearest[q] = -1;
       for_points_around<Dim>(sorted, place + Dim * q, within, position, extent, around, origin,
-                             cell_size, [&](std::int64_t p, const double*, double measure) {
+                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure > reach || measure >= least) return;
+                               if (!facing<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });
