@@ -12,6 +12,9 @@ from small_problems import Floats, block_entries, dimension
 
 from tilth import Model
 from tilth.boundaries import Contacts
+from tilth.boundaries.band import BandContact
+from tilth.boundaries.contact import Contact, SurfaceContact
+from tilth.boundaries.multipliers import multiplier_coupling
 from tilth.coupling import Coupling
 from tilth.ghost import FaceCoupling
 from tilth.grid import ActiveGrid, Buffers, locate
@@ -56,6 +59,25 @@ def dense(coupling: Coupling, nodes: int) -> Floats:
     for node, block in zip(coupling.node, coupling.matrix, strict=True):
         np.add.at(whole, np.ix_(node, range(dim), node, range(dim)), block.transpose(0, 2, 1, 3))
     return whole.reshape(nodes * dim, nodes * dim)
+
+
+def of_part(part: Contact, nodes: int) -> tuple[Floats, Floats]:
+    """The matrix of one boundary and its force at zero displacement, (nodes, dim)."""
+    constant = part.nodal_force(part.before, nodes)
+    if isinstance(part, BandContact):
+        coupling = part.coupling()
+        np.add.at(constant, coupling.node, coupling.force)
+        return dense(coupling, nodes), constant
+    assert isinstance(part, SurfaceContact)
+    assert part.multipliers is not None
+    rows = multiplier_coupling([part.multipliers], [part.slip_at_rest()])
+    np.add.at(constant, rows.node, rows.force)
+    whole = np.zeros((nodes * constant.shape[1],) * 2)
+    for low, high in pairwise(rows.node_start):
+        row = np.zeros_like(constant)
+        row[rows.node[low:high]] = rows.row[low:high]
+        whole += np.outer(row, row)
+    return whole, constant
 
 
 def ghost_force(faces: FaceCoupling, displacement: Floats) -> Floats:

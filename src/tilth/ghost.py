@@ -16,8 +16,12 @@ from half a cell on.
 
 E is Young's modulus times the elastic share of the points' last strain increment: where soil
 flows plastically its own stiffness is gone, and a penalty that kept it would bear load in its
-place. Of the points in the two cells the soft ones count (volume-weighted harmonic mean), since
-one yielding cell is enough to let the other one move.
+place. A few times the stress that the soil bears is left, so that a node that this stress pushes
+moves by a part of a cell only. Of the points in the two cells the soft ones count (volume-weighted
+harmonic mean), since one yielding cell is enough to let the other one move.
+
+Nodes behind an implicit boundary, where no soil is, are tied firmly to those in front of them on
+the same grid lines, line by line: they continue the soil's field linearly.
 """
 
 from __future__ import annotations
@@ -59,8 +63,9 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
-        bearing = np.minimum(STRESSES * _equivalent_stress(soil.points.stress[s]), body.young_modulus)
-        softness = 1.0 / np.maximum(body.young_modulus * share, bearing)
+        bearing = STRESSES * _equivalent_stress(soil.points.stress[s])
+        modulus = np.maximum(body.young_modulus * share, np.minimum(bearing, body.young_modulus))
+        softness = 1.0 / modulus
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 *_, moment = _core.share_corner_domains(

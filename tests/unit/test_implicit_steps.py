@@ -31,6 +31,7 @@ from small_problems import BASES, CORNER_BASES, KINDS, Floats, dimension, plane,
 import tilth.ghost
 from tilth import Model
 from tilth.boundaries import Contacts
+from tilth.boundaries.contact import SurfaceContact
 from tilth.ghost import FaceCoupling, Ghost
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.closed_forms.homogeneous import (
@@ -65,36 +66,33 @@ SQUEEZED = [
 def test_platen_squeezes_a_block_to_half_its_height(
     kind: str, basis: str, condition: str, steps: int
 ) -> None:
-    """Every deviation is a slip of the boundaries: it vanishes in proportion to delta.
+    """What deviates: the slip, in proportion to delta, and the walls' touched part.
 
-    Eight steps begin once with soil in a twentieth of a cell, where hat functions interpolated
-    between corners have an error of their own: 1e-4 to 3e-4 of the stress with CPDI.
+    A wall bears one traction on each patch of its last cells, and its quadrature points, at most
+    0.15 of a cell apart, know where the block ends to half of that (in space twice as much).
+    Hat functions interpolated between corners have an error of their own where soil stands in a
+    twentieth of a cell: 1e-4 to 3e-4 of the stress with CPDI.
     """
-    worst = []
-    for delta in (1e-4, 1e-5):
-        model = squeezed(kind, basis, condition, delta, steps=steps)
-        area = np.pi if kind == "axisymmetric" else 1.0
-        vertical, errors = dimension(kind) - 1, []
+    delta = 1e-5
+    model = squeezed(kind, basis, condition, delta, steps=steps)
+    area = np.pi if kind == "axisymmetric" else 1.0
+    vertical, errors = dimension(kind) - 1, []
 
-        def compare(simulation: Simulation, result: StepResult, time: float) -> None:
-            exact = confined_stress(model, kind, time)  # noqa: B023
-            error = np.abs(tensor(simulation.points.stress) - exact).max(axis=(1, 2))
-            force = exact[vertical, vertical] * area  # noqa: B023
-            reaction = result.resultant("platen")[vertical] / force - 1.0  # noqa: B023
-            errors.append(  # noqa: B023
-                np.array([error.mean(), error.max()]) / np.abs(exact).max()
-            )
-            assert abs(reaction) < 10.0 * delta  # noqa: B023
-            assert result.equilibrium.iterations <= 4
+    def compare(simulation: Simulation, result: StepResult, time: float) -> None:
+        exact = confined_stress(model, kind, time)
+        error = np.abs(tensor(simulation.points.stress) - exact).max(axis=(1, 2))
+        force = exact[vertical, vertical] * area
+        reaction = result.resultant("platen")[vertical] / force - 1.0
+        errors.append(np.array([abs(reaction), error.mean() / np.abs(exact).max()]))
+        assert result.equilibrium.iterations <= 4
 
-        march(model, compare)
-        assert len(errors) == steps
-        mean, largest = np.max(errors, axis=0)
-        assert mean < 8.0 * delta
-        worst.append(largest)
-    # at the edges and corners, where slips of several boundaries meet
-    assert worst[0] < (40.0 if kind == "3d" else 8.0) * 1e-4
-    assert worst[1] == pytest.approx(0.1 * worst[0], rel=0.2)
+    march(model, compare)
+    assert len(errors) == steps
+    first, (reaction, mean) = errors[0], np.max(errors, axis=0)
+    if basis == "gimp":  # the walls end where their points do
+        assert first.max() < 10.0 * delta
+    assert reaction < 2e-3
+    assert mean < (4e-3 if kind == "3d" else 2e-3)
 
 
 @every_kind
@@ -141,12 +139,17 @@ def test_mean_stress_is_that_of_the_reactions(
         assert low == pytest.approx(-platen, rel=1e-9)
         span = (base + 1.0 - 0.5 * time) * platen + base * low
         assert span == pytest.approx(stress, rel=100.0 * delta)
+
+    def compare_force(simulation: Simulation, result: StepResult, time: float) -> None:
         exact = confined_stress(model, kind, time)[vertical, vertical]
         area = np.pi if kind == "axisymmetric" else 1.0
+        platen = result.resultant("platen")[vertical]
         # cell crossing spoils the stress of the linear basis, not so much the force
-        assert platen == pytest.approx(exact * area, rel=0.1 if basis == "linear" else 1e-3)
+        assert platen == pytest.approx(exact * area, rel=0.1 if basis == "linear" else 1e-2)
 
     march(model, compare)
+    monkeypatch.undo()
+    march(model, compare_force)
 
 
 @every_basis
@@ -246,8 +249,13 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
         assert np.abs(force @ free).max() < 1e-9 * size
     carried = simulation.implicit[0].carried[:, :2]
     assert np.abs(carried @ free).max() < 1e-9 * np.abs(carried @ held).max()
-    moved = contacts.parts[0].at.interpolate(result.equilibrium.displacement)
-    assert np.abs(moved @ held).max() < 1e-4 * 0.02
+    (base_part, _) = contacts.parts
+    moved = base_part.at.interpolate(result.equilibrium.displacement)
+    slip = moved @ held
+    if isinstance(base_part, SurfaceContact):  # it holds means over patches
+        assert base_part.multipliers is not None
+        slip = base_part.multipliers.mean(moved)
+    assert np.abs(slip).max() < 1e-4 * 0.02
     assert np.abs(moved @ free - 0.02).max() < 3e-3
 
 

@@ -197,7 +197,7 @@ class MultiplierSpace {
 
 /// Multipliers, and the nodes that the means over them depend on, in ragged rows.
 struct Means {
-  std::vector<double> area, penalty;     // (multipliers): of the points; their mean penalty
+  std::vector<double> area, penalty;     // (multipliers): of the points; the harmonic mean of theirs
   std::vector<std::int64_t> node_start;  // (multipliers + 1)
   std::vector<std::int32_t> node;        // sorted within a multiplier
   std::vector<double> row;               // (entries, Dim): integral of N times the direction
@@ -237,7 +237,7 @@ Means integrate_means(std::int64_t multipliers, std::int64_t slots, const std::i
     for (std::int64_t i = first[m]; i < first[m + 1]; ++i) {
       const std::int64_t s = slot_of[i], q = point[s];
       means.area[m] += weight[q];
-      means.penalty[m] += weight[q] * penalty[s];
+      means.penalty[m] += weight[q] / penalty[s];
       const std::int32_t* corner = node + corners * cell_of[q];
       for (int a = 0; a < corners; ++a) {
         const auto at = std::lower_bound(nodes.begin(), nodes.end(), corner[a]) - nodes.begin();
@@ -245,7 +245,7 @@ Means integrate_means(std::int64_t multipliers, std::int64_t slots, const std::i
           rows[at * Dim + k] += weight[q] * value[q * corners + a] * direction[s * Dim + k];
       }
     }
-    if (means.area[m] > 0.0) means.penalty[m] /= means.area[m];
+    if (means.area[m] > 0.0) means.penalty[m] = means.area[m] / means.penalty[m];
     for (std::size_t a = 0; a < nodes.size(); ++a) {
       double largest = 0.0;
       for (int k = 0; k < Dim; ++k) largest = std::max(largest, std::abs(rows[a * Dim + k]));

@@ -31,6 +31,9 @@ BESIDE = 0.6
 """Distance along a boundary from its nearest place, in cells, from which on soil is beside it."""
 
 
+HOLD_ACROSS = ("roller", "fixed")
+"""Conditions that let no soil through."""
+
 MOST_LOOKS = 64
 """Places on the way of the points in a step that are looked at, at most."""
 
@@ -67,6 +70,8 @@ def find_passage(
 
     moved: where the points are at its end [length], shape (n, dim).
     """
+    if boundary.declared.condition not in HOLD_ACROSS:
+        return None
     way = moved - points.position
     looks = 1
     if not _is_endless(boundary):
@@ -113,7 +118,12 @@ def _passage_at(
 def depth_behind(
     boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
 ) -> float:
-    """Returns how far the deepest point's centre is behind a boundary [length]; 0 if none is."""
+    """Returns how far the deepest point's centre is behind a boundary [length]; 0 if none is.
+
+    0, too, where its condition lets soil through.
+    """
+    if boundary.declared.condition not in HOLD_ACROSS:
+        return 0.0
     _, distance, _ = _distances(boundary, points.position, points, time, cell_size)
     return float(-distance.min(initial=0.0))
 

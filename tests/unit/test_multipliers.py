@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The multiplier space of implicit boundaries: vertices, patches, means."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from implicit_problems import implicit, line, locate_contacts, rotation
+from small_problems import KINDS, Floats, block_entries, dimension
+
+from tilth import Model
+from tilth.boundaries import Contacts
+from tilth.boundaries.contact import SurfaceContact
+from tilth.boundaries.multipliers import Multipliers
+from tilth.grid import ActiveGrid
+from tilth.simulation import Simulation
+
+every_angle = pytest.mark.parametrize("angle", [0.0, 10.0, 17.0, 30.0, 45.0, 70.0, 90.0])
+
+
+def cut_by(
+    kind: str, walls: list[dict[str, Any]], upper: float = 6.0
+) -> tuple[ActiveGrid, Contacts]:
+    """Boundaries in a block of six cells a side that reaches over all of them."""
+    entries = block_entries(kind, "gimp", boundaries=walls)
+    dim = dimension(kind)
+    entries["bodies"][0]["shape"] = {"type": "box", "lower": [0.0] * dim, "upper": [upper] * dim}
+    return locate_contacts(Simulation(Model.from_dict(entries)))
+
+
+def multipliers_of(contacts: Contacts) -> list[Multipliers]:
+    found = []
+    for part in contacts.parts:
+        assert isinstance(part, SurfaceContact)
+        assert part.multipliers is not None
+        found.append(part.multipliers)
+    return found
+
+
+def inclined(kind: str, angle: float, through: float = 3.1) -> dict[str, Any]:
+    """A plane through the block's middle, its normal turned from the last axis."""
+    turned = rotation(angle)[:, 1]
+    normal = np.zeros(dimension(kind))
+    normal[0], normal[-1] = turned
+    return line(np.full(dimension(kind), through), normal)
+
+
+@every_angle
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("condition", ["roller", "fixed", "tangential"])
+def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, angle: float) -> None:
+    active, contacts = cut_by(kind, [implicit("cut", inclined(kind, angle), condition=condition)])
+    (held,) = multipliers_of(contacts)
+    part = contacts.parts[0]
+    rank = {"roller": 1, "fixed": dimension(kind), "tangential": dimension(kind) - 1}[condition]
+    assert held.owner.shape == (rank, len(part.chosen))
+    assert set(held.owner.ravel()) == set(range(len(held.area)))
+    place = (part.pose.place - active.grid.origin) / active.grid.cell_size
+    for owner in held.owner:
+        away = np.abs(place - held.place[owner]).max(axis=1)
+        assert away.max() < 2.0
+    assert held.area.sum() == pytest.approx(rank * part.pose.weight.sum(), rel=1e-12)
+    np.testing.assert_allclose(np.einsum("rni,sni->nrs", held.direction, held.direction),
+                               np.broadcast_to(np.eye(rank), (len(part.chosen), rank, rank)),
+                               atol=1e-12)  # fmt: skip
+
+
+@every_angle
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_more_multipliers_than_independent_nodes(kind: str, angle: float) -> None:
+    """Linearly independent rows, and along the grid one for each node of a column."""
+    _, contacts = cut_by(kind, [implicit("cut", inclined(kind, angle))])
+    (held,) = multipliers_of(contacts)
+    nodes = held.node.max() + 1
+    rows = np.zeros((len(held.area), nodes, dimension(kind)))
+    for number, (low, high) in enumerate(zip(held.node_start, held.node_start[1:], strict=False)):
+        rows[number, held.node[low:high]] = held.row[low:high] / held.area[number]
+    value = np.linalg.svd(rows.reshape(len(rows), -1), compute_uv=False)
+    assert value.min() > 0.1 * value.max()
+    if angle in (0.0, 90.0):
+        assert len(held.area) == 7 ** (dimension(kind) - 1)
+
+
+def test_the_choice_does_not_depend_on_what_the_geometry_is_called() -> None:
+    """A straight polyline and a plane: the same places give the same vertices."""
+    flat = inclined("plane_strain", 17.0)
+    along = np.array([flat["normal"][1], -flat["normal"][0]])
+    ends = np.array([flat["point"]]) + np.outer([-20.0, 20.0], along)
+    polyline = {"type": "polyline", "vertices": ends.tolist(), "soil": "left"}
+    found = [
+        multipliers_of(cut_by("plane_strain", [implicit("cut", geometry)])[1])[0].place
+        for geometry in (flat, polyline)
+    ]
+    order = [np.lexsort(place.round(6).T) for place in found]
+    np.testing.assert_allclose(found[0][order[0]], found[1][order[1]], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_means_of_linear_fields_are_those_at_the_patches_centres(kind: str) -> None:
+    active, contacts = cut_by(kind, [implicit("cut", inclined(kind, 25.0), condition="fixed")])
+    (held,) = multipliers_of(contacts)
+    part, random = contacts.parts[0], np.random.default_rng(3)
+    dim = dimension(kind)
+    gradient, offset = random.uniform(-1, 1, (dim, dim)), random.uniform(-1, 1, dim)
+    field = active.position @ gradient.T + offset
+    mean = held.mean(part.at.interpolate(field))
+    by_rows = np.add.reduceat(
+        np.einsum("ei,ei->e", held.row, field[held.node]), held.node_start[:-1]
+    )
+    np.testing.assert_allclose(by_rows / held.area, mean, atol=1e-12)
+    for number in range(len(held.area)):
+        slot, point = np.nonzero(held.owner == number)
+        assert len(set(slot)) == 1
+        centre = np.average(part.pose.place[point], axis=0, weights=held.weight[point])
+        direction = held.direction[slot[0], point[0]]  # a plane: the same all over
+        assert mean[number] == pytest.approx(direction @ (gradient @ centre + offset), abs=1e-12)
+
+
+def test_conditions_that_meet_share_no_direction_of_a_node() -> None:
+    """In a corner on the grid's lines: a fixed base, and a roller that leaves it the corner."""
+    base = implicit("base", line(np.array([0.0, 1.0]), np.array([0.0, 1.0])), condition="fixed")
+    wall = implicit("wall", line(np.array([1.0, 0.0]), np.array([1.0, 0.0])))
+    for walls in ([base, wall], [wall, base]):
+        _, contacts = cut_by("plane_strain", walls)
+        found = dict(zip([w["name"] for w in walls], multipliers_of(contacts), strict=True))
+        corner = np.array([1.0, 1.0])
+        at_corner = {
+            name: int((np.abs(held.place - corner).max(axis=1) < 1e-6).sum())
+            for name, held in found.items()
+        }
+        first = walls[0]["name"]
+        assert at_corner == ({"base": 2, "wall": 0} if first == "base" else {"base": 1, "wall": 1})
+
+
+def test_rows_are_refused_where_sizes_disagree() -> None:
+    from tilth import _core
+
+    one = np.ones(1)
+    with pytest.raises(ValueError, match="penalty has"):
+        _core.multiplier_means(
+            1, np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64),
+            np.zeros(1, dtype=np.int64), np.zeros((1, 4), dtype=np.int32), one,
+            np.ones((1, 2)), np.ones(2), np.ones((1, 4)),
+        )  # fmt: skip
+
+
+def test_a_mean_of_constant_vectors_is_their_component() -> None:
+    _, contacts = cut_by("3d", [implicit("cut", inclined("3d", 40.0), condition="tangential")])
+    (held,) = multipliers_of(contacts)
+    vector = np.tile([0.3, -0.2, 0.5], (held.owner.shape[1], 1))
+    mean: Floats = held.mean(vector)
+    np.testing.assert_allclose(held.spread(mean), vector - _across(contacts, vector), atol=1e-12)
+
+
+def _across(contacts: Contacts, vector: Floats) -> Floats:
+    normal = contacts.parts[0].pose.normal
+    return np.asarray(normal * np.einsum("ni,ni->n", normal, vector)[:, None])
