@@ -14,6 +14,8 @@ from tilth import _core
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
+from tilth.boundaries.axis import Axis, OnAxis
+from tilth.boundaries.axis_agreement import require_on_axis
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearElements, LinearForces, reached
 from tilth.domains import bound_domains
@@ -113,6 +115,7 @@ class Simulation:
             model.analysis.solver, model.dimension, len(initial), self._note_fallback
         )
         self.loads = Loads(model, initial)
+        self.axis = Axis(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
         self.surfaces = make_surfaces(model, initial)
@@ -144,6 +147,7 @@ class Simulation:
             arrays["ghost_moved"],
         )
         simulation._predictor.restore(arrays)
+        simulation.axis.restore(arrays)
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
             boundary.restore(
@@ -169,7 +173,7 @@ class Simulation:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
         arrays["ghost_face"], arrays["ghost_moved"] = self._ghost.face, self._ghost.moved
-        arrays |= self._predictor.arrays()
+        arrays |= self._predictor.arrays() | self.axis.state()
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
@@ -193,15 +197,21 @@ class Simulation:
                 key="bodies",
             ) from failure
         first = self.model.schedule.regular_time(1)
-        conditions = Conditions.gather(self.boundaries, active, 0.0, first)
+        conditions = self._conditions(active, 0.0, first).conditions
         contacts = self._contacts(active, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
         require_agreement(self.model, self.boundaries, contacts)
+        require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         require_near_soil(self.model, self.surfaces, active)
         self._note_untouched(conditions, contacts)
         return active
+
+    def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
+        """Returns the conditions on nodes, and what else holds the soil on the axis."""
+        declared = Conditions.gather(self.boundaries, active, before, after)
+        return self.axis.hold(active, declared)
 
     def _contacts(self, active: ActiveGrid, before: float, after: float) -> Contacts:
         with self.timers.measure("boundaries"):
@@ -221,7 +231,8 @@ class Simulation:
         self.grid = self._grid_at(before)
         with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
-        conditions = Conditions.gather(self.boundaries, active, before, after)
+        on_axis = self._conditions(active, before, after)
+        conditions = on_axis.conditions
         contacts = self._contacts(active, before, after)
         self._note_untouched(conditions, contacts)
         force_before, force = (self._load(active, time) for time in (before, after))
@@ -233,6 +244,7 @@ class Simulation:
                 self.soil, active, conditions.held, contacts.behind()
             )
             coupled |= self._ghost.holds(active, conditions.held)
+            couplings += on_axis.couplings()
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings)
         load_before = force_before + surface_loads.force_before()
@@ -270,6 +282,7 @@ class Simulation:
                 equilibrium.initial_reaction, conditions.held, linear.constant
             )
             contacts.commit(carried)
+            self.axis.commit(on_axis, active, equilibrium.displacement)
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
