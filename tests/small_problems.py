@@ -115,6 +115,12 @@ def weight(kind: str, acceleration: float) -> dict[str, Any]:
     return {"type": "body_force", "acceleration": [0.0] * (dim - 1) + [-acceleration]}
 
 
+def off_lines(entries: dict[str, Any], shift: float) -> dict[str, Any]:
+    """The same with x = 0 a share of a cell beyond a grid line; in place."""
+    entries["grid"]["origin"] = [-shift * entries["grid"]["cell_size"], 0.0]
+    return entries
+
+
 def jittered_points(model: Model, random: np.random.Generator, share: float) -> MaterialPoints:
     """The points of a model, each moved by up to `share` of its half lengths."""
     points = initial_points(model)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.grid import ActiveGrid, Stencil
+from tilth.grid import ActiveGrid, Grid, Stencil
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
@@ -22,6 +22,22 @@ Integers = npt.NDArray[np.int64]
 
 FLOW = 0.03
 """Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""
+
+LEAST_RADIUS = 0.1
+"""Of a cell's centre, in radii of its outer edge: on the axis the hoop stretch would be 0 / 0."""
+
+BEYOND = 1e-6
+"""A cell lies beyond the axis if its outer edge is within this share of a cell of it."""
+
+
+def _off_axis(centre: Floats, column: Integers, grid: Grid) -> Floats:
+    """Returns the places of the centres along the radius, in cells from the grid's origin, (n,).
+
+    Moved off the axis in cells that reach it or are cut by it; cells beyond it stay.
+    """
+    axis = -grid.origin[0] / grid.cell_size[0]
+    outer = column + 1.0 - axis
+    return np.where(outer > BEYOND, np.maximum(centre, axis + LEAST_RADIUS * outer), centre)
 
 
 @dataclass
@@ -91,6 +107,8 @@ class Centres:
         centre = np.where(
             own[:, None], moment[:, 1:] / np.where(own, moment[:, 0], 1.0)[:, None], middle
         )
+        if kind == "axisymmetric":
+            centre[:, 0] = _off_axis(centre[:, 0], lattice[:, 0], grid)
         local: Floats = centre - lattice[:, : grid.dim]
         value, gradient = _core.shape_functions(local, grid.cell_size)
         return cls(

@@ -93,9 +93,10 @@ def _equivalent_stress(stress: Floats) -> Floats:
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
-    """Distance of the cells' centres from the axis; domains may reach a little across it."""
-    column = np.asarray(_core.lattice(key))[:, 0]
-    return np.asarray(np.abs(active.grid.origin[0] + (column + 0.5) * active.grid.cell_size[0]))
+    """Distance of the cells' centres from the axis, of cells that it cuts at least half a cell."""
+    column, width = np.asarray(_core.lattice(key))[:, 0], active.grid.cell_size[0]
+    centre = np.abs(active.grid.origin[0] + (column + 0.5) * width)
+    return np.asarray(np.maximum(centre, 0.5 * width))
 
 
 FIRM = 3.0

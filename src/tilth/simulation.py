@@ -15,6 +15,8 @@ from tilth import _core
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
+from tilth.boundaries.axis import Axis, OnAxis
+from tilth.boundaries.axis_agreement import require_on_axis
 from tilth.boundaries.passage import SMALL, depth_behind, find_passage
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
@@ -115,6 +117,7 @@ class Simulation:
             model.analysis.solver, model.dimension, len(initial), self._note_fallback
         )
         self.loads = Loads(model, initial)
+        self.axis = Axis(model, initial)
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
         self.surfaces = make_surfaces(model, initial)
@@ -143,6 +146,7 @@ class Simulation:
         simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
         simulation._ghost.restore(arrays)
         simulation._predictor.restore(arrays)
+        simulation.axis.restore(arrays)
         for number, boundary in enumerate(simulation.implicit):
             start = _of_boundary(number, "")
             boundary.restore(
@@ -167,7 +171,7 @@ class Simulation:
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points, and what boundaries carry."""
         arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
-        arrays |= self._ghost.arrays() | self._predictor.arrays()
+        arrays |= self._ghost.arrays() | self._predictor.arrays() | self.axis.state()
         for number, boundary in enumerate(self.implicit):
             for key, array in boundary.state().items():
                 arrays[_of_boundary(number, key)] = array
@@ -191,15 +195,21 @@ class Simulation:
                 key="bodies",
             ) from failure
         first = self.model.schedule.regular_time(1)
-        conditions = Conditions.gather(self.boundaries, active, 0.0, first)
+        conditions = self._conditions(active, 0.0, first).conditions
         contacts = self._contacts(active, conditions.held, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
         require_agreement(self.model, self.boundaries, contacts)
+        require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         require_near_soil(self.model, self.surfaces, active)
         self._note_untouched(conditions, contacts)
         return active
+
+    def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
+        """Returns the conditions on nodes, and what else holds the soil on the axis."""
+        declared = Conditions.gather(self.boundaries, active, before, after)
+        return self.axis.hold(active, declared)
 
     def _contacts(
         self, active: ActiveGrid, held: npt.NDArray[np.bool_], before: float, after: float
@@ -228,7 +238,8 @@ class Simulation:
         self.grid = self._grid_at(before)
         with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
-        conditions = Conditions.gather(self.boundaries, active, before, after)
+        on_axis = self._conditions(active, before, after)
+        conditions = on_axis.conditions
         contacts = self._contacts(active, conditions.held, before, after)
         self._note_untouched(conditions, contacts)
         force_before, force = (self._load(active, time) for time in (before, after))
@@ -240,6 +251,7 @@ class Simulation:
                 self.soil, active, conditions.held, contacts.behind()
             )
             coupled = contacts.reached() | self._ghost.holds(active, conditions.held)
+            couplings += on_axis.couplings()
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
             linear = LinearForces(active, couplings, carried_force)
         load_before = force_before + surface_loads.force_before()
@@ -280,6 +292,7 @@ class Simulation:
             )
             contacts.commit(carried)
             self._note_depths(after)
+            self.axis.commit(on_axis, active, equilibrium.displacement)
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
         return replace(result, work=float((mean_force * equilibrium.displacement).sum()))

@@ -29,15 +29,20 @@ def require_agreement(model: Model, boundaries: list[Boundary], contacts: Contac
     Raises:
         BadInput: names two boundaries and the place.
     """
-    times = {model.schedule.end, model.schedule.regular_time(1)}
-    for declared in model.boundaries:
-        times |= {time for time, _ in model.factor_table(declared)}
-    for time in sorted(times - {0.0}):
+    for time in turning_times(model):
         conditions = Conditions.gather(boundaries, contacts.active, 0.0, time)
         for part in contacts.parts:
             _compare_with_nodes(model, part, conditions, time)
         for part, other in permutations(contacts.parts, 2):
             _compare(model, part, other, time)
+
+
+def turning_times(model: Model) -> list[float]:
+    """Returns the times after 0 at which a table of factors turns, and the end of a first step."""
+    times = {model.schedule.end, model.schedule.regular_time(1)}
+    for declared in model.boundaries:
+        times |= {time for time, _ in model.factor_table(declared)}
+    return sorted(times - {0.0})
 
 
 def _compare(model: Model, part: Contact, other: Contact, time: float) -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,8 @@ from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
 
 NOBODY = -1
+AXIS = -2
+"""Holder of what the axis of symmetry holds: none of the user's boundaries."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Conditions:
     Attributes:
         names: names of the boundaries.
         holder: number of the first declared boundary that holds each degree of freedom, -1 if
-            none, shape (nodes, dim).
+            none, -2 if the axis of symmetry does, shape (nodes, dim).
         increment: prescribed displacement in the step [length], shape (nodes, dim).
         touched: which boundaries hold any active node.
     """
@@ -67,6 +69,12 @@ class Conditions:
             touched.append(bool(prescribed.held.any()))
         return cls([b.name for b in boundaries], holder, increment, touched)
 
+    def with_axis(self, on_axis: Flags) -> Conditions:
+        """Returns these and u_r = 0 where nobody else holds it at the nodes `on_axis`, (nodes,)."""
+        holder = self.holder.copy()
+        holder[on_axis & (holder[:, 0] == NOBODY), 0] = AXIS
+        return replace(self, holder=holder)
+
     @property
     def held(self) -> Flags:
         """Which degrees of freedom are prescribed, shape (nodes, dim)."""
@@ -75,7 +83,8 @@ class Conditions:
     def forces(self, reaction: Floats) -> dict[str, Floats]:
         """Returns the nodal forces of each boundary on the soil [force], (nodes, dim), by name.
 
-        A component that two boundaries hold counts for the one declared first.
+        A component that two boundaries hold counts for the one declared first; what the axis of
+        symmetry holds counts for none.
         """
         return {
             name: np.where(self.holder == number, reaction, 0.0)

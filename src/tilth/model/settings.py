@@ -45,7 +45,9 @@ class Analysis(Declared):
     """What is analysed and how accurately its equilibrium is solved."""
 
     kind: Kind
-    """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis) or "3d"."""
+    """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis, which holds the soil
+    that reaches it by itself) or "3d".
+    """
     tolerance: Fraction = 1e-9
     """Newton's iteration ends where the residual, relative to the forces, is below this [-]."""
     maximum_iterations: Count = 15

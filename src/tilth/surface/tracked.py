@@ -15,10 +15,10 @@ from tilth.model import Body, Model, SurfaceLoad
 from tilth.output.snapshot import SurfaceShape
 from tilth.place import locate_places, near_soil
 from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface, Chain, Floats, Integers, sharp_corners
+from tilth.surface.chain import BadSurface, Chain, Flags, Floats, Integers, sharp_corners
 from tilth.surface.crossing import find_crossings, require_no_crossing
 from tilth.surface.nearest import NearestPlaces
-from tilth.surface.outline import outline
+from tilth.surface.outline import ON_AXIS, outline
 from tilth.surface.pieces import cut_at_grid, gauss_points
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.spline import LocalCubicSpline
@@ -71,6 +71,7 @@ class TrackedSurface:
         body = model.bodies[number]
         assert body.surface is not None
         self.name = body.name
+        self._axisymmetric = model.analysis.kind == "axisymmetric"
         self._spacing = body.surface.spacing or 0.5 * min(model.cell_size)
         key = f"bodies[{number}].surface"
         chains = _declared_chains(body, model, self._spacing, f"{key}.vertices")
@@ -175,6 +176,8 @@ class TrackedSurface:
                 place = position[points.index_of(tracked.point_id)]
             else:
                 place = moved_with(active, tracked.now.points, displacement, self.name)
+                on_axis = self._ends_on_axis(tracked.now, active)
+                place[on_axis, 0] = tracked.now.points[on_axis, 0]
             try:
                 now = Chain(place, tracked.now.closed, tracked.now.corner)
             except BadSurface as error:
@@ -186,6 +189,14 @@ class TrackedSurface:
             return moved, None
         where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
         return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
+
+    def _ends_on_axis(self, chain: Chain, active: ActiveGrid) -> Flags:
+        """Returns which points are ends of an open chain on the axis of symmetry, shape (n,)."""
+        found = np.zeros(len(chain), dtype=bool)
+        if self._axisymmetric and not chain.closed:
+            found[[0, -1]] = True
+        near = np.abs(chain.points[:, 0]) <= ON_AXIS * active.grid.cell_size[0]
+        return np.asarray(found & near)
 
     def commit(self, state: list[TrackedChain]) -> None:
         """As `BodySurface.commit`."""
