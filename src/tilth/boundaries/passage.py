@@ -27,8 +27,11 @@ Integers = npt.NDArray[np.int64]
 SMALL = 0.02
 """Depth behind a boundary, in cells, that needs no word."""
 
-BESIDE = 0.6
-"""Distance along a boundary from its nearest place, in cells, from which on soil is beside it."""
+BESIDE = {2: 0.15, 3: 0.3}
+"""Distance along a boundary from its nearest place, in cells, from which on soil is beside it.
+
+A little more than that of its own places from each other, by dimension.
+"""
 
 
 HOLD_ACROSS = ("roller", "fixed")
@@ -147,8 +150,9 @@ def _distances(
         normal = boundary.geometry.gradient(at_rest)
         return np.arange(len(place)), boundary.geometry.distance(at_rest), normal
     surface, normal = boundary.surface_places(time)
+    nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, place.shape[1]))
     if len(surface) == 0:
-        return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, place.shape[1]))
+        return nothing
     reach = np.inf
     candidates = np.arange(len(place))
     if points is not None:
@@ -164,10 +168,12 @@ def _distances(
     away = place[candidates] - surface[nearest]
     distance = np.einsum("ni,ni->n", away, normal[nearest])
     along = np.linalg.norm(away - distance[:, None] * normal[nearest], axis=1)
-    facing = along <= BESIDE * cell_size.max()
+    facing = along <= BESIDE[len(cell_size)] * cell_size.max()
     if points is not None:  # what is clearly in front needs no exact distance
         facing &= distance <= 2.0 * cell_size.max()
     candidates, nearest = candidates[facing], nearest[facing]
+    if len(candidates) == 0:
+        return nothing
     return candidates, boundary.distance(place[candidates], time), normal[nearest]
 
 
