@@ -46,7 +46,7 @@ FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
 LEAST_SHARE = 1e-3
 """Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
-STRESSES = 4.0
+STRESSES = 1.5
 """Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
@@ -99,7 +99,7 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.maximum(centre, 0.5 * width))
 
 
-FIRM = 3.0
+FIRM = 10.0
 """Dimensionless stiffness of nodes a cell behind an implicit boundary."""
 
 
@@ -216,7 +216,7 @@ def ghost_faces(
         firm = FIRM * behind_ends.max(axis=1, initial=0.0)
         hidden = np.broadcast_to(((behind_ends @ line) > 0.0)[..., None], (*node.shape, dim))
         # there its own penalty takes over: across it, not between equal slivers
-        weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
+        weak = np.maximum(emptiness[cell], emptiness[other])
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         stiff = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)

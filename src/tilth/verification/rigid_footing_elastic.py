@@ -151,7 +151,12 @@ def press(
     rows: list[tuple[float, float]] = []
     young_modulus = model.materials["soil"].young_modulus
 
+    schedule = model.schedule
+    regular = {schedule.regular_time(k) for k in range(1, schedule.number_of_steps + 1)}
+
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        if time not in regular:  # of a step that was cut
+            return
         rows.append((time * end, -result.resultant("footing")[1] / young_modulus))
 
     simulation = march(model, after_step)
