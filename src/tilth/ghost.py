@@ -216,7 +216,7 @@ def ghost_faces(
         firm = FIRM * behind_ends.max(axis=1, initial=0.0)
         hidden = np.broadcast_to(((behind_ends @ line) > 0.0)[..., None], (*node.shape, dim))
         # there its own penalty takes over: across it, not between equal slivers
-        weak = np.maximum(emptiness[cell], emptiness[other])
+        weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         stiff = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)

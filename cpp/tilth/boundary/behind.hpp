@@ -63,7 +63,8 @@ Behind nodes_behind(const TouchedCells<Dim>& at) {
     if (nodes[i].depth <= on_node) continue;
     result.key.push_back(nodes[i].key);
     const double* n = at.normal + nodes[i].point * Dim;
-    for (int k = 0; k < Dim; ++k) result.depth.push_back(nodes[i].depth * nodes[i].depth * n[k] * n[k]);
+    for (int k = 0; k < Dim; ++k)
+      result.depth.push_back(nodes[i].depth * nodes[i].depth * n[k] * n[k]);
   }
   return result;
 }

@@ -197,7 +197,7 @@ class MultiplierSpace {
 
 /// Multipliers, and the nodes that the means over them depend on, in ragged rows.
 struct Means {
-  std::vector<double> area, penalty;     // (multipliers): of the points; the harmonic mean of theirs
+  std::vector<double> area, penalty;  // (multipliers): of the points; the harmonic mean of theirs
   std::vector<std::int64_t> node_start;  // (multipliers + 1)
   std::vector<std::int32_t> node;        // sorted within a multiplier
   std::vector<double> row;               // (entries, Dim): integral of N times the direction
