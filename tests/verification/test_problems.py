@@ -6,7 +6,6 @@ import pytest
 from tilth.verification.problems import PROBLEMS
 from tilth.verification.run import Row, verified
 
-
 MISSED = {
     "axial stress error, aligned off the lines, worst of 4 places, 32 cells",
     "axial stress error, aligned off the lines, worst of 4 places, 64 cells",
