@@ -64,7 +64,8 @@ class ImplicitBoundary(Declared):
     """
     form: Literal["surface", "band"] = "surface"
     """How it is integrated: "surface" (the limit of a narrow band) or "band" (all three parts of
-    the stiffness, over the band).
+    the stiffness, over the band). The band holds every
+    quadrature point, which makes soil beside boundaries that are not along the grid too stiff.
     """
     displacement: Displacement | None = None
     """Translation at factor 1 [length]; components not named are zero."""
