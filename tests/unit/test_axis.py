@@ -215,7 +215,9 @@ def test_an_elastic_cylinder_between_rough_platens(
     innermost = points.position[:, 0] < 0.3 * 0.25
     difference = np.abs(points.stress[:, 0] - points.stress[:, 2])
     scale = np.abs(points.stress[innermost, 1]).max()
-    tolerance = 2.5e-2 if basis == "gimp" and shift > 0.5 else 2.5e-4
+    tolerance = 2.5e-4
+    if shift > 0.5:  # the platen's first patch covers cut cells of the axis
+        tolerance = 2.5e-2 if basis == "gimp" else 5e-3
     assert innermost.sum() == 16
     assert difference[innermost].max() < tolerance * scale
     assert difference.max() > 0.05 * scale
@@ -265,8 +267,8 @@ def test_a_grid_that_moves_along_the_radius(basis: str, error: float) -> None:
     """It follows a smooth base: the axis is on a line, off it, and on the next one."""
     entries = block_entries("axisymmetric", basis, schedule={"steps": 8})
     entries["boundaries"] = [
-        implicit("base", flat([0, 0], [0, 1]), delta=1e-6, displacement={"x": -1.0}),
-        implicit("press", flat([0, 2], [0, -1]), delta=1e-6, displacement={"y": -0.2}),
+        implicit("base", flat([0, 0], [0, 1]), delta=1e-6, form="band", displacement={"x": -1.0}),
+        implicit("press", flat([0, 2], [0, -1]), delta=1e-6, form="band", displacement={"y": -0.2}),
     ]
     entries["grid"]["follow"] = {"boundary": "base", "place": [0.0, 0.0], "axes": ["x"]}
     entries["analysis"]["tolerance"] = 1e-12

@@ -61,7 +61,8 @@ class Multipliers:
         """Returns the mean of vectors (n, dim) along the held direction over each patch, (m,)."""
         along = self.weight * np.einsum("rni,ni->rn", self.direction, vector)
         total = np.bincount(self.owner.ravel(), along.ravel(), minlength=len(self.area))
-        return np.asarray(total / self.area)
+        # on the axis of symmetry points have no weight
+        return np.asarray(total / np.where(self.area > 0.0, self.area, 1.0))
 
     def spread(self, traction: Floats) -> Floats:
         """Returns the stress vectors at the points [stress], (n, dim), of the patches', (m,)."""
@@ -191,7 +192,9 @@ def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Float
 
     slip: mean slips of a grid at rest [length], of each boundary, shape (m,).
     """
-    scale = np.concatenate([np.sqrt(each.penalty / each.area) for each in multipliers])
+    area = np.concatenate([each.area for each in multipliers])
+    penalty = np.concatenate([each.penalty for each in multipliers])
+    scale = np.sqrt(penalty / np.where(area > 0.0, area, 1.0))
     starts = np.concatenate([each.node_start[:-1] for each in multipliers])
     entries = np.array([len(each.node) for each in multipliers])
     count = [len(each.area) for each in multipliers]
@@ -201,8 +204,7 @@ def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Float
         node=np.concatenate([each.node for each in multipliers]),
         row=np.concatenate([each.row for each in multipliers])
         * np.repeat(scale, np.diff(node_start))[:, None],
-        constant=scale
-        * np.concatenate([each.area * own for each, own in zip(multipliers, slip, strict=True)]),
+        constant=scale * area * np.concatenate(slip),
     )
 
 

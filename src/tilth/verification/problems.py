@@ -6,12 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from tilth.verification import (
+    buried_pipe,
     collapse,
     cooks_membrane,
     cube_on_inclined_plane,
     end_loaded_cantilever,
     footing_on_spline,
     generalized_shear,
+    hollow_sphere_limit,
     inclined_column,
     oedometer,
     plane_strain_block,
@@ -50,5 +52,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "submerged_block": submerged_block.comparisons,
     "pressurised_ring": pressurised_ring.comparisons,
     "footing_on_spline": footing_on_spline.comparisons,
+    "buried_pipe": buried_pipe.comparisons,
+    "hollow_sphere_limit": hollow_sphere_limit.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

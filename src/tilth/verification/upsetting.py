@@ -15,6 +15,7 @@ from tilth.model import ImplicitBoundary
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
+from tilth.verification.curves import Curve
 from tilth.verification.march import march
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,7 +34,7 @@ class Outcome:
     """What is compared of a pressed block.
 
     Attributes:
-        roughness: see `roughness` [-].
+        roughness: of the force on equal increments from `YIELDED` on, see `Curve` [-].
         force: on the platen at the end [force/length].
         balance: sum of the forces of both platens over the force of one, at the end [-].
         compression: decrease of the volume over the volume [-].
@@ -75,19 +76,6 @@ def finer(coarse: Outcome) -> Iterator[Comparison]:
     yield relative(quantity, coarse.force, short.force, 0.01, "160 steps")
 
 
-def roughness(part: FloatArray, force: FloatArray, increments: int) -> float:
-    """Returns the RMS of the second difference of the force on equal increments over its mean.
-
-    Args:
-        part: of the way of the platen, ascending to 1, shape (n,).
-        force: shape (n,).
-        increments: of the way; from `YIELDED` on they count.
-    """
-    even = np.linspace(0.0, 1.0, increments + 1)
-    curve = np.interp(even, part, force)[even >= YIELDED - 1e-9]
-    return float(np.sqrt((np.diff(curve, 2) ** 2).mean()) / curve.mean())
-
-
 def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outcome:
     """Presses the block of a case file with other values at dotted keys."""
     increments = example(PROBLEM, file).schedule.steps
@@ -107,7 +95,7 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outco
     bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
     pressure = -points.stress[:, :3].mean(axis=1) @ volume / volume.sum()
     return Outcome(
-        roughness=roughness(part, force, increments),
+        roughness=Curve(part, force).roughness(increments, YIELDED),
         force=float(force[-1]),
         balance=float(rest[-1] / force[-1]),
         compression=float(1.0 - volume.sum() / points.initial_volume.sum()),

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A pipe lifted in deep clay: its limit load, smooth and rough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, at_least, relative, vanishing
+from tilth.verification.curves import Curve, driven
+
+PROBLEM = "buried_pipe"
+DIAMETER = 1.0
+"""Of the pipe [m]."""
+LEVEL = 0.03 * DIAMETER
+"""Lift from which on the clay flows [m]."""
+COARSE, FINE = DIAMETER / 8.0, DIAMETER / 16.0
+"""Cells [m]."""
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Cells of an eighth of the diameter; long: of a sixteenth, and the order."""
+    sizes = (COARSE, FINE) if long else (COARSE,)
+    for h in sizes:
+        yield from smooth(h)
+    rough = [lift("rough.toml", h) for h in sizes]
+    exact = bearing_factor(1.0)
+    for h, curve, tolerance in zip(sizes, rough, (0.11, 0.06), strict=False):
+        factor = curve.after(LEVEL).force.max()
+        quantity = f"greatest F / (c D) from 0.03 D on, rough, {at(h)}"
+        # a band of clay one cell thick moves with the pipe
+        yield relative(quantity, factor, exact, tolerance, "2 pi + 4 sqrt(2)")
+        yield level(curve, f"rough, {at(h)}")
+    if long:
+        coarse, fine = (curve.after(LEVEL).force.mean() / exact - 1.0 for curve in rough)
+        quantity = f"order of the mean of F / (c D), rough, {at(COARSE)} and {at(FINE)}"
+        yield at_least(quantity, math.log2(coarse / fine), 0.8, 0.0, "first order")
+
+
+def smooth(h: float) -> Iterator[Comparison]:
+    """Between the lower bound and little more than the best upper one, about 9.20."""
+    curve = lift("case.toml", h)
+    flow = curve.after(LEVEL).force
+    exact = bearing_factor(0.0)
+    quantity = f"least F / (c D) from 0.03 D on, smooth, {at(h)}"
+    yield at_least(quantity, flow.min(), 9.0, 0.0, "lower bound 6 + pi = 9.142")
+    quantity = f"greatest F / (c D) from 0.03 D on, smooth, {at(h)}"
+    yield relative(quantity, flow.max(), exact, 9.45 / exact - 1.0, "6 + pi")
+    yield level(curve, f"smooth, {at(h)}")
+
+
+def level(curve: Curve, of: str) -> Comparison:
+    """The force is a limit load from a lift of 0.03 D on."""
+    flow = curve.after(LEVEL).force
+    spread = (flow.max() - flow.min()) / flow.mean()
+    return vanishing(f"spread of F from 0.03 D to 0.1 D, {of}", spread, 0.02, "a limit load")
+
+
+def bearing_factor(adhesion: float) -> float:
+    """Returns F / (c D) of a deep pipe in clay that holds it all around [-].
+
+    Randolph & Houlsby (1984): a lower bound, exact at adhesion 1.
+
+    Args:
+        adhesion: shear strength of the face over that of the clay, 0 smooth to 1 rough [-].
+    """
+    delta = math.asin(adhesion)
+    angle = 0.25 * math.pi - 0.5 * delta
+    fan = math.sqrt(2.0) + math.sin(angle)
+    return math.pi + 2.0 * delta + 4.0 * math.cos(angle) * fan
+
+
+def lift(file: str, h: float) -> Curve:
+    """Lifts the pipe of a case file on cells of `h` [m]; returns F / (c D) against the lift."""
+    model = varied(example(PROBLEM, file), {"grid.cell_size": h})
+    curve = driven(model)
+    shear_strength = model.materials["clay"].parameter("yield_stress") / math.sqrt(3.0)
+    return Curve(curve.way, curve.force / (shear_strength * DIAMETER))
+
+
+def at(h: float) -> str:
+    """What the cells are called."""
+    return f"h D/{round(DIAMETER / h)}"
