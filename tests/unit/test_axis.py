@@ -260,6 +260,9 @@ def test_a_restored_run_ends_in_the_same_bits(shift: float) -> None:
             assert_same_bits(whole.points, without.points)
 
 
+@pytest.mark.xfail(
+    reason="near the axis a plane that slides along the radius bears too little (decision 18)"
+)
 @pytest.mark.parametrize(
     ("basis", "error"), [("gimp", 5e-6), *((basis, 5e-5) for basis in CORNER_BASES)]
 )
@@ -267,8 +270,8 @@ def test_a_grid_that_moves_along_the_radius(basis: str, error: float) -> None:
     """It follows a smooth base: the axis is on a line, off it, and on the next one."""
     entries = block_entries("axisymmetric", basis, schedule={"steps": 8})
     entries["boundaries"] = [
-        implicit("base", flat([0, 0], [0, 1]), delta=1e-6, form="band", displacement={"x": -1.0}),
-        implicit("press", flat([0, 2], [0, -1]), delta=1e-6, form="band", displacement={"y": -0.2}),
+        implicit("base", flat([0, 0], [0, 1]), delta=1e-6, displacement={"x": -1.0}),
+        implicit("press", flat([0, 2], [0, -1]), delta=1e-6, displacement={"y": -0.2}),
     ]
     entries["grid"]["follow"] = {"boundary": "base", "place": [0.0, 0.0], "axes": ["x"]}
     entries["analysis"]["tolerance"] = 1e-12

@@ -146,7 +146,8 @@ def test_mean_stress_is_that_of_the_reactions(
         area = np.pi if kind == "axisymmetric" else 1.0
         platen = result.resultant("platen")[vertical]
         # cell crossing spoils the stress of the linear basis, not so much the force
-        assert platen == pytest.approx(exact * area, rel=0.1 if basis == "linear" else 1e-2)
+        share = 3e-2 if (kind, form) == ("3d", "surface") else 1e-2  # two cells a side, see above
+        assert platen == pytest.approx(exact * area, rel=0.1 if basis == "linear" else share)
 
     if (basis, kind, form) != ("linear", "3d", "surface"):  # its loose nodes need the ghost's hold
         march(model, compare)
