@@ -49,15 +49,20 @@ def measure(place, position, half_length):
     return (((place[:, None] - position) / half_length) ** 2).sum(axis=2)
 
 
-def expected_touch(place, normal, offset, squares, holds, width):
+def expected_touch(place, normal, offset, in_units, width):
     """The same as the kernel's, by looking at all pairs of places and points.
 
-    squares: of the distances in units of the domains; holds(foot): which domains hold offsets from
-    their centres; width: half of the domains' across the normals; (places, points) each.
+    in_units(offset): offsets from the domains' centres in their half edges, (places, points, dim);
+    width: half of the domains' across the normals, (places, points).
     """
     dim = place.shape[1]
+    squares = (in_units(offset) ** 2).sum(axis=2)
     height = np.einsum("qpi,qi->qp", offset, normal)
-    facing = holds(offset - height[..., None] * normal[:, None])
+    foot = in_units(offset - height[..., None] * normal[:, None])
+    if dim == 2:
+        facing = (foot**2).sum(axis=2) <= 1.0 + 2e-9
+    else:
+        facing = (np.abs(foot) <= 1.0 + 1e-9).all(axis=2)
     by_ellipsoid = (squares <= dim * (1.0 + 1e-9)) & facing
     reached = by_ellipsoid.any(axis=1)
     cell = np.floor((place - ORIGIN[:dim]) / CELL[:dim])
@@ -79,8 +84,7 @@ def expected_of_boxes(place, position, half_length, normal):
         place,
         normal,
         offset,
-        measure(place, position, half_length),
-        lambda foot: (np.abs(foot) <= half_length * (1.0 + 1e-9)).all(axis=2),
+        lambda offset: offset / half_length,
         np.abs(normal) @ half_length.T,
     )
 
@@ -160,15 +164,11 @@ def test_slanted_domains_over_several_cells(dim):
     around = np.ceil(2.0 * np.abs(edge).sum(axis=1) / CELL[:dim]).astype(int).max()
     assert around >= 3
     offset = place[:, None] - position
-    squares = (np.einsum("pki,qpi->qpk", inverse_of(edge), offset) ** 2).sum(axis=2)
     expected = expected_touch(
         place,
         normal,
         offset,
-        squares,
-        lambda foot: (np.abs(np.einsum("pki,qpi->qpk", inverse_of(edge), foot)) <= 1.0 + 1e-9).all(
-            axis=2
-        ),
+        lambda offset: np.einsum("pki,qpi->qpk", inverse_of(edge), offset),
         np.abs(np.einsum("pki,qi->qpk", edge, normal)).sum(axis=2),
     )
     found = touching(place, position, half_length, normal, edge, around)
@@ -203,12 +203,35 @@ def test_boxes_that_tile_a_body_reach_to_its_faces(dim):
     outer = ((on_edges == 0.0) | (on_edges == 1.0)).any(axis=1)
     place = lower + 3.0 * cell * on_edges[outer]
     half_length = np.tile(half, (len(position), 1))
-    found = touching(place, position, half_length)
+    on_face = np.abs(2.0 * on_edges[outer] - 1.0).argmax(axis=1)
+    normal = np.eye(dim)[on_face]
+    found = touching(place, position, half_length, normal)
     assert (found >= 0).all()
     at = measure(place, position, half_length)[np.arange(len(place)), found]
     np.testing.assert_allclose(at, dim, rtol=1e-12)
     away = np.where(on_edges[outer] == 0.0, -1.0, np.where(on_edges[outer] == 1.0, 1.0, 0.0))
-    assert (touching(place + 1e-6 * away, position, half_length) == -1).all()
+    beyond = place + 1.0001 * half * away  # they may stand half a box's width from a boundary
+    assert (touching(beyond, position, half_length, normal) == -1).all()
+
+
+@pytest.mark.parametrize("angle", [0.0, 17.0, 30.0, 45.0, 80.0])
+def test_a_turned_row_of_boxes_covers_its_own_length(angle):
+    """A row of square boxes on a line, both turned against the grid: no place beyond its ends.
+
+    It begins on a node, so that places beyond it lie in another cell.
+    """
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    along, across = np.array([cosine, sine]), np.array([-sine, cosine])
+    half, count = 0.2, 7
+    start = ORIGIN[:2] + CELL[:2]
+    middle = start + (2.0 * np.arange(count)[:, None] + 1.0) * half * along
+    position = middle + half * across
+    part = np.linspace(-0.3, 1.3, 1601)
+    place = start + 2.0 * half * count * part[:, None] * along
+    normal = np.tile(across, (len(place), 1))
+    found = touching(place, position, np.full((count, 2), half), normal)
+    inside = (part > -1e-9) & (part < 1.0 + 1e-9)
+    np.testing.assert_array_equal(found >= 0, inside)
 
 
 def test_no_points_and_no_places():

@@ -124,13 +124,15 @@ struct Parallelepipeds {
   }
 };
 
-/// Whether a domain at `offset` from a place stands on it: within its sides along the boundary.
+/// Whether a domain at `offset` from a place stands on it: within its sides along the boundary, in
+/// the plane within the ellipse that its sides touch, so that a row of boxes covers as much of a
+/// boundary as it is long, however the row is turned.
 template <int Dim, class Extent>
 bool facing(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
   double height = 0.0, foot[Dim];
   for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
   for (int k = 0; k < Dim; ++k) foot[k] = offset[k] - height * normal[k];
-  return extent.holds(p, foot);
+  return Dim == 2 ? extent.measure(p, foot) <= 1.0 + 2e-9 : extent.holds(p, foot);
 }
 
 /// Whether a domain at `offset` from a place is beside it: within its sides along the boundary, and
