@@ -16,9 +16,9 @@ from half a cell on.
 
 E is Young's modulus times the elastic share of the points' last strain increment: where soil
 flows plastically its own stiffness is gone, and a penalty that kept it would bear load in its
-place. A few times the stress that the soil bears is left, so that a node that this stress pushes
-moves by a part of a cell only. Of the points in the two cells the soft ones count (volume-weighted
-harmonic mean), since one yielding cell is enough to let the other one move.
+place. It is never less than twice the equivalent stress, of elastic soil either, so that a node
+that this stress pushes moves by a part of a cell only. Of the points in the two cells the soft ones
+count (volume-weighted harmonic mean), since one yielding cell is enough to let the other one move.
 
 Nodes behind an implicit boundary, where no soil is, are tied firmly to those in front of them on
 the same grid lines, line by line: they continue the soil's field linearly.
@@ -46,7 +46,7 @@ FULL = 0.5
 """Share of a cell from which on it is not stabilised."""
 LEAST_SHARE = 1e-3
 """Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
-STRESSES = 1.5
+STRESSES = 2.0
 """Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
@@ -64,7 +64,7 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
         bearing = STRESSES * _equivalent_stress(soil.points.stress[s])
-        modulus = np.maximum(body.young_modulus * share, np.minimum(bearing, body.young_modulus))
+        modulus = np.maximum(body.young_modulus * share, bearing)
         softness = 1.0 / modulus
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
@@ -99,7 +99,7 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.maximum(centre, 0.5 * width))
 
 
-FIRM = 10.0
+FIRM = 2.0
 """Dimensionless stiffness of nodes a cell behind an implicit boundary."""
 
 

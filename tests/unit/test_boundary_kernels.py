@@ -19,24 +19,31 @@ def _restore_threads():
     _core.set_parallel_from(points)
 
 
-def touching(place, position, half_length, normal=None, edge=None, around=1):
-    """Without normals the boxes themselves decide; `edge`: half edges in the rows."""
+def touching(place, position, half_length, normal=None, edge=None, around=1, part=None):
+    """Without normals the boxes themselves decide; `edge`: half edges in the rows.
+
+    With the parts that places stand for, also the shares of them that are touched.
+    """
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
     grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
-    return np.asarray(
+    nearest, share = map(
+        np.asarray,
         _core.touching_points(
             np.array([0, len(place)]),
             place,
             normal,
+            np.zeros((len(place), dim, dim)) if part is None else part,
             position,
             half_length,
             np.zeros((0, dim, dim)) if edge is None else edge,
             np.zeros((0, dim, dim)) if edge is None else inverse_of(edge),
             np.full(dim, around),
             *grid,
-        )
+        ),
     )
+    np.testing.assert_array_equal(share > 0.0, nearest >= 0)
+    return nearest if part is None else (nearest, share)
 
 
 def inverse_of(edge):
@@ -232,6 +239,56 @@ def test_a_turned_row_of_boxes_covers_its_own_length(angle):
     found = touching(place, position, np.full((count, 2), half), normal)
     inside = (part > -1e-9) & (part < 1.0 + 1e-9)
     np.testing.assert_array_equal(found >= 0, inside)
+
+
+@pytest.mark.parametrize("angle", [0.0, 17.0, 45.0])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_share_of_a_segment_that_a_row_of_domains_covers(angle, turned):
+    """Segments one after the other on a line, and a row of boxes that begins and ends anywhere."""
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    along, across = np.array([cosine, sine]), np.array([-sine, cosine])
+    half, count = 0.05, 13
+    start = ORIGIN[:2] + 0.3 * CELL[:2]
+    position = start + (2.0 * np.arange(count)[:, None] + 1.0) * half * along + half * across
+    edge = np.tile(half * np.stack([along, across]), (count, 1, 1))
+    length, number = 0.07, 30
+    low = -0.31 + length * np.arange(number)
+    place = start + (low[:, None] + 0.4 * length) * along
+    part = np.tile(np.stack([-0.4 * length * along, length * along]), (number, 1, 1))
+    normal = np.tile(across, (number, 1))
+    half_length = np.full((count, 2), half)
+    found, share = touching(place, position, half_length, normal, edge if turned else None, 2, part)
+    end = 2.0 * half * count
+    exact = np.clip((np.minimum(low + length, end) - np.maximum(low, 0.0)) / length, 0.0, 1.0)
+    kept = (exact > 0.1 + 1e-9) | (exact == 0.0)  # less is left out where the place is beyond
+    np.testing.assert_allclose(share[kept], exact[kept], atol=1e-5)
+    assert ((share > 0.0) & (share < 1.0)).sum() >= 1
+    np.testing.assert_array_equal(found >= 0, share > 0.0)
+
+
+def test_the_share_of_a_triangle_that_a_box_covers():
+    """The parts of its three points, cut by the face of a box: their sum is the triangle's."""
+    corners = ORIGIN + np.array([[0.0, 0.0, 0.0], [0.3, 0.05, 0.0], [0.1, 0.25, 0.0]])
+    after, before = np.roll(corners, -1, axis=0), np.roll(corners, 1, axis=0)
+    place = (4.0 * corners + after + before) / 6.0
+    part = np.stack([corners - place, 0.5 * (after - corners), 0.5 * (before - corners)], axis=1)
+    normal = np.tile([0.0, 0.0, 1.0], (3, 1))
+    for cut in (0.02, 0.09, 0.17, 0.24):
+        half = np.array([[cut + 1.0, 1.0, 0.1]])
+        position = ORIGIN + np.array([[-1.0, 0.1, 0.1]])
+        _, share = touching(
+            place,
+            position,
+            half,
+            normal,
+            0.5 * np.diag([2.0, 2.0, 2.0])[None] * half[..., None],
+            4,
+            part,
+        )
+        covered = np.where(share > 0.0, share, 0.0).mean()
+        inside = np.random.default_rng(1).dirichlet([1.0, 1.0, 1.0], 200_000) @ corners
+        exact = (inside[:, 0] < ORIGIN[0] + cut).mean()
+        assert covered == pytest.approx(exact, abs=0.03)
 
 
 def test_no_points_and_no_places():

@@ -13,7 +13,7 @@ from small_problems import Floats, block_entries, dimension
 
 from tilth import BadInput, Model
 from tilth.boundaries import Contacts
-from tilth.boundaries.contact import SurfaceContact, turned
+from tilth.boundaries.contact import turned
 from tilth.boundaries.implicit import Implicit, Pose
 from tilth.boundaries.motion import cofactor, make_motion, rotation_matrix, rotation_part
 from tilth.grid import Buffers, locate
@@ -327,9 +327,6 @@ def test_a_step_turns_what_is_carried(form: str) -> None:
     (part,) = contacts.parts
     half, whole = rotation_matrix(15.0, None, 2), rotation_matrix(30.0, None, 2)
     middle = start[part.chosen, :2] @ half.T
-    if isinstance(part, SurfaceContact):  # its means over the patches of this step
-        assert part.multipliers is not None
-        middle = part.multipliers.spread(part.multipliers.mean(middle))
     assert part.before[:, :2] == pytest.approx(middle, abs=1e-13)
     part.commit(part.before)
     assert made.carried[part.chosen, :2] == pytest.approx(

@@ -66,12 +66,11 @@ SQUEEZED = [
 def test_platen_squeezes_a_block_to_half_its_height(
     kind: str, basis: str, condition: str, steps: int
 ) -> None:
-    """What deviates: the slip, in proportion to delta, and the walls' touched part.
+    """What deviates: the slip, in proportion to delta, and the cells that are hardly filled.
 
-    A wall bears one traction on each patch of its last cells, and its quadrature points, at most
-    0.15 of a cell apart, know where the block ends to half of that (in space twice as much).
-    Hat functions interpolated between corners have an error of their own where soil stands in a
-    twentieth of a cell: 1e-4 to 3e-4 of the stress with CPDI.
+    In space the touched part of the walls is known to a share of a quadrature point's part. Hat
+    functions interpolated between corners have an error of their own where soil stands in a
+    twentieth of a cell: 1e-4 to 3e-4 of the stress with CPDI, which nodes behind walls enlarge.
     """
     delta = 1e-5
     model = squeezed(kind, basis, condition, delta, steps=steps)
@@ -89,10 +88,13 @@ def test_platen_squeezes_a_block_to_half_its_height(
     march(model, compare)
     assert len(errors) == steps
     first, (reaction, mean) = errors[0], np.max(errors, axis=0)
-    if basis == "gimp":  # the walls end where their points do
+    if basis == "gimp":
         assert first.max() < 10.0 * delta
-    assert reaction < 3e-3
-    assert mean < (8e-3 if kind == "3d" else 3e-3)
+        assert reaction < (20.0 if kind == "3d" else 10.0) * delta
+        assert mean < (500.0 if kind == "3d" else 30.0) * delta
+    else:
+        assert reaction < 2e-3
+        assert mean < 6e-3
 
 
 @every_kind
@@ -138,7 +140,6 @@ def test_mean_stress_is_that_of_the_reactions(
         low, platen = (result.resultant(name)[vertical] for name in (f"low {vertical}", "platen"))
         assert low == pytest.approx(-platen, rel=1e-9)
         span = (base + 1.0 - 0.5 * time) * platen + base * low
-        # the touched part of the walls is known to a share of a cell
         assert span == pytest.approx(stress, rel=5e-3 if kind == "3d" else 100.0 * delta)
 
     def compare_force(simulation: Simulation, result: StepResult, time: float) -> None:
@@ -146,8 +147,10 @@ def test_mean_stress_is_that_of_the_reactions(
         area = np.pi if kind == "axisymmetric" else 1.0
         platen = result.resultant("platen")[vertical]
         # cell crossing spoils the stress of the linear basis, not so much the force
-        share = 3e-2 if (kind, form) == ("3d", "surface") else 1e-2  # two cells a side, see above
-        assert platen == pytest.approx(exact * area, rel=0.1 if basis == "linear" else share)
+        # CPDI's own error, above, with two cells a side in space
+        corners = 3e-2 if (kind, form) == ("3d", "surface") else 1e-2
+        share = {"linear": 0.1, "gimp": 1e-3}.get(basis, corners)
+        assert platen == pytest.approx(exact * area, rel=share)
 
     if (basis, kind, form) != ("linear", "3d", "surface"):  # its loose nodes need the ghost's hold
         march(model, compare)

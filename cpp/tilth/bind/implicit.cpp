@@ -22,9 +22,9 @@ auto cut_simplices(ConstDoubles corner, ConstDoubles origin, ConstDoubles cell_s
 }
 
 auto touching_points(ConstIntegers start, ConstDoubles place, ConstDoubles normal,
-                     ConstDoubles position, ConstDoubles half_length, ConstDoubles edge,
-                     ConstDoubles inverse, ConstIntegers around, ConstDoubles origin,
-                     ConstDoubles cell_size) {
+                     ConstDoubles part, ConstDoubles position, ConstDoubles half_length,
+                     ConstDoubles edge, ConstDoubles inverse, ConstIntegers around,
+                     ConstDoubles origin, ConstDoubles cell_size) {
   const auto points = static_cast<std::int64_t>(position.shape(0));
   const auto boundaries = static_cast<std::int64_t>(start.size()) - 1;
   const int dim = static_cast<int>(position.shape(1));
@@ -34,20 +34,25 @@ auto touching_points(ConstIntegers start, ConstDoubles place, ConstDoubles norma
   require_size(inverse, static_cast<std::int64_t>(edge.size()), "inverse");
   require_size(around, dim, "around");
   require_size(normal, static_cast<std::int64_t>(place.size()), "normal");
+  require_size(part, static_cast<std::int64_t>(place.size()) * dim, "part");
   std::vector<std::int64_t> nearest(place.shape(0));
+  std::vector<double> share(place.shape(0));
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
     const auto find = [&](const auto& extent) {
       boundary::touching_points<d>(boundaries, start.data(), place.data(), normal.data(), points,
                                    position.data(), extent, around.data(), origin.data(),
                                    cell_size.data(), nearest.data());
+      boundary::covered_shares<d>(boundaries, start.data(), place.data(), normal.data(),
+                                  part.data(), points, position.data(), extent, around.data(),
+                                  origin.data(), cell_size.data(), nearest.data(), share.data());
     };
     if (boxes)
       find(boundary::Boxes<d>{half_length.data()});
     else
       find(boundary::Parallelepipeds<d>{edge.data(), inverse.data()});
   });
-  return give(std::move(nearest));
+  return std::make_tuple(give(std::move(nearest)), give(std::move(share)));
 }
 
 auto boundary_penalty(ConstDoubles normal, ConstDoubles projector, ConstDoubles moduli,
@@ -71,9 +76,11 @@ void bind_implicit(nb::module_& module) {
   using namespace nb::literals;
   module.def("cut_simplices", &cut_simplices, "corner"_a, "origin"_a, "cell_size"_a,
              "Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.");
-  module.def("touching_points", &touching_points, "start"_a, "place"_a, "normal"_a, "position"_a,
-             "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "origin"_a, "cell_size"_a,
-             "Number of the nearest material point that each place touches, -1 if none.");
+  module.def(
+      "touching_points", &touching_points, "start"_a, "place"_a, "normal"_a, "part"_a, "position"_a,
+      "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "origin"_a, "cell_size"_a,
+      "Number of the nearest material point that each place touches, -1 if none, and the share "
+      "of its part that is touched.");
   module.def("boundary_penalty", &boundary_penalty, "normal"_a, "projector"_a, "moduli"_a,
              "square"_a, "Stress per slip (n,dim,dim) of a boundary's quadrature points.");
 }

@@ -52,6 +52,11 @@ template <int Dim>
 struct Boxes {
   const double* half;
 
+  /// Component k of a place in units of half the sides.
+  double along(std::int64_t p, int k, const double* offset) const {
+    return offset[k] / half[Dim * p + k];
+  }
+
   /// Square of the distance in units of the box.
   double measure(std::int64_t p, const double* offset) const {
     double sum = 0.0;
@@ -183,11 +188,11 @@ void for_points_around(const PointsByCell& sorted, const double* place, const do
     }
 }
 
-/// Whether a place has others of the `known` ones on all sides within a cell: they pull it hardly
-/// more to one side than to the other.
+/// Whether a place has others of the `known` ones on all sides within `radius` cells, at most 1:
+/// they pull it hardly more to one side than to the other.
 template <int Dim>
 bool is_surrounded(const PointsByCell& known, const double* place, const double* places,
-                   const double* origin, const double* cell_size) {
+                   const double* origin, const double* cell_size, double radius) {
   Lattice own{0, 0, 0};
   for (int k = 0; k < Dim; ++k)
     own[k] = static_cast<std::int64_t>(std::floor((place[k] - origin[k]) / cell_size[k]));
@@ -206,7 +211,7 @@ bool is_surrounded(const PointsByCell& known, const double* place, const double*
           length += way[d] * way[d];
         }
         length = std::sqrt(length);
-        if (length > 1.0 || length == 0.0) continue;
+        if (length > radius || length == 0.0) continue;
         for (int d = 0; d < Dim; ++d) pull[d] += way[d] / length;
         ++count;
       }
@@ -259,7 +264,7 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
       if (nearest[q] >= 0) continue;
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
       if (std::binary_search(known.key.begin(), known.key.end(), key) &&
-          !is_surrounded<Dim>(known, place + Dim * q, touched.data(), origin, cell_size))
+          !is_surrounded<Dim>(known, place + Dim * q, touched.data(), origin, cell_size, 1.0))
         continue;
       double least = far;
       for_points_around<Dim>(sorted, place + Dim * q, all, position, extent, around, origin,
@@ -269,6 +274,136 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                                least = measure;
                                nearest[q] = p;
                              });
+    }
+  }
+}
+
+/// What part of a line from `offset` (from a domain's centre) along `edge`, both (Dim), touches the
+/// domain: from and to in units of the edge, within 0 and 1; from > to where none.
+template <int Dim, class Extent>
+std::pair<double, double> touched_part(const Extent& extent, std::int64_t p, const double* offset,
+                                       const double* edge, const double* normal) {
+  double from = 0.0, to = 1.0;
+  const auto stay_near = [&](const double* start, const double* way, double limit) {
+    double half[Dim], end[Dim];  // the square of the distance is quadratic along the line
+    for (int k = 0; k < Dim; ++k) half[k] = start[k] + 0.5 * way[k], end[k] = start[k] + way[k];
+    const double at_start = extent.measure(p, start), at_end = extent.measure(p, end);
+    const double a = 2.0 * (at_start + at_end - 2.0 * extent.measure(p, half));
+    const double b = at_end - at_start - a, c = at_start - limit, root = b * b - 4.0 * a * c;
+    if (a <= 1e-12 * (at_start + at_end)) {  // the line has no length along the domain
+      if (c > 0.0) to = -1.0;
+    } else if (root < 0.0) {
+      to = -1.0;
+    } else {
+      from = std::max(from, (-b - std::sqrt(root)) / (2.0 * a));
+      to = std::min(to, (-b + std::sqrt(root)) / (2.0 * a));
+    }
+  };
+  double foot[Dim], along[Dim], height = 0.0, rise = 0.0;
+  for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k], rise += edge[k] * normal[k];
+  for (int k = 0; k < Dim; ++k)
+    foot[k] = offset[k] - height * normal[k], along[k] = edge[k] - rise * normal[k];
+  stay_near(offset, edge, Dim * (1.0 + 1e-9));
+  if constexpr (Dim == 2) {  // as in `facing`
+    stay_near(foot, along, 1.0 + 2e-9);
+  } else {
+    for (int k = 0; k < Dim; ++k) {
+      const double start = extent.along(p, k, foot), way = extent.along(p, k, along);
+      if (std::fabs(way) < 1e-12) {
+        if (std::fabs(start) > 1.0 + 1e-9) to = -1.0;
+        continue;
+      }
+      const double one = (-1.0 - 1e-9 - start) / way, other = (1.0 + 1e-9 - start) / way;
+      from = std::max(from, std::min(one, other)), to = std::min(to, std::max(one, other));
+    }
+  }
+  return {from, to};
+}
+
+/// Integral of 1 - slope * s over the union of intervals of s, which are sorted on return.
+inline double integrate_union(std::vector<std::pair<double, double>>& intervals, double slope) {
+  std::sort(intervals.begin(), intervals.end());
+  double sum = 0.0, reached = -1e300;
+  for (const auto& interval : intervals) {
+    const double from = std::max(interval.first, reached), to = interval.second;
+    if (to <= from) continue;
+    sum += (to - from) * (1.0 - 0.5 * slope * (from + to));
+    reached = to;
+  }
+  return sum;
+}
+
+/// The share of each place's `part` that domains touch, between 0 and 1: 1 amid others that touch.
+/// The part, (n, Dim, Dim): from the place to a corner, and the edges from there, of a segment, or
+/// in space of the quadrangle between a corner, the middles of two sides and
+/// the centroid, which is c + s a + t b - s t (a + b) / 3. `nearest` as `touching_points` found it;
+/// a place that is not touched itself, and some of whose part is, gets the domain there.
+template <int Dim, class Extent>
+void covered_shares(std::int64_t boundaries, const std::int64_t* start, const double* place,
+                    const double* normal, const double* part, std::int64_t points,
+                    const double* position, const Extent& extent, const std::int64_t* around,
+                    const double* origin, const double* cell_size, std::int64_t* nearest,
+                    double* share) {
+  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
+  constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
+  constexpr double far = 1e300, none = 0.1, whole = 1.0 - 1e-6;
+  constexpr double beside = Dim == 2 ? 0.3 : 0.5;  // about a piece of a boundary, in cells
+  double within[Dim] = {};
+  for (std::int64_t p = 0; p < points; ++p)
+    for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));
+  for (int k = 0; k < Dim; ++k) within[k] *= std::sqrt(Dim * (1.0 + 1e-9));
+  std::vector<double> touched;
+  for (std::int64_t b = 0; b < boundaries; ++b) {
+    const std::int64_t begin = start[b], end = start[b + 1];
+    touched.clear();
+    for (std::int64_t q = begin; q < end; ++q)
+      if (nearest[q] >= 0) touched.insert(touched.end(), place + Dim * q, place + Dim * (q + 1));
+    const auto reached = static_cast<std::int64_t>(touched.size() / Dim);
+    const PointsByCell known = sort_by_cell<Dim>(reached, touched.data(), origin, cell_size);
+#pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
+    for (std::int64_t q = begin; q < end; ++q) {
+      const double* own = place + Dim * q;
+      share[q] = nearest[q] >= 0 ? 1.0 : 0.0;
+      if (nearest[q] >= 0 &&
+          is_surrounded<Dim>(known, own, touched.data(), origin, cell_size, beside))
+        continue;
+      const double* corner = part + Dim * Dim * q;
+      const double* edge = corner + Dim;
+      double sum = 0.0, least = far;
+      std::int64_t closest = -1;
+      std::vector<std::pair<double, double>> intervals;
+      for (int line = 0; line < lines; ++line) {
+        const double t = (line + 0.5) / lines;
+        double way[Dim], middle[Dim], reach[Dim];
+        for (int k = 0; k < Dim; ++k) {
+          way[k] = edge[k], middle[k] = own[k] + corner[k];
+          if constexpr (Dim == 3)
+            way[k] -= t * (edge[k] + edge[Dim + k]) / 3.0, middle[k] += t * edge[Dim + k];
+          middle[k] += 0.5 * way[k];
+          reach[k] = within[k] + 0.5 * std::fabs(way[k]);
+        }
+        intervals.clear();
+        for_points_around<Dim>(sorted, middle, reach, position, extent, around, origin, cell_size,
+                               [&](std::int64_t p, const double* offset, double measure) {
+                                 double begin_of[Dim];
+                                 for (int k = 0; k < Dim; ++k)
+                                   begin_of[k] = offset[k] - 0.5 * way[k];
+                                 const auto interval =
+                                     touched_part<Dim>(extent, p, begin_of, way, normal + Dim * q);
+                                 if (interval.first > interval.second) return;
+                                 intervals.push_back(interval);
+                                 if (measure < least) least = measure, closest = p;
+                               });
+        if constexpr (Dim == 2) {
+          sum += integrate_union(intervals, 0.0);
+        } else {  // area of a strip of the quadrangle, that of the whole is 2/3
+          const double base = 1.0 - t / 3.0;
+          sum += 1.5 / lines * base * integrate_union(intervals, 1.0 / (3.0 * base));
+        }
+      }
+      if (sum <= none) continue;  // what a domain stands beside counts as a whole
+      share[q] = sum < whole ? sum : 1.0;
+      if (nearest[q] < 0) nearest[q] = closest;
     }
   }
 }

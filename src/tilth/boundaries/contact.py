@@ -41,6 +41,7 @@ class Contact:
         pose: their place and direction.
         moduli: constrained modulus (capped) and shear modulus of the soil there [stress], (n, 2).
         axisymmetric: whether the hoop counts.
+        elastic_share: of the soil's last strain increment at the points [-], shape (n,).
     """
 
     boundary: Implicit
@@ -49,6 +50,7 @@ class Contact:
     pose: Pose
     moduli: Floats
     axisymmetric: bool
+    elastic_share: Floats
 
     @cached_property
     def penalty(self) -> Floats:
@@ -102,14 +104,16 @@ class SurfaceContact(Contact):
 
     @cached_property
     def before(self) -> Floats:
-        """As `Contact.before`, its means over the patches of this step's multipliers.
+        """As `Contact.before`; where soil flows, the means over this step's patches.
 
-        So the whole traction lies in their space: a point that has just been reached bears what
-        those around it bear. The force of each patch stays.
+        How the traction is spread over a patch is the mark of the soil's elastic strain; soil that
+        flows forgets it, and a point that is new there bears what those around it bear. The force
+        of each patch stays.
         """
         assert self.multipliers is not None
         carried = turned(self.boundary.carried[self.chosen], self.pose, 0)
-        return self.multipliers.spread(self.multipliers.mean(carried))
+        rest = (1.0 - self.elastic_share)[:, None] * carried
+        return carried - rest + self.multipliers.spread(self.multipliers.mean(rest))
 
     def slip_at_rest(self) -> Floats:
         """Returns the mean slips of a grid that does not move [length], shape (m,)."""

@@ -34,6 +34,10 @@ The exact one grows without limit towards nu = 1/2 and would spoil the matrix's 
 carried traction its value does not change the converged reaction.
 """
 
+BAND_FIRMER = 2.0
+"""How much firmer the band form ties nodes behind: it holds each point and needs no freedom there.
+"""
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -66,15 +70,18 @@ class Contacts:
         """
         if not boundaries:
             return cls(active, [], [])
-        surfaces, normals, box = [], [], _box(points)
+        surfaces, normals, parts_of, box = [], [], [], _box(points)
         for boundary in boundaries:
             _cover(boundary, box, before)
-            places, normal = boundary.surface_places(before)
+            places, normal, part_of = boundary.surface_places(before)
             surfaces.append(places)
             normals.append(normal)
+            parts_of.append(part_of)
         places, normal = np.concatenate(surfaces), np.concatenate(normals)
         ends = np.cumsum([len(of_one) for of_one in surfaces])
-        nearest = _touching(points, active, ends, places, normal, box)
+        nearest, share = _touching(
+            points, active, ends, places, normal, np.concatenate(parts_of), box
+        )
         moduli = np.array(
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
@@ -83,7 +90,8 @@ class Contacts:
         untouched = []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.terms is not None
-            point = nearest[end - len(places) : end][boundary.terms.on_surface]
+            own = slice(end - len(places), end)
+            point = nearest[own][boundary.terms.on_surface]
             chosen = np.flatnonzero(point >= 0)
             if len(chosen) == 0:
                 untouched.append(boundary.name)
@@ -92,15 +100,18 @@ class Contacts:
             order, at = locate_places(active, place)
             chosen = chosen[order]
             body = np.searchsorted(stops, point[chosen], side="right")
+            pose = boundary.pose(before, after, chosen)
+            covered = share[own][boundary.terms.on_surface[chosen]]
             make = SurfaceContact if boundary.declared.form == "surface" else BandContact
             parts.append(
                 make(
                     boundary=boundary,
                     chosen=chosen,
                     at=at,
-                    pose=boundary.pose(before, after, chosen),
+                    pose=replace(pose, weight=pose.weight * covered),
                     moduli=moduli[body],
                     axisymmetric=kind == "axisymmetric",
+                    elastic_share=points.elastic_share[point[chosen]],
                 )
             )
         if held is None:
@@ -116,18 +127,25 @@ class Contacts:
         return cls(active, parts, untouched)
 
     def behind(self) -> tuple[Integers, Floats]:
-        """Returns the nodes behind boundaries, near them: sorted keys, and how far they are.
+        """Returns the nodes behind boundaries, near them: sorted keys, and how firmly to tie them.
 
-        From 0 on the boundary to 1 a cell behind it, times the square of the normal's component
-        along each axis, shape (nodes, dim).
+        From 0 on the boundary to 1 a cell behind it, with the band form `BAND_FIRMER`, times the
+        square of the normal's component along each axis, shape (nodes, dim).
         """
-        none = np.zeros(0, dtype=np.int64), np.zeros((0, self.active.grid.dim))
-        if not self.parts:
-            return none
-        key, depth = _core.nodes_behind(
-            *joined_cells(self.parts), self.active.lattice, self.active.grid.cell_size
-        )
-        return np.asarray(key), np.asarray(depth)
+        keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
+        for form, factor in ((SurfaceContact, 1.0), (BandContact, BAND_FIRMER)):
+            parts = [part for part in self.parts if isinstance(part, form)]
+            if not parts:
+                continue
+            key, depth = _core.nodes_behind(
+                *joined_cells(parts), self.active.lattice, self.active.grid.cell_size
+            )
+            keys.append(np.asarray(key))
+            depths.append(factor * np.asarray(depth))
+        key, number = np.unique(np.concatenate(keys), return_inverse=True)
+        firmest = np.zeros((len(key), self.active.grid.dim))
+        np.maximum.at(firmest, number, np.concatenate(depths))
+        return key, firmest
 
     def couplings(self) -> list[LinearElements]:
         """Returns the forces of the slip, linear in the displacement of the step."""
@@ -211,11 +229,13 @@ def _touching(
     ends: Integers,
     places: Floats,
     normal: Floats,
+    part: Floats,
     box: Floats,
-) -> Integers:
-    """Returns the number of the nearest point that each place touches, -1 if none, shape (n,).
+) -> tuple[Integers, Floats]:
+    """Returns the nearest point that each place touches, -1 if none, and how much of its part is.
 
-    ends: where the places of each boundary end.
+    Shapes (n,); the share between 0 and 1.
+    ends: where the places of each boundary end. part: what they stand for, (n, dim, dim).
     """
     dim, cell = places.shape[1], active.grid.cell_size
     edge = half_edges(points)
@@ -227,12 +247,12 @@ def _touching(
         farthest = 2.0 * np.abs(edge).sum(axis=1).max(axis=0)  # see touch.hpp
         around = np.ceil(farthest / cell).astype(np.int64)
     near = np.ones(len(places), dtype=bool)
-    for x, low, high, size in zip(places.T, *box, around * cell, strict=True):
-        near &= (x >= low - size) & (x <= high + size)
-    nearest = np.full(len(places), -1)
+    for x, low, high, margin in zip(places.T, *box, around * cell, strict=True):
+        near &= (x >= low - margin) & (x <= high + margin)
+    nearest, share = np.full(len(places), -1), np.zeros(len(places))
     start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
-    nearest[near] = _core.touching_points(
-        start, places[near], normal[near], points.position, points.half_length,
+    nearest[near], share[near] = _core.touching_points(
+        start, places[near], normal[near], part[near], points.position, points.half_length,
         edge, inverse, around, active.grid.origin, cell,
     )  # fmt: skip
-    return nearest
+    return nearest, share

@@ -41,6 +41,7 @@ class Terms:
         normal: at rest, unit, into the soil, shape (n, dim).
         weight: area, or volume of the band, at rest [length^(dim - 1)], [length^dim], shape (n,).
         surface, surface_normal: the surface's own quadrature points [length], and normals.
+        part: of the surface that each of its points stands for, see `QuadraturePoints`.
         on_surface: the surface point that each belongs to, shape (n,).
         d: Dirichlet function [-], shape (n,).
         d_prime: its derivative [1/length], shape (n,); 0 leaves K2 out.
@@ -53,6 +54,7 @@ class Terms:
     weight: Floats
     surface: Floats
     surface_normal: Floats
+    part: Floats
     on_surface: Integers
     d: Floats
     d_prime: Floats
@@ -69,6 +71,7 @@ def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
         weight=points.weight,
         surface=points.position,
         surface_normal=points.normal,
+        part=points.part,
         on_surface=np.arange(n),
         d=np.zeros(n),
         d_prime=np.zeros(n),
@@ -91,6 +94,7 @@ def band_terms(points: QuadraturePoints, delta: float) -> Terms:
         weight=points.weight[surface] * delta * np.tile(weight, n),
         surface=points.position,
         surface_normal=points.normal,
+        part=points.part,
         on_surface=surface,
         d=1.0 - (1.0 - s) ** 2,
         d_prime=d_prime,
@@ -208,16 +212,21 @@ class Implicit:
             assert len(from_old) == len(old), "a larger region lost a part of the boundary"
             self.carried[to_new] = carried[from_old]
 
-    def surface_places(self, time: float) -> tuple[Floats, Floats]:
-        """Returns where the surface's points are at `time` [length], and normals, (n, dim) each."""
+    def surface_places(self, time: float) -> tuple[Floats, Floats, Floats]:
+        """Returns where the surface's points are at `time` [length], and normals, (n, dim) each.
+
+        The third: the parts that they stand for [length], shape (n, dim, dim).
+        """
         terms = self.terms
         assert terms is not None
         factor = self.factor(time)
-        normal = terms.surface_normal
+        normal, part = terms.surface_normal, terms.part
         if self.declared.is_moving:
-            normal = _transformed(cofactor(self.motion.gradient(terms.surface, factor)), normal)
+            gradient = self.motion.gradient(terms.surface, factor)
+            normal = _transformed(cofactor(gradient), normal)
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-        return self._places(terms.surface, factor), normal
+            part = part @ _transposed(gradient)
+        return self._places(terms.surface, factor), normal, part
 
     def _places(self, reference: Floats, factor: float) -> Floats:
         return self.motion.place(reference, factor) if self.declared.is_moving else reference

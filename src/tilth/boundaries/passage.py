@@ -149,7 +149,7 @@ def _distances(
         at_rest = boundary.motion.reference(place, factor)
         normal = boundary.geometry.gradient(at_rest)
         return np.arange(len(place)), boundary.geometry.distance(at_rest), normal
-    surface, normal = boundary.surface_places(time)
+    surface, normal, _ = boundary.surface_places(time)
     nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, place.shape[1]))
     if len(surface) == 0:
         return nothing

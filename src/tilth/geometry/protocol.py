@@ -38,17 +38,25 @@ class QuadraturePoints:
         weight: area that a point stands for [length^(dim - 1)], shape (n,).
         normal: unit, into the soil, shape (n, dim).
         patch: of the facet, shape (n,).
+        part: the part of the boundary that a point stands for, of a facet's segment its share, of
+            a triangle the quadrangle between a corner, the middles of two sides and the centroid:
+            from the point to the corner, and the edges from there [length], shape (n, dim, dim).
     """
 
     position: Floats
     weight: Floats
     normal: Floats
     patch: Integers
+    part: Floats
 
     def of(self, chosen: npt.NDArray[np.bool_]) -> QuadraturePoints:
         """Returns some of the points."""
         return QuadraturePoints(
-            self.position[chosen], self.weight[chosen], self.normal[chosen], self.patch[chosen]
+            self.position[chosen],
+            self.weight[chosen],
+            self.normal[chosen],
+            self.patch[chosen],
+            self.part[chosen],
         )
 
 

@@ -14,6 +14,9 @@ from tilth.geometry.protocol import Floats, Geometry, Integers, QuadraturePoints
 SEGMENT = (0.5 * (1.0 + np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])), np.array([5, 8, 5]) / 18)
 """Gauss's three points on [0, 1], exact to degree 5: place and weight."""
 
+SEGMENT_START = np.cumsum(SEGMENT[1]) - SEGMENT[1]
+"""Where the parts of a segment begin that the points stand for."""
+
 TRIANGLE = (np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0, np.full(3, 1.0 / 3.0))
 """Three points in a triangle, exact to degree 2: area coordinates and weight."""
 
@@ -56,12 +59,28 @@ def make_quadrature(
     number: Integers = np.repeat(facet, len(weight))
     normal = facets.normal[number]
     place = np.einsum("qc,nci->nqi", share, piece).reshape(-1, geometry.dim)
+    parts = _parts(piece)
+    parts[:, 0] -= place
     position, ratio = geometry.project(place, normal)
     return QuadraturePoints(
         position=np.ascontiguousarray(position),
         weight=(area[:, None] * weight).ravel() * ratio,
         normal=normal if geometry.flat else geometry.gradient(position),
         patch=facets.patch[number],
+        part=parts,
+    )
+
+
+def _parts(piece: Floats) -> Floats:
+    """Returns the parts of segments or triangles that the points stand for, (n, dim, dim)."""
+    if piece.shape[1] == 2:
+        edge = piece[:, 1] - piece[:, 0]
+        corner = piece[:, :1] + SEGMENT_START[:, None] * edge[:, None]
+        edges = SEGMENT[1][:, None] * edge[:, None]
+        return np.stack([corner, edges], axis=2).reshape(-1, 2, 2)
+    after, before = np.roll(piece, -1, axis=1), np.roll(piece, 1, axis=1)
+    return np.stack([piece, 0.5 * (after - piece), 0.5 * (before - piece)], axis=2).reshape(
+        -1, 3, 3
     )
 
 

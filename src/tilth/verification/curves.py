@@ -44,6 +44,18 @@ class Curve:
         return float(np.sqrt((np.diff(force, 2) ** 2).mean()) / force.mean())
 
 
+def farthest(curve: Curve, reference: Curve, start: float) -> tuple[float, float, float]:
+    """Returns where two curves are farthest apart, relative, and both forces there.
+
+    start: way from which on they count; the steps of `curve` are compared up to the shorter way.
+    """
+    curve = curve.after(start)
+    common = curve.way <= reference.way[-1] * (1.0 + 1e-9)
+    exact = reference.at(curve.way[common])
+    worst = int(np.abs(curve.force[common] / exact - 1.0).argmax())
+    return float(curve.way[worst]), float(curve.force[worst]), float(exact[worst])
+
+
 def driven(model: Model) -> Curve:
     """Runs a model whose first tracked quantity is the reaction of the one boundary that moves.
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from tilth.verification import (
     buried_pipe,
     collapse,
+    cone_penetration,
     cooks_membrane,
     cube_on_inclined_plane,
     end_loaded_cantilever,
@@ -21,6 +22,7 @@ from tilth.verification import (
     pressurised_ring,
     pressurised_sphere,
     rigid_footing_elastic,
+    rigid_sphere,
     self_weight_column,
     slope,
     square_footing,
@@ -54,5 +56,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "footing_on_spline": footing_on_spline.comparisons,
     "buried_pipe": buried_pipe.comparisons,
     "hollow_sphere_limit": hollow_sphere_limit.comparisons,
+    "rigid_sphere": rigid_sphere.comparisons,
+    "cone_penetration": cone_penetration.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A cone pressed into clay, a polyline in axisymmetry and an STL surface in 3D."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tilth.verification.cases import example
+from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.curves import driven, farthest
+
+PROBLEM = "cone_penetration"
+START = 0.25
+"""Depth of the tip from which on curves are compared [m]: half of the way."""
+INCREMENTS = 50
+"""Of the whole way, for the roughness."""
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Both curves to the end, and how smooth they are; in 3D only if long."""
+    ring = driven(example(PROBLEM))
+    quantity = "RMS of the second difference of the force over its mean"
+    source = "a smooth curve"
+    rough = ring.roughness(INCREMENTS, START)
+    yield vanishing(f"{quantity}, axisymmetric", rough, 0.015, source)
+    if long:
+        quarter = driven(example(PROBLEM, "three_dimensional.toml"))
+        rough = quarter.roughness(INCREMENTS, START)
+        yield vanishing(f"{quantity}, 3D", rough, 0.015, source)
+        way, computed, exact = farthest(quarter, ring, START)
+        quantity = f"force at {way:.3g} m, the farthest apart, 3D and axisymmetric"
+        yield relative(quantity, computed, exact, 0.1, "axisymmetry", "N")

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A rigid sphere pressed into clay: the same smooth curve on other grids and in 3D."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, at_least, relative, vanishing
+from tilth.verification.curves import Curve, driven, farthest
+
+PROBLEM = "rigid_sphere"
+DIAMETER = 1.0
+"""Of the sphere [m]."""
+START = 0.1 * DIAMETER
+"""Way from which on curves are compared [m]."""
+INCREMENTS = 30
+"""Of the whole way, for the roughness."""
+TOLERANCE = {"smooth": 0.06, "rough": 0.11}
+"""Between cells of an eighth and a twentieth of the diameter."""
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Curves on coarse and fine cells, and in axisymmetry and 3D."""
+    yield from refined(long)
+    yield from three_dimensional(long)
+
+
+def refined(long: bool) -> Iterator[Comparison]:
+    """Cells of an eighth of the diameter against finer ones."""
+    fine = 20 if long else 12
+    for name, file in (("smooth", "case.toml"), ("rough", "rough.toml")):
+        curves = [press(file, n) for n in (8, fine)]
+        yield same(curves[0], curves[1], f"{name}, h D/8 and D/{fine}", TOLERANCE[name])
+        if long:
+            finest = press(file, 40)
+            way = np.linspace(START, curves[0].way[-1], 21)
+            errors = [np.abs(c.at(way) / finest.at(way) - 1.0).mean() for c in curves]
+            order = float(np.log(errors[0] / errors[1]) / np.log(20.0 / 8.0))
+            quantity = f"order of the mean difference from h D/40, {name}, h D/8 and D/20"
+            yield at_least(quantity, order, 0.8, 0.0, "first order")
+
+
+def three_dimensional(long: bool) -> Iterator[Comparison]:
+    """A quarter in 3D against the axisymmetric curve on cells of the same size."""
+    for n in (8, 10) if long else (8,):
+        quarter = press("three_dimensional.toml", n)
+        yield same(quarter, press("case.toml", n), f"3D and axisymmetric, h D/{n}", 0.08)
+        quantity = f"RMS of the second difference of the force over its mean, 3D, h D/{n}"
+        yield vanishing(quantity, quarter.roughness(INCREMENTS, START), 0.01, "a smooth curve")
+
+
+def same(curve: Curve, reference: Curve, of: str, tolerance: float) -> Comparison:
+    """The force where two curves are farthest apart."""
+    way, computed, exact = farthest(curve, reference, START)
+    quantity = f"force at {way:.3g} m, the farthest apart from 0.1 D on, {of}"
+    return relative(quantity, computed, exact, tolerance, "the other grid", "N")
+
+
+def press(file: str, cells: int) -> Curve:
+    """Presses the sphere of a case file with this number of cells to its diameter."""
+    return driven(varied(example(PROBLEM, file), {"grid.cell_size": DIAMETER / cells}))
