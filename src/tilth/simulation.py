@@ -209,6 +209,13 @@ class Simulation:
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         require_near_soil(self.model, self.surfaces, active)
         self._note_untouched(conditions, contacts)
+        for name in contacts.locking():
+            self._note(
+                f"band of {name}",
+                f'the boundary {name!r} with form = "band" holds each of its quadrature points: '
+                "where it moves or is not along the grid, the soil beside it is too stiff; "
+                'form = "surface" is not',
+            )
         return active
 
     def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:

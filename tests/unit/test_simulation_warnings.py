@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pytest
+from implicit_blocks import flat, implicit
 from small_problems import block_entries, plane
 
 from tilth import Model
@@ -38,3 +39,23 @@ def test_no_name_of_a_boundary_silences_another_warning(name: str) -> None:
     simulation.check()
     simulation._note_bounds({"floor": 1, "cap": 1})
     assert len(simulation.warnings) == 3
+
+
+@pytest.mark.parametrize(
+    ("form", "normal", "moves", "warned"),
+    [
+        ("band", [0.0, 1.0], False, False),
+        ("band", [0.0, 1.0], True, True),
+        ("band", [0.6, 0.8], False, True),
+        ("surface", [0.6, 0.8], True, False),
+    ],
+)
+def test_a_band_that_locks_the_soil_beside_it_is_named(
+    form: str, normal: list[float], moves: bool, warned: bool
+) -> None:
+    motion = {"displacement": {"y": 0.1}} if moves else {}
+    base = implicit("base", flat([0.0, 0.0], normal), "fixed", form=form, **motion)
+    entries = block_entries("plane_strain", "gimp", boundaries=[base])
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    assert any("'base' with form = \"band\"" in text for text in simulation.warnings) == warned

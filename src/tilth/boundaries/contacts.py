@@ -147,6 +147,19 @@ class Contacts:
         np.maximum.at(firmest, number, np.concatenate(depths))
         return key, firmest
 
+    def locking(self) -> list[str]:
+        """Returns the names of the boundaries whose band form makes the soil beside too stiff."""
+        aligned = 1.0 - 1e-9
+        return [
+            part.boundary.name
+            for part in self.parts
+            if isinstance(part, BandContact)
+            and (
+                part.boundary.declared.is_moving
+                or (np.abs(part.pose.normal).max(axis=1) < aligned).any()
+            )
+        ]
+
     def couplings(self) -> list[LinearElements]:
         """Returns the forces of the slip, linear in the displacement of the step."""
         couplings: list[LinearElements] = []
