@@ -27,14 +27,15 @@ class MultiplierSpace {
     const std::int64_t last = families.families - 1;
     vertices_.owner.assign(last < 0 ? 0 : families.first_direction[last] + points_of(last), -1);
 
-    HeldDirections<Dim> all(nodes, held);
+    const HeldDirections<Dim> prescribed(nodes, held);
+    HeldDirections<Dim> all(nodes, nullptr);
     std::vector<HeldDirections<Dim>> own(families.families, HeldDirections<Dim>(nodes, nullptr));
-    choose(all, own, [](std::int64_t, std::int64_t) { return true; }, false);
+    choose(prescribed, all, own, [](std::int64_t, std::int64_t) { return true; }, false);
     assign();
     // where others hold all edges nearby, a family needs vertices all the same
     choose(
-        all, own, [&](std::int64_t f, std::int64_t q) { return vertices_.owner[slot(f, q)] < 0; },
-        true);
+        prescribed, all, own,
+        [&](std::int64_t f, std::int64_t q) { return vertices_.owner[slot(f, q)] < 0; }, true);
     assign();
     for (std::int64_t f = 0; f < families.families; ++f) gather_rest(f);
     drop_idle();
@@ -57,8 +58,8 @@ class MultiplierSpace {
   /// Takes the candidates whose nodes are free in the direction, those with the fewest cut edges
   /// at their nodes first, if `wanted(family, nearest point)`; `alone`: whatever others hold.
   template <class Wanted>
-  void choose(HeldDirections<Dim>& all, std::vector<HeldDirections<Dim>>& own, Wanted wanted,
-              bool alone) {
+  void choose(const HeldDirections<Dim>& prescribed, HeldDirections<Dim>& all,
+              std::vector<HeldDirections<Dim>>& own, Wanted wanted, bool alone) {
     std::vector<std::pair<std::int64_t, std::int64_t>> order;  // family, candidate
     for (std::int64_t f = 0; f < families_.families; ++f)
       for (std::size_t i = 0; i < candidates_[f].size(); ++i)
@@ -72,6 +73,9 @@ class MultiplierSpace {
     for (const auto& [f, i] : order) {
       const auto& candidate = candidates_[f][i];
       const double* way = direction(f, candidate.point);
+      if (!alone && std::max(prescribed.part(candidate.low, way),
+                             prescribed.part(candidate.high, way)) > hardly_free)
+        continue;
       const auto& before = alone ? own[f] : all;
       if (std::max(before.part(candidate.low, way), before.part(candidate.high, way)) > shared)
         continue;

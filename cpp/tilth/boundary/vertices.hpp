@@ -14,11 +14,12 @@
 
 namespace tilth::boundary {
 
-inline constexpr double on_node = 1e-3;   // distance from a node, in cells, that counts as none
-inline constexpr double near = 0.5;       // a vertex has a quadrature point within so many cells
-inline constexpr double aligned = 0.7;    // of the largest component of a normal
-inline constexpr double same_side = 0.5;  // cosine between normals that one multiplier may hold
-inline constexpr double shared = 0.5;     // part of a direction that other vertices hold already
+inline constexpr double on_node = 1e-3;     // distance from a node, in cells, that counts as none
+inline constexpr double near = 0.5;         // a vertex has a quadrature point within so many cells
+inline constexpr double aligned = 0.7;      // of the largest component of a normal
+inline constexpr double same_side = 0.5;    // cosine between normals that one multiplier may hold
+inline constexpr double hardly_free = 0.9;  // part of a direction that is prescribed at a node
+inline constexpr double shared = 0.5;       // part of a direction that other vertices hold already
 
 /// Quadrature points that touch soil, grouped by boundary and within it by the cell they act on:
 /// those of cell c are `start[c]` to `start[c + 1]`, `node` (cells, 2^Dim) its corners, `lattice`
