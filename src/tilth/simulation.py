@@ -208,14 +208,7 @@ class Simulation:
         require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         require_near_soil(self.model, self.surfaces, active)
-        self._note_untouched(conditions, contacts)
-        for name in contacts.locking():
-            self._note(
-                f"band of {name}",
-                f'the boundary {name!r} with form = "band" holds each of its quadrature points: '
-                "where it moves or is not along the grid, the soil beside it is too stiff; "
-                'form = "surface" is not',
-            )
+        self._note_places(conditions, contacts)
         return active
 
     def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
@@ -253,7 +246,7 @@ class Simulation:
         on_axis = self._conditions(active, before, after)
         conditions = on_axis.conditions
         contacts = self._contacts(active, conditions.held, before, after)
-        self._note_untouched(conditions, contacts)
+        self._note_places(conditions, contacts)
         force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
             couplings = contacts.couplings()
@@ -433,14 +426,13 @@ class Simulation:
                     "throughout: it loses the material that moves away from them",
                 )
 
-    def _note_untouched(self, conditions: Conditions, contacts: Contacts) -> None:
+    def _note_places(self, conditions: Conditions, contacts: Contacts) -> None:
         for name, touched in zip(conditions.names, conditions.touched, strict=True):
             if not touched:
                 key = f"place of {name}"
                 self._note(key, f"boundary {name!r} touches no node of a cell with material")
-        for name in contacts.untouched:
-            key = f"place of {name}"
-            self._note(key, f"boundary {name!r} touches no soil: no material point is beside it")
+        for key, text in contacts.warnings():
+            self._note(key, text)
 
     def _note_bounds(self, held: dict[str, int]) -> None:
         texts = {

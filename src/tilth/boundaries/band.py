@@ -21,9 +21,17 @@ from tilth.boundaries.contact import Contact
 from tilth.boundaries.protocol import Floats
 from tilth.coupling import Coupling
 
+ALONG = 1.0 - 1e-9
+"""Largest component of a normal along an axis of the grid, at least."""
+
 
 class BandContact(Contact):
     """The quadrature points of a boundary's band that touch soil in one step."""
+
+    def may_lock(self) -> bool:
+        """Whether the soil beside it becomes too stiff: it moves or is not along the grid."""
+        along = np.abs(self.pose.normal).max(axis=1) > ALONG
+        return self.boundary.declared.is_moving or not bool(along.all())
 
     def _elastic(self, strain: Floats) -> Floats:
         """Returns C : e of displacement gradients (n, ..., 3, 3) [stress]."""

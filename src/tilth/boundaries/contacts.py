@@ -147,18 +147,25 @@ class Contacts:
         np.maximum.at(firmest, number, np.concatenate(depths))
         return key, firmest
 
-    def locking(self) -> list[str]:
-        """Returns the names of the boundaries whose band form makes the soil beside too stiff."""
-        aligned = 1.0 - 1e-9
-        return [
-            part.boundary.name
-            for part in self.parts
-            if isinstance(part, BandContact)
-            and (
-                part.boundary.declared.is_moving
-                or (np.abs(part.pose.normal).max(axis=1) < aligned).any()
+    def warnings(self) -> list[tuple[str, str]]:
+        """Returns what is probably not meant: a key for each warning, and its text."""
+        found = [
+            (
+                f"place of {name}",
+                f"boundary {name!r} touches no soil: no material point is beside it",
             )
+            for name in self.untouched
         ]
+        for part in self.parts:
+            if isinstance(part, BandContact) and part.may_lock():
+                name = part.boundary.name
+                text = (
+                    f'the boundary {name!r} with form = "band" holds each of its quadrature '
+                    "points: where it moves or is not along the grid, the soil beside it is too "
+                    'stiff; form = "surface" is not'
+                )
+                found.append((f"band of {name}", text))
+        return found
 
     def couplings(self) -> list[LinearElements]:
         """Returns the forces of the slip, linear in the displacement of the step."""
