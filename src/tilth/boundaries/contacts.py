@@ -46,12 +46,12 @@ class Contacts:
     Attributes:
         active: the grid of the step.
         parts: one per boundary that touches soil.
-        untouched: names of the other boundaries.
+        untouched: the other boundaries.
     """
 
     active: ActiveGrid
     parts: list[Contact]
-    untouched: list[str]
+    untouched: list[Implicit]
 
     @classmethod
     def gather(
@@ -94,7 +94,7 @@ class Contacts:
             point = nearest[own][boundary.terms.on_surface]
             chosen = np.flatnonzero(point >= 0)
             if len(chosen) == 0:
-                untouched.append(boundary.name)
+                untouched.append(boundary)
                 continue
             place = boundary.places(before, chosen)
             order, at = locate_places(active, place)
@@ -204,7 +204,7 @@ class Contacts:
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:
         """Returns each boundary's nodal forces on the soil at the end, (nodes, dim), by name."""
         still = np.zeros((self.active.nodes, self.active.grid.dim))
-        forces = dict.fromkeys(self.untouched, still)
+        forces = dict.fromkeys([boundary.name for boundary in self.untouched], still)
         for part, each in zip(self.parts, carried, strict=True):
             forces[part.boundary.name] = -part.nodal_force(each, self.active.nodes)
         return forces
@@ -214,9 +214,11 @@ class Contacts:
         return [part.after(displacement) for part in self.parts]
 
     def commit(self, carried: list[Floats]) -> None:
-        """Carries on to the next step."""
+        """Carries on to the next step; a boundary that touches no soil carries nothing."""
         for part, each in zip(self.parts, carried, strict=True):
             part.commit(each)
+        for boundary in self.untouched:
+            boundary.carried = np.zeros_like(boundary.carried)
 
 
 def _moduli(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
