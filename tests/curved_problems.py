@@ -94,39 +94,46 @@ def problem_of(seed: int) -> Problem:
 
 
 def assembled(
-    random: Random, kind: str, frame: Frame, shapes: list[dict[str, Any]], confined: bool
+    random: Random,
+    kind: str,
+    frame: Frame,
+    shapes: list[dict[str, Any]],
+    walls: list[dict[str, Any]],
+    height: float,
+    confined: bool,
+    still: bool,
 ) -> dict[str, Any]:
-    """The model of bodies of one soil and basis, without its boundaries and loads."""
+    """The model of a body of a height in cells; `confined`: its boundaries prescribe its volume."""
+    dim = len(frame.origin)
     basis, f_bar = str(random.choice(BASES)), bool(random.random() < 0.5)
-    points = 2 if kind == "3d" else int(random.integers(2, 5))
+    points = 2 if dim == 3 else int(random.integers(2, 5))
     body: dict[str, Any] = {"material": "soil", "basis": basis, "points_per_cell": points}
     rule = str(random.choice(["right_stretch", "determinant"]))
-    if basis == "gimp":
-        body["domain_update"] = rule
-    if f_bar:
-        body["anti_locking"] = "f_bar"
-    steps = int(random.integers(4, 7) if kind == "3d" else random.integers(5, 11))
-    origin = random.uniform(0.0, frame.cell, len(frame.origin)).tolist()
+    body |= {"domain_update": rule} if basis == "gimp" else {}
+    body |= {"anti_locking": "f_bar"} if f_bar else {}
+    steps = int(random.integers(4, 7) if dim == 3 else random.integers(5, 11))
+    origin = random.uniform(0.0, frame.cell, dim).tolist()
     nu = random.uniform(0.0, 0.35 if confined else 0.49 if f_bar else 0.45)
     soil: dict[str, Any] = {"model": "hencky_elastic", "young_modulus": YOUNG,
                             "poisson_ratio": nu, "density": 1.0}  # fmt: skip
     strength, hardening = random.uniform([5.0, 10.0], [50.0, 100.0]).tolist()
     if random.random() < 0.5:
         soil |= {"model": "von_mises", "yield_stress": strength, "hardening_modulus": hardening}
+    tilt = random.uniform(-np.pi / 4.0, np.pi / 4.0) if kind == "plane_strain" else 0.0
+    elastic, part = random.uniform(0.01, 0.1) * YOUNG, random.uniform(0.1, 0.5)
+    force = part * soil["yield_stress"] if "yield_stress" in soil else elastic
+    pull = np.zeros(dim)
+    pull[[0, -1]] = force / (frame.cell * height) * np.array([np.sin(tilt), -np.cos(tilt)])
+    load = {"type": "body_force", "acceleration": frame.direction(pull)}
     return {
         "analysis": {"kind": kind, "solver": "superlu"},
         "grid": {"cell_size": frame.cell, "origin": origin},
         "materials": {"soil": soil},
         "bodies": [{"name": f"body {k}", "shape": s, **body} for k, s in enumerate(shapes)],
+        "boundaries": [frame.set_in(wall) for wall in walls],
+        "loads": [load] if random.random() < 0.5 or still else [],
         "schedule": {"steps": steps, "outputs": 1},
     }
-
-
-def acceleration(random: Random, entries: dict[str, Any], height: float) -> float:
-    """A body force whose weight over a height is a moderate stress."""
-    size, part = random.uniform(0.01, 0.1) * YOUNG, random.uniform(0.1, 0.5)
-    soil = entries["materials"]["soil"]
-    return float(part * soil["yield_stress"] if "yield_stress" in soil else size) / height
 
 
 def enclosed(random: Random, condition: str, loose: bool) -> Held:
@@ -263,13 +270,7 @@ def flat_of(random: Random) -> tuple[dict[str, Any], list[str]]:
     parts = pieces(outline, tool if way == "buried" else None, on_axis)
     shapes = [frame.set_in({"type": "polygon", "vertices": part}) for part in parts]
     kind = "axisymmetric" if axisymmetric else "plane_strain"
-    entries = assembled(random, kind, frame, shapes, confined)
-    tilt = 0.0 if axisymmetric else random.uniform(-np.pi / 4.0, np.pi / 4.0)
-    force = acceleration(random, entries, cell * held.height)
-    pulled = random.random() < 0.5 or still
-    pull = frame.direction([force * np.sin(tilt), -force * np.cos(tilt)])
-    entries["loads"] = [{"type": "body_force", "acceleration": pull}] if pulled else []
-    entries["boundaries"] = [frame.set_in(wall) for wall in walls]
+    entries = assembled(random, kind, frame, shapes, walls, held.height, confined, still)
     return entries, [held.text, used, rest]
 
 
@@ -315,10 +316,5 @@ def solid_of(random: Random) -> tuple[dict[str, Any], list[str]]:
         if way != "none":
             walls.append(implicit("tool", tool, other, displacement=down))
         parts = [f"box at {angle:.0f} degrees on a {condition} plane", f"{other} {way}"]
-    entries = assembled(random, "3d", frame, [shape], way in ("none", "plane"))
-    force = acceleration(random, entries, cell * height)
-    pulled = random.random() < 0.5 or way == "none"
-    pull = frame.direction([0.0, 0.0, -force])
-    entries["loads"] = [{"type": "body_force", "acceleration": pull}] if pulled else []
-    entries["boundaries"] = [frame.set_in(wall) for wall in walls]
-    return entries, parts
+    still, confined = way == "none", way in ("none", "plane")
+    return assembled(random, "3d", frame, [shape], walls, height, confined, still), parts
