@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Random problems with oblique, curved and moving boundaries.
 
-Lengths are in cells of 0.15 to 0.3. What `problem_of` draws:
+Lengths are in cells of 0.15 to 0.3, in 3D of 0.3 to 0.5. What `problem_of` draws:
 
 * Kind: every sixteenth problem in 3D; of the others 60 % plane strain, turned by any angle, and
-  40 % axisymmetric, half of these on the axis and half a ring. The grid's origin is anywhere.
-* Body, 70 %: a block 7 to 11 wide and 6 to 9 high with a free top and sides up to 10 degrees
-  oblique. Its floor is an oblique plane, a polyline with kinks, a wavy spline, or a circle that
-  the soil is inside or outside of. On a floor that is a roller it stands between two walls,
-  rollers too (the axis may be one of them); on a fixed one in half of the problems.
+  40 % axisymmetric, half of these on the axis and half a ring with its middle 8 to 11 from it. The
+  grid's origin is anywhere.
+* Body, 70 %: a block 7 to 11 wide (three quarters of that from the axis on) and 6 to 9 high with a
+  free top and sides up to 10 degrees oblique. Its floor is an oblique plane, a polyline with kinks,
+  a wavy spline, or a circle that the soil is inside or outside of. On a floor that is a roller it
+  stands between two walls, rollers too (the axis may be one of them); on a fixed one in half of the
+  problems.
 * Body, 30 %: all that is inside a closed circle, polyline or spline of radius 3.5 to 4.5.
 * Tool: a circle, polyline or spline of radius 0.8 to 1.8 with the soil outside, pressed into the
   block's top (25 %), half embedded in it (25 %) or buried (25 %); a plane that covers the top
   (15 %); or none (10 %). A body in a closed curve has such a core in half of the problems.
-* Motion of the tool: none in 15 %. Pressed: by 0.2 to 2, a quarter of the height at most, up to
-  30 degrees from the normal. Embedded or buried: in any direction by 10 to 30 % of the soil
-  between it and the next edge. Plane: by 2 to 12 % of the height. In 40 % it turns by up to 10
-  degrees too (plane strain), and the radius of a circle changes by up to 10 %.
+* Motion of the tool: none in 15 %. Pressed: by 0.2 to 2, a quarter of the height at most, up to 30
+  degrees from the normal. Embedded or buried: in any direction by 10 to 30 % of the soil between it
+  and the next edge. Plane: by 2 to 12 % of the height. In 40 % it turns by up to 10 degrees too
+  (plane strain), and the radius of a circle changes by up to 10 %.
 * What holds the body moves in up to 40 %: all of it by up to 0.4 and 3 degrees, without a tool up
   to 2 and 20 degrees; or one wall by up to 5 % of the width; or the radius of a closed circle
   changes by up to 5 %.
@@ -25,11 +27,11 @@ Lengths are in cells of 0.15 to 0.3. What `problem_of` draws:
   yield stress, in plane strain up to 45 degrees oblique.
 * Soil: elastic or hardening von Mises, yield stress 0.5 to 5 %, hardening 1 to 10 % of Young's
   modulus; nu from 0 to 0.45, with F-bar to 0.49, and to 0.35 where the boundaries prescribe the
-  volume. All bases, F-bar in half of the problems, 2 to 4 points per cell and direction, 5 to 10
-  steps.
+  volume, for the pressure then grows as 1 / (1 - 2 nu). All bases, F-bar in half of the problems, 2
+  to 4 points per cell and direction, 5 to 10 steps (3D: 2 points, 4 to 6 steps).
 * 3D: a box 3 to 4 wide, turned about a horizontal axis, on an oblique plane, with a plane, sphere
-  or cylinder pressed into its top, or its weight alone; or a ball in a sphere that moves, turns
-  and shrinks.
+  or cylinder pressed into its top, or its weight alone; or a ball in a sphere that moves, turns and
+  shrinks.
 
 Left out because nothing would hold the soil, so that there is no one solution: a circle with only
 rollers around the body in plane strain (the soil can turn in it). Left out because the conditions
