@@ -11,6 +11,7 @@ from tilth.grid import Grid
 from tilth.points import MaterialPoints
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 LEAST_HALF_LENGTH = 1e-3
 """Half lengths stay above this share of a cell; only a degenerate update comes so far."""
@@ -49,16 +50,20 @@ def keep_off_axis(part: MaterialPoints) -> None:
     part.corner[across, :, 0] *= (np.maximum(radius, 0.0) / inwards)[across, None]
 
 
-def half_edges(points: MaterialPoints) -> Floats | None:
+def half_edges(points: MaterialPoints, chosen: Integers | None = None) -> Floats | None:
     """Returns half the edges of parallelepipeds that stand for the domains, shape (n, dim, dim).
 
     Row k of a matrix is an edge, the one along x first [length]. Of CPDI1 they are the domain's
     own; of CPDI2 their mean directions, so long that the ellipsoid through the corners of the
     parallelepiped holds those of the domain. None if no body's basis has corners.
+
+    chosen: numbers of the points, all if not given.
     """
     corners = points.all_corners()
     if corners is None:
         return None
+    if chosen is not None:
+        corners = corners[chosen]
     dim = corners.shape[2]
     edges = mean_half_edges(corners)
     place = np.einsum("nci,nik->nck", corners, np.linalg.inv(edges))

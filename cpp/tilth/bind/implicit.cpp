@@ -39,12 +39,14 @@ auto touching_points(ConstIntegers start, ConstDoubles place, ConstDoubles norma
   std::vector<double> share(place.shape(0));
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
+    const auto sorted =
+        boundary::sort_by_cell<d>(points, position.data(), origin.data(), cell_size.data());
     const auto find = [&](const auto& extent) {
-      boundary::touching_points<d>(boundaries, start.data(), place.data(), normal.data(), points,
+      boundary::touching_points<d>(boundaries, start.data(), place.data(), normal.data(), sorted,
                                    position.data(), extent, around.data(), origin.data(),
                                    cell_size.data(), nearest.data());
       boundary::covered_shares<d>(boundaries, start.data(), place.data(), normal.data(),
-                                  part.data(), points, position.data(), extent, around.data(),
+                                  part.data(), sorted, position.data(), extent, around.data(),
                                   origin.data(), cell_size.data(), nearest.data(), share.data());
     };
     if (boxes)

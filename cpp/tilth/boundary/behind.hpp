@@ -34,22 +34,26 @@ Behind nodes_behind(const TouchedCells<Dim>& at) {
   constexpr int side = 4, around = Dim == 2 ? side * side : side * side * side;
   const double* h = at.cell_size;
   std::vector<Node> nodes;
+  nodes.reserve(at.cells * around);
+  std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along the normals
+  for (std::int64_t q = at.start[0]; q < at.start[at.cells]; ++q)
+    for (int k = 0; k < Dim; ++k)
+      extent[q - at.start[0]] += std::fabs(at.normal[q * Dim + k]) * h[k];
   for (std::int64_t c = 0; c < at.cells; ++c) {
     const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c << Dim]};
     for (int a = 0; a < around; ++a) {
       int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
       Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
-        double apart = 0.0, along = 0.0, extent = 0.0;
+        double apart = 0.0, along = 0.0;
         for (int k = 0; k < Dim; ++k) {
           const double way = (offset[k] - at.local[q * Dim + k]) * h[k];
           apart += way * way;
           along += way * at.normal[q * Dim + k];
-          extent += std::fabs(at.normal[q * Dim + k]) * h[k];
         }
-        if (apart < node.apart)
-          node.apart = apart, node.depth = std::min(-along / extent, 1.0), node.point = q;
+        if (apart < node.apart) node.apart = apart, node.depth = -along, node.point = q;
       }
+      node.depth = std::min(node.depth / extent[node.point - at.start[0]], 1.0);
       node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
       nodes.push_back(node);
     }

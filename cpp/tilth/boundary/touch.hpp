@@ -188,30 +188,33 @@ void for_points_around(const PointsByCell& sorted, const double* place, const do
     }
 }
 
-/// Whether a place has others of the `known` ones on all sides within `radius` cells, at most 1:
-/// they pull it hardly more to one side than to the other.
+/// Whether a place has others of the `known` ones on all sides within `radius` cells: they pull it
+/// hardly more to one side than to the other.
 template <int Dim>
 bool is_surrounded(const PointsByCell& known, const double* place, const double* places,
                    const double* origin, const double* cell_size, double radius) {
-  Lattice own{0, 0, 0};
-  for (int k = 0; k < Dim; ++k)
-    own[k] = static_cast<std::int64_t>(std::floor((place[k] - origin[k]) / cell_size[k]));
+  Lattice low{0, 0, 0}, high{0, 0, 0};
+  for (int k = 0; k < Dim; ++k) {
+    const double x = (place[k] - origin[k]) / cell_size[k];
+    low[k] = static_cast<std::int64_t>(std::floor(x - radius));
+    high[k] = static_cast<std::int64_t>(std::floor(x + radius));
+  }
   double pull[Dim] = {};
   int count = 0;
-  for (std::int64_t k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
-    for (std::int64_t j = -1; j <= 1; ++j) {
-      const std::int64_t first = pack({own[0] - 1, own[1] + j, own[2] + k});
-      auto at = std::lower_bound(known.key.begin(), known.key.end(), first) - known.key.begin();
-      for (; at < static_cast<std::ptrdiff_t>(known.key.size()) && known.key[at] <= first + 2;
-           ++at) {
+  for (std::int64_t k = low[2]; k <= high[2]; ++k)
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+      const std::int64_t last = pack({high[0], j, k});
+      auto at = std::lower_bound(known.key.begin(), known.key.end(), pack({low[0], j, k})) -
+                known.key.begin();
+      for (; at < static_cast<std::ptrdiff_t>(known.key.size()) && known.key[at] <= last; ++at) {
         const double* other = places + Dim * known.order[at];
-        double way[Dim], length = 0.0;
+        double way[Dim], square = 0.0;
         for (int d = 0; d < Dim; ++d) {
           way[d] = (other[d] - place[d]) / cell_size[d];
-          length += way[d] * way[d];
+          square += way[d] * way[d];
         }
-        length = std::sqrt(length);
-        if (length > radius || length == 0.0) continue;
+        if (square > radius * radius || square == 0.0) continue;
+        const double length = std::sqrt(square);
         for (int d = 0; d < Dim; ++d) pull[d] += way[d] / length;
         ++count;
       }
@@ -227,10 +230,10 @@ bool is_surrounded(const PointsByCell& known, const double* place, const double*
 /// leave a gap between places that they reach, it touches the points that it stands beside.
 template <int Dim, class Extent>
 void touching_points(std::int64_t boundaries, const std::int64_t* start, const double* place,
-                     const double* normal, std::int64_t points, const double* position,
+                     const double* normal, const PointsByCell& sorted, const double* position,
                      const Extent& extent, const std::int64_t* around, const double* origin,
                      const double* cell_size, std::int64_t* nearest) {
-  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
+  const auto points = static_cast<std::int64_t>(sorted.order.size());
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
   double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
   for (std::int64_t p = 0; p < points; ++p)
@@ -340,11 +343,11 @@ inline double integrate_union(std::vector<std::pair<double, double>>& intervals,
 /// a place that is not touched itself, and some of whose part is, gets the domain there.
 template <int Dim, class Extent>
 void covered_shares(std::int64_t boundaries, const std::int64_t* start, const double* place,
-                    const double* normal, const double* part, std::int64_t points,
+                    const double* normal, const double* part, const PointsByCell& sorted,
                     const double* position, const Extent& extent, const std::int64_t* around,
                     const double* origin, const double* cell_size, std::int64_t* nearest,
                     double* share) {
-  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
+  const auto points = static_cast<std::int64_t>(sorted.order.size());
   constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
   constexpr double far = 1e300, none = 0.1, whole = 1.0 - 1e-6;
   constexpr double beside = Dim == 2 ? 0.3 : 0.5;  // about a piece of a boundary, in cells

@@ -151,10 +151,10 @@ class Contacts:
         """Returns what is probably not meant: a key for each warning, and its text."""
         found = [
             (
-                f"place of {name}",
-                f"boundary {name!r} touches no soil: no material point is beside it",
+                f"place of {boundary.name}",
+                f"boundary {boundary.name!r} touches no soil: no material point is beside it",
             )
-            for name in self.untouched
+            for boundary in self.untouched
         ]
         for part in self.parts:
             if isinstance(part, BandContact) and part.may_lock():
@@ -241,7 +241,7 @@ def _box(points: MaterialPoints) -> Floats:
 
 def _cover(boundary: Implicit, box: Floats, time: float) -> None:
     """Makes sure that a boundary has quadrature points wherever the soil is at `time`."""
-    at_rest = boundary.motion.reference(box_corners(*box), boundary.factor(time))
+    at_rest = boundary.at_rest(box_corners(*box), time)
     boundary.cover(at_rest.min(axis=0), at_rest.max(axis=0))
 
 

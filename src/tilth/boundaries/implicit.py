@@ -231,6 +231,12 @@ class Implicit:
     def _places(self, reference: Floats, factor: float) -> Floats:
         return self.motion.place(reference, factor) if self.declared.is_moving else reference
 
+    def at_rest(self, place: Floats, time: float) -> Floats:
+        """Returns where places at `time` are in the boundary's own frame [length], (n, dim)."""
+        if not self.declared.is_moving:
+            return place
+        return self.motion.reference(place, self.factor(time))
+
     def places(self, time: float, chosen: Integers) -> Floats:
         """Returns where some of the terms are at `time` [length], shape (n, dim)."""
         assert self.terms is not None
@@ -314,14 +320,14 @@ class Implicit:
 
     def distance(self, place: Floats, time: float) -> Floats:
         """Returns the signed distance of places from the boundary at rest, > 0 in the soil."""
-        return self.geometry.distance(self.motion.reference(place, self.factor(time)))
+        return self.geometry.distance(self.at_rest(place, time))
 
     def penetration(self, place: Floats, time: float) -> float:
         """Returns how far the deepest of the places (n, dim) is behind the boundary [length].
 
         Places beside a finite boundary, whose nearest place on it is an edge, do not count.
         """
-        at_rest = self.motion.reference(place, self.factor(time))
+        at_rest = self.at_rest(place, time)
         distance = self.geometry.distance(at_rest)
         behind = np.flatnonzero(distance < 0.0)
         if self.terms is None or len(behind) == 0:

@@ -100,6 +100,8 @@ def _passage_at(
     """Returns the soil that has passed a boundary when the points are at `place`, (n, dim)."""
     small = SMALL * float(cell_size.min())
     chosen, distance, normal = _distances(boundary, place, points, time, cell_size)
+    near = np.flatnonzero(distance < _widest(points))
+    chosen, distance, normal = chosen[near], distance[near], normal[near]
     depth = _half_width(points, chosen, normal) - distance
     deep = np.flatnonzero(depth > small)
     if len(deep) == 0:
@@ -144,9 +146,8 @@ def _distances(
     `points` are given, that are not farther in front than two cells, nor farther behind than these
     and as much as they have moved.
     """
-    factor = boundary.factor(time)
     if _is_endless(boundary):
-        at_rest = boundary.motion.reference(place, factor)
+        at_rest = boundary.at_rest(place, time)
         normal = boundary.geometry.gradient(at_rest)
         return np.arange(len(place)), boundary.geometry.distance(at_rest), normal
     surface, normal, _ = boundary.surface_places(time)
@@ -182,9 +183,16 @@ def _is_endless(boundary: Implicit) -> bool:
     return boundary.geometry.flat and not boundary.geometry.bounded
 
 
+def _widest(points: MaterialPoints) -> float:
+    """Returns a length that half the width of no domain exceeds."""
+    if points.all_corners() is not None:
+        return np.inf
+    return float(np.sqrt((points.half_length**2).sum(axis=1).max(initial=0.0)))
+
+
 def _half_width(points: MaterialPoints, chosen: Integers, normal: Floats) -> Floats:
     """Returns half the width of points' domains along normals, shape (n,)."""
-    edge = half_edges(points)
+    edge = half_edges(points, chosen)
     if edge is None:
         return np.asarray((points.half_length[chosen] * np.abs(normal)).sum(axis=1))
-    return np.asarray(np.abs(np.einsum("nki,ni->nk", edge[chosen], normal)).sum(axis=1))
+    return np.asarray(np.abs(np.einsum("nki,ni->nk", edge, normal)).sum(axis=1))
