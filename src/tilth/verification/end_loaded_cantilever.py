@@ -13,22 +13,67 @@ from tilth.model import Model
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult, initial_points
 from tilth.verification.cases import example, varied
-from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import end_loaded_cantilever
+from tilth.verification.turned import ALIGNED, ANGLES, SHIFT, aligned, rotation, shifted, turned
 
 Floats = npt.NDArray[np.float64]
 
 LENGTH = 10.0
 TIP = (10.0, 0.5)
 SOURCE = "FE, 80 x 8 nine-node"
+SHIFTED = {0.25: 7e-4, 0.125: 1.6e-4}
+"""Cell size [m] -> distance of the tip on a shifted grid over the length when each quadrature point
+was held (decision 18)."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """The whole curve of the tip at h 0.25 m (0.01 of the length) and 0.125 m (0.005)."""
+    """The whole curve of the tip at h 0.25 m (0.01 of the length) and 0.125 m (0.005); turned."""
     yield from compare(0.25, 0.01)
     if long:
         yield from compare(0.125, 0.005)
+    yield from turned_copies(long)
+
+
+def turned_copies(long: bool) -> Iterator[Comparison]:
+    """Turned against the grid, and on a grid that is shifted: how far the tip is off.
+
+    A turned copy may be off by 0.005 of the length; the aligned ones of h 0.25 and 0.125 m are
+    0.0034 apart. On a shifted grid it may be as far off as with each quadrature point held.
+    """
+    worst = []
+    for size, shift in SHIFTED.items() if long else [(0.25, SHIFTED[0.25])]:
+        model = aligned("end_loaded_cantilever", size)
+        tip = tip_at(model, 0.0)
+        quantity = f"largest distance of the tip over the length, h {size:g} m"
+        distances = [off(tip_at(turned(model, angle), angle), tip) for angle in ANGLES]
+        for angle, distance in zip(ANGLES, distances, strict=True):
+            yield vanishing(f"{quantity}, turned by {angle:g} degrees", distance, 0.005, ALIGNED)
+        distance = off(tip_at(shifted(model), 0.0), tip)
+        yield vanishing(f"{quantity}, grid shifted by {SHIFT:g} cells", distance, shift, ALIGNED)
+        worst.append(max(distances))
+    if long:
+        quantity = "largest distance of a turned copy's tip, h 0.25 over 0.125 m"
+        yield at_least(quantity, worst[0] / worst[1], 1.0, 0.0, "it falls with the cell")
+
+
+def tip_at(model: Model, angle: float) -> Floats:
+    """Displacement of the tip of a copy turned by an angle [deg], turned back, (steps, 2).
+
+    It is that of the times of the declared steps, also where some were halved.
+    """
+    turn = rotation(angle)
+    fraction, tip = tip_curve(model, turn @ TIP)
+    steps = model.schedule.steps
+    assert steps is not None
+    at = np.arange(1, steps + 1) / steps
+    return np.stack([np.interp(at, fraction, u) for u in (tip @ turn).T], axis=1)
+
+
+def off(tip: Floats, reference: Floats) -> float:
+    """Returns the largest distance of two curves of the tip over the length."""
+    return float(np.linalg.norm(tip - reference, axis=1).max()) / LENGTH
 
 
 def compare(cell_size: float, tolerance: float) -> Iterator[Comparison]:
@@ -49,16 +94,20 @@ def compare(cell_size: float, tolerance: float) -> Iterator[Comparison]:
         yield relative(quantity, float(computed), float(expected), 0.01, SOURCE, "m")
 
 
-def tip_curve(model: Model) -> tuple[Floats, Floats]:
-    """Returns load fraction (steps,) and displacement of the end face's middle (steps, 2)."""
+def tip_curve(model: Model, place: npt.ArrayLike = TIP) -> tuple[Floats, Floats]:
+    """Returns load fraction (steps,) and displacement of the end face's middle (steps, 2).
+
+    place: of that middle at the start [length], shape (2,).
+    """
+    end = np.array(place, dtype=float)
     initial = initial_points(model)
-    near = nearest_points(initial, TIP, model.cell_size)
+    near = nearest_points(initial, end, model.cell_size)
     start = initial.position[initial.index_of(near)]
     fraction, tip = [], []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         fraction.append(time)
-        tip.append(displacement_beyond(simulation.points, near, start, np.array(TIP)))
+        tip.append(displacement_beyond(simulation.points, near, start, end))
 
     march(model, after_step)
     return np.array(fraction), np.array(tip)

@@ -15,6 +15,7 @@ from tilth.verification.cases import BASES, example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import strip_footing
+from tilth.verification.turned import ALIGNED, ANGLE, ANGLES, aligned, off, reactions, turned
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -57,6 +58,19 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         yield from surface_in_cell(pressure[-1])
         yield from edge_in_cell()
         yield from towards_the_limit()
+    yield from turned_copies(long)
+
+
+def turned_copies(long: bool) -> Iterator[Comparison]:
+    """Turned, on a grid that follows the footing's edge: what each boundary bears at the end."""
+    for size, tolerance in ((0.1, 0.15), (0.05, 0.08)) if long else ((0.1, 0.15),):
+        model = varied(aligned(PROBLEM, size), FEW_STEPS)
+        reference = reactions(model)
+        quantity = f"greatest change of a reaction's component over the footing's, h {size:g} m"
+        for angle in ANGLES if long else (ANGLE,):
+            change = off(reactions(turned(model, angle), angle), reference)
+            at = f"turned by {angle:g} degrees"
+            yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
 
 
 def coarse_with(basis: str) -> Iterator[Comparison]:

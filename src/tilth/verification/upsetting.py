@@ -17,6 +17,16 @@ from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.curves import Curve
 from tilth.verification.march import march
+from tilth.verification.turned import (
+    ALIGNED,
+    ANGLES,
+    SHIFT,
+    aligned,
+    off,
+    reactions,
+    shifted,
+    turned,
+)
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -63,6 +73,25 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield vanishing("sum of the platens' forces over one", smooth.balance, 1e-8, "equilibrium")
     if long:
         yield from finer(smooth)
+    yield from turned_copies(long)
+
+
+def turned_copies(long: bool) -> Iterator[Comparison]:
+    """Turned against the grid, and on a grid that is shifted: what each boundary bears at the end.
+
+    On the shifted grid the platens' edges lie inside cells.
+    """
+    for size, tolerance in ((0.1, 0.15), (0.05, 0.08)) if long else ((0.1, 0.15),):
+        model = aligned(PROBLEM, size)
+        reference = reactions(model)
+        quantity = f"greatest change of a reaction's component over the platen's, h {size:g} m"
+        for angle in ANGLES:
+            change = off(reactions(turned(model, angle), angle), reference)
+            at = f"turned by {angle:g} degrees"
+            yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
+        change = off(reactions(shifted(model)), reference)
+        at = f"grid shifted by {SHIFT:g} cells"
+        yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
 
 
 def finer(coarse: Outcome) -> Iterator[Comparison]:

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Copies of a plane model that are turned in the grid: the same problem, other cut cells."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
+from tilth.simulation import Simulation, StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.march import march
+
+Floats = npt.NDArray[np.float64]
+
+ANGLE = 30.0
+"""By which the problems of the files `turned.toml` are turned against those beside them [deg]."""
+ANGLES = (17.0, 30.0, 45.0)
+"""That the reference problems are solved at [deg]."""
+SHIFT = 0.37
+"""Of the grid along both axes, in cells, for copies that are not turned."""
+HINGE = 0.02
+"""Width of the short boundary that holds what a node holds in a case file [length]."""
+ALIGNED = "the same along the grid"
+
+PLACES = ("point", "centre", "place", "at")
+DIRECTIONS = ("normal", "direction", "acceleration", "force")
+CHANGES: dict[str, dict[str, Any]] = {
+    "strip_footing": {
+        "bodies.0.basis": "gimp",
+        "grid.follow": {"boundary": "footing", "place": [0.5, 5.0], "axes": ["x", "y"]},
+    }
+}
+"""Problem -> what else is other than in its `case.toml`: the footing's edge inside a cell."""
+
+
+def aligned(problem: str, cell_size: float | None = None) -> Model:
+    """Returns the problem of an example with implicit boundaries on its grid lines.
+
+    cell_size: [length]; that of its `case.toml` if not given. The origin keeps its place in the
+    cell.
+    """
+    model = example(problem)
+    changes = {}
+    if cell_size is not None:
+        origin = np.array(model.origin) * (cell_size / model.cell_size[0])
+        changes = {"grid.cell_size": cell_size, "grid.origin": origin.tolist()}
+    return varied(implicit(varied(model, changes)), CHANGES.get(problem, {}))
+
+
+def shifted(model: Model) -> Model:
+    """Returns a model whose grid is moved by `SHIFT` cells along each axis."""
+    origin = np.add(model.origin, SHIFT * np.array(model.cell_size))
+    return varied(model, {"grid.origin": origin.tolist()})
+
+
+def implicit(model: Model) -> Model:
+    """Returns a plane model with implicit boundaries for its conditions on grid lines and nodes.
+
+    The soil is on the side of the first body. A condition on a part of a line, which must begin on
+    a line of symmetry, is that of a footing. A node becomes a hinge: a footing of width `HINGE`
+    that holds what is along its face; the roller that it lies on holds the rest. Tracked quantities
+    are left out.
+    """
+    box = model.bodies[0].shape
+    assert isinstance(box, Box)
+    centre = 0.5 * np.add(box.lower, box.upper)
+    boundaries = []
+    declared = zip(model.boundaries, model.to_dict()["boundaries"], strict=True)
+    for boundary, entries in declared:
+        if isinstance(boundary, PlaneBoundary):
+            held = _on_plane(boundary, centre)
+        elif isinstance(boundary, NodeBoundary):
+            assert boundary.components is None, boundary.name
+            inwards = centre - boundary.at
+            normal = np.where(np.abs(inwards) == np.abs(inwards).max(), np.sign(inwards), 0.0)
+            geometry = {"type": "footing", "centre": list(boundary.at), "normal": normal.tolist()}
+            held = {"geometry": geometry | {"width": HINGE}, "condition": "tangential"}
+        else:
+            assert isinstance(boundary, ImplicitBoundary), boundary.name
+            held = entries
+        boundaries.append({**held, "name": boundary.name, "type": "implicit"})
+    return varied(model, {"boundaries": boundaries, "track": []})
+
+
+def _on_plane(boundary: PlaneBoundary, centre: Floats) -> dict[str, Any]:
+    axis = "xy".index(boundary.axis)
+    place, normal = np.zeros(2), np.zeros(2)
+    place[axis], normal[axis] = boundary.at, np.sign(centre[axis] - boundary.at)
+    entries: dict[str, Any] = {"condition": "roller"}
+    geometry: dict[str, Any]
+    if boundary.range is None:
+        assert boundary.condition == "roller", boundary.name
+        geometry = {"type": "plane", "point": place.tolist()}
+    else:
+        assert boundary.displacement is not None
+        assert set(boundary.displacement) == {boundary.axis}, boundary.name
+        ((along, (lower, upper)),) = boundary.range.items()
+        place["xy".index(along)] = lower
+        geometry = {"type": "footing", "centre": place.tolist()}
+        geometry["width"] = 2.0 * (upper - lower)
+        entries |= {"displacement": dict(boundary.displacement), "factor": boundary.factor}
+    return {**entries, "geometry": {**geometry, "normal": normal.tolist()}}
+
+
+def rotation(angle: float) -> Floats:
+    """Returns the matrix that turns vectors by an angle [degrees] anticlockwise, shape (2, 2)."""
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def turned(model: Model, angle: float) -> Model:
+    """Returns a plane model whose soil, boundaries and loads are turned about (0, 0).
+
+    The grid stays, but for a place that it follows. For bodies that are boxes, implicit boundaries
+    on planes and footings that rest or are displaced, body forces and point forces.
+
+    angle: [degrees], anticlockwise.
+    """
+    turn = rotation(angle)
+    entries = model.to_dict()
+    for body, declared in zip(entries["bodies"], model.bodies, strict=True):
+        shape = declared.shape
+        assert isinstance(shape, Box)
+        lower = turn @ shape.lower
+        side = np.subtract(shape.upper, shape.lower)
+        whole = {"lower": lower.tolist(), "upper": (lower + side).tolist()}
+        body["shape"] |= whole | {"angle": shape.angle + angle}
+    for boundary in entries["boundaries"]:
+        assert boundary["type"] == "implicit", boundary["type"]
+        _turn(boundary["geometry"], turn)
+        _turn(boundary, turn)
+        if (moved := boundary.get("displacement")) is not None:
+            way = turn @ [moved.get(axis, 0.0) for axis in "xy"]
+            boundary["displacement"] = dict(zip("xy", way.tolist(), strict=True))
+    for load in entries["loads"]:
+        _turn(load, turn)
+    if (follow := entries["grid"].get("follow")) is not None:
+        _turn(follow, turn)
+    return Model.from_dict(entries)
+
+
+def _turn(table: dict[str, Any], turn: Floats) -> None:
+    for key in (*PLACES, *DIRECTIONS):
+        if table.get(key) is not None:
+            table[key] = (turn @ table[key]).tolist()
+
+
+def reactions(model: Model, angle: float = 0.0) -> Floats:
+    """Runs a copy to its end; returns the forces of its boundaries on the soil, turned back.
+
+    angle: that it is turned by [degrees]. Returns [force/length], shape (boundaries, 2).
+    """
+    forces: list[list[Floats]] = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        forces.append([result.resultant(boundary.name) for boundary in model.boundaries])
+
+    march(model, after_step)
+    return np.asarray(np.array(forces[-1]) @ rotation(angle))
+
+
+def off(found: Floats, reference: Floats) -> float:
+    """Returns the greatest change of a component of `reactions`, over the last boundary's force."""
+    return float(np.abs(found - reference).max() / np.abs(reference[-1]).max())
