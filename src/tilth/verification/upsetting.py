@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A nearly incompressible block pressed to 60 % of its height: how smooth its load curve is."""
+"""A nearly incompressible block pressed to 60 % of its height: load curve and reactions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.model import ImplicitBoundary
+from tilth.model import ImplicitBoundary, Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
@@ -22,6 +22,7 @@ from tilth.verification.turned import (
     ANGLES,
     SHIFT,
     aligned,
+    implicit,
     off,
     reactions,
     shifted,
@@ -74,6 +75,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     if long:
         yield from finer(smooth)
     yield from turned_copies(long)
+    yield from where_conditions_meet(long)
 
 
 def turned_copies(long: bool) -> Iterator[Comparison]:
@@ -103,6 +105,53 @@ def finer(coarse: Outcome) -> Iterator[Comparison]:
     short = press("case.toml", {"schedule.steps": 160})
     quantity = "force at the end, 80 and 160 steps"
     yield relative(quantity, coarse.force, short.force, 0.01, "160 steps")
+
+
+def where_conditions_meet(long: bool) -> Iterator[Comparison]:
+    """What each boundary bears where fixed platens meet a roller, against the nodes' reactions.
+
+    The nodes of grid lines hold the same there; a corner's reaction belongs to the symmetry line,
+    since the platen's shear vanishes in it. The clay is stiffer, so that it flows before the platen
+    has left its line.
+    """
+    sizes = ((0.1, 0.02, 0.05), (0.05, 0.01, 0.03)) if long else ((0.1, 0.02, 0.05),)
+    for size, on_lines, elsewhere in sizes:
+        nodes, model = meeting(size)
+        reference = reactions(nodes)
+        quantity = f"greatest difference of a reaction from elimination's, h {size:g} m"
+        for found, tolerance, where in (
+            (reactions(model), on_lines, "on the same lines"),
+            (reactions(shifted(model)), elsewhere, f"grid shifted by {SHIFT:g} cells"),
+            *(
+                (reactions(turned(model, angle), angle), elsewhere, f"turned by {angle:g} degrees")
+                for angle in ANGLES
+            ),
+        ):
+            rest = off(found, reference)
+            yield vanishing(f"{quantity}, {where}", rest, tolerance, "held on grid lines")
+
+
+def meeting(size: float) -> tuple[Model, Model]:
+    """Returns stiffer clay, hardly pressed, between grid lines and between implicit boundaries."""
+    model = varied(
+        example(PROBLEM),
+        {
+            "grid.cell_size": size,
+            "grid.origin": [0.0, 0.0],
+            "materials.clay.young_modulus": 1e9,
+            "boundaries.2.displacement": {"y": -0.002},
+            "schedule.steps": 20,
+            "schedule.outputs": 1,
+            "track": [],
+        },
+    )
+    line = {"type": "plane", "axis": "y", "range": {"x": [0.0, 0.5]}}
+    moved = {"condition": "prescribed", "displacement": {"x": 0.0, "y": -0.002}}
+    changes = {
+        "boundaries.1": {**line, "name": "lower platen", "at": 0.0, "condition": "fixed"},
+        "boundaries.2": {**line, "name": "upper platen", "at": 1.5, **moved},
+    }
+    return varied(model, changes), implicit(model)
 
 
 def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outcome:
