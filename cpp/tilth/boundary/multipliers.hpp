@@ -132,21 +132,25 @@ class MultiplierSpace {
     place_of(c, q, place);
     Lattice own{0, 0, 0};
     for (int k = 0; k < Dim; ++k) own[k] = static_cast<std::int64_t>(std::floor(place[k]));
-    for (std::int64_t k = Dim == 3 ? -2 : 0; k <= (Dim == 3 ? 2 : 0); ++k)
-      for (std::int64_t j = -2; j <= 2; ++j) {
-        const std::int64_t begin = pack({own[0] - 2, own[1] + j, own[2] + k});
-        for (auto at = std::lower_bound(sorted.begin(), sorted.end(),
-                                        std::make_pair(begin, std::int64_t{-1}));
-             at != sorted.end() && at->first <= begin + 4; ++at) {
-          double apart = 0.0;
-          for (int d = 0; d < Dim; ++d) {
-            const double way = vertices_.place[at->second * Dim + d] - place[d];
-            apart += way * way;
+    for (std::int64_t reach = 1; reach <= 2; ++reach) {
+      const std::int64_t layers = Dim == 3 ? reach : 0;
+      for (std::int64_t k = -layers; k <= layers; ++k)
+        for (std::int64_t j = -reach; j <= reach; ++j) {
+          const std::int64_t begin = pack({own[0] - reach, own[1] + j, own[2] + k});
+          for (auto at = std::lower_bound(sorted.begin(), sorted.end(),
+                                          std::make_pair(begin, std::int64_t{-1}));
+               at != sorted.end() && at->first <= begin + 2 * reach; ++at) {
+            double apart = 0.0;
+            for (int d = 0; d < Dim; ++d) {
+              const double way = vertices_.place[at->second * Dim + d] - place[d];
+              apart += way * way;
+            }
+            if (apart >= least || cosine(q, vertices_.point[at->second]) < same_side) continue;
+            least = apart, best = at->second;
           }
-          if (apart >= least || cosine(q, vertices_.point[at->second]) < same_side) continue;
-          least = apart, best = at->second;
         }
-      }
+      if (least < 1.0) break;  // those in cells further away are further
+    }
     return best;
   }
 

@@ -281,6 +281,54 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
   }
 }
 
+/// Whether each of the places is touched, as are all in its cell and those around it, and the
+/// boundary goes on to all sides: their mean is close to that of the cell.
+template <int Dim>
+std::vector<char> find_amid(std::int64_t places, const double* place, const std::int64_t* nearest,
+                            const double* origin, const double* cell_size) {
+  struct Cell {
+    std::int64_t key, first, count;
+    bool whole;
+    double sum[Dim];
+  };
+  constexpr double close = 0.25;  // in cells
+  const PointsByCell sorted = sort_by_cell<Dim>(places, place, origin, cell_size);
+  std::vector<Cell> cells;
+  for (std::int64_t i = 0; i < places; ++i) {
+    if (cells.empty() || cells.back().key != sorted.key[i])
+      cells.push_back({sorted.key[i], i, 0, true, {}});
+    Cell& cell = cells.back();
+    const std::int64_t q = sorted.order[i];
+    ++cell.count, cell.whole = cell.whole && nearest[q] >= 0;
+    for (int d = 0; d < Dim; ++d) cell.sum[d] += place[Dim * q + d] / cell_size[d];
+  }
+  std::vector<char> amid(places, 0);
+  for (const Cell& cell : cells) {
+    const Lattice own = unpack(cell.key);
+    double sum[Dim] = {}, apart = 0.0;
+    std::int64_t count = 0;
+    bool all = true;
+    for (std::int64_t k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
+      for (std::int64_t j = -1; j <= 1; ++j) {
+        const std::int64_t last = pack({own[0] + 1, own[1] + j, own[2] + k});
+        auto at =
+            std::lower_bound(cells.begin(), cells.end(), pack({own[0] - 1, own[1] + j, own[2] + k}),
+                             [](const Cell& a, std::int64_t key) { return a.key < key; });
+        for (; at != cells.end() && at->key <= last; ++at) {
+          all = all && at->whole, count += at->count;
+          for (int d = 0; d < Dim; ++d) sum[d] += at->sum[d];
+        }
+      }
+    for (int d = 0; d < Dim; ++d) {
+      const double way = sum[d] / count - cell.sum[d] / cell.count;
+      apart += way * way;
+    }
+    all = all && count > cell.count && apart <= close * close;
+    for (std::int64_t i = cell.first; i < cell.first + cell.count; ++i) amid[sorted.order[i]] = all;
+  }
+  return amid;
+}
+
 /// What part of a line from `offset` (from a domain's centre) along `edge`, both (Dim), touches the
 /// domain: from and to in units of the edge, within 0 and 1; from > to where none.
 template <int Dim, class Extent>
@@ -358,6 +406,8 @@ void covered_shares(std::int64_t boundaries, const std::int64_t* start, const do
   std::vector<double> touched;
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
+    const std::vector<char> amid =
+        find_amid<Dim>(end - begin, place + Dim * begin, nearest + begin, origin, cell_size);
     touched.clear();
     for (std::int64_t q = begin; q < end; ++q)
       if (nearest[q] >= 0) touched.insert(touched.end(), place + Dim * q, place + Dim * (q + 1));
@@ -367,6 +417,7 @@ void covered_shares(std::int64_t boundaries, const std::int64_t* start, const do
     for (std::int64_t q = begin; q < end; ++q) {
       const double* own = place + Dim * q;
       share[q] = nearest[q] >= 0 ? 1.0 : 0.0;
+      if (amid[q - begin]) continue;
       if (nearest[q] >= 0 &&
           is_surrounded<Dim>(known, own, touched.data(), origin, cell_size, beside))
         continue;
