@@ -121,6 +121,7 @@ class LinearForces:
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
+        joined: nodes that rows join beyond their cells, shape (nodes,).
     """
 
     def __init__(
@@ -137,7 +138,10 @@ class LinearForces:
         if constant is None:
             constant = np.zeros((active.nodes, active.grid.dim))
         self.constant: Floats = constant
+        self.joined = np.zeros(active.nodes, dtype=bool)
         for coupling, elements in self._parts:
+            if isinstance(coupling, RowCoupling):
+                self.joined[coupling.node] = True
             _core.add_element_forces(elements, coupling.force, self.constant)
 
     def force(self, displacement: Floats) -> Floats:

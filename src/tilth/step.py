@@ -159,7 +159,8 @@ def solve_step(
         springs.add_stiffness(active, system.blocks)
         linear.add_stiffness(system.blocks)
         surfaces.add_stiffness(displacement, system.blocks)
-        system.hard = soil.yielding_nodes(active)
+        yielding = soil.yielding_nodes(active)
+        system.hard = [yielding | linear.joined, linear.joined] if yielding.any() else []
         change = np.zeros_like(displacement)
         right_side = -rest
         if moving:

@@ -183,11 +183,25 @@ def test_plastic_unsymmetric_tangent() -> None:
     multigrid = Multigrid(system.active, system.held)
     multigrid.fill(system.blocks)
     assert multigrid._asymmetry > multigrid_module.SYMMETRIC
-    assert system.hard is not None
-    assert system.hard.sum() > 10
+    assert system.hard[0].sum() > 10
     require_agreement(system, right, most=40)
-    system.hard = None  # cycles alone take far longer, but are right, too
+    system.hard = []  # cycles alone take far longer, but are right, too
     assert solve(system, right, 1e-4)[1] > 20
+
+
+def test_the_first_hard_nodes_that_are_few_enough_are_solved_exactly(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system, _ = systems_of(footing())[-1]
+    few = np.zeros(system.active.nodes, dtype=bool)
+    few[:3] = True
+    monkeypatch.setitem(multigrid_module.HARD, 2, 6)
+    multigrid = Multigrid(system.active, system.held)
+    multigrid.fill(system.blocks, [np.ones_like(few), few])
+    assert multigrid._exact is not None
+    assert set(multigrid._exact.unknown // 2) <= {0, 1, 2}
+    multigrid.fill(system.blocks, [np.ones_like(few)])
+    assert multigrid._exact is None
 
 
 def test_whole_run_gives_the_direct_solvers_result() -> None:

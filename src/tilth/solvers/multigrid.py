@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -67,11 +69,11 @@ class Multigrid:
             self._hierarchy.begin()
         return same
 
-    def fill(self, blocks: Floats, hard: npt.NDArray[np.bool_] | None = None) -> None:
+    def fill(self, blocks: Floats, hard: Sequence[npt.NDArray[np.bool_]] = ()) -> None:
         """Takes the node blocks of a matrix, shape (entries of the pattern, dim, dim).
 
         On the nodes that are `hard`, shape (nodes,), the equations are solved exactly before and
-        after each cycle, while they are few.
+        after each cycle: on the first of these choices that has few enough.
 
         Raises:
             SolveFailed: if it has entries that are not numbers.
@@ -83,9 +85,8 @@ class Multigrid:
         )
         if not np.isfinite(self._asymmetry):
             raise SolveFailed("the matrix has entries that are not numbers")
-        self._exact = None
-        if hard is not None and 0 < hard.sum() * self._dim <= HARD[self._dim]:
-            self._exact = ExactPart(self._active, self._held, blocks, hard)
+        few = [chosen for chosen in hard if 0 < chosen.sum() * self._dim <= HARD[self._dim]]
+        self._exact = ExactPart(self._active, self._held, blocks, few[0]) if few else None
 
     def solve(self, right_side: Floats, tolerance: float) -> Solution:
         """Solves for nodal right sides, shape (nodes, dim), which are ignored where held.

@@ -26,7 +26,8 @@ class LinearSystem:
         blocks: the values, shape (entries of the pattern, dim, dim).
         active: the active grid, which owns the pattern.
         held: prescribed degrees of freedom, shape (nodes, dim).
-        hard: nodes where an iterative solver may need help, shape (nodes,); None where unknown.
+        hard: nodes where an iterative solver may need help, shape (nodes,): all of them first, then
+            the fewer that need it most.
     """
 
     def __init__(
@@ -38,7 +39,7 @@ class LinearSystem:
         self.blocks: Floats = memory.reshape(-1, dim, dim)
         self.active = active
         self.held = held
-        self.hard: npt.NDArray[np.bool_] | None = None
+        self.hard: list[npt.NDArray[np.bool_]] = []
 
     def times(self, displacement: Floats) -> Floats:
         """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
