@@ -110,6 +110,8 @@ def check(case: Path, picture: Path | None) -> None:
             raise
         problem = f"the picture cannot be written to {error.filename}: {error.strerror}"
         raise BadInput(problem, "choose another file with --picture") from None
+    for text in setup.warnings:
+        click.echo(f"warning: {text}", err=True)
     click.echo(f"set-up drawn in {file}")
 
 

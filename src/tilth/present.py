@@ -67,6 +67,7 @@ def setup_of(model: Model) -> Setup:
         body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
         force_unit=model.units.force,
         kind=model.analysis.kind,
+        warnings=tuple(simulation.warnings),
     )
 
 

@@ -222,6 +222,20 @@ def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> Non
         assert outcome.out.endswith(f"set-up drawn in {picture}\n")
 
 
+def test_check_warns_of_what_is_probably_not_meant(tilth: Tilth, case: Case) -> None:
+    pytest.importorskip("tilth._core")
+    far = """[[boundaries]]
+name = "far wall"
+type = "implicit"
+geometry = { type = "plane", point = [9, 0], normal = [-1, 0] }
+condition = "roller"
+
+"""
+    outcome = tilth("check", case(("[[loads]]\n", far + "[[loads]]\n")))
+    assert outcome.code == 0
+    assert "warning: boundary 'far wall' touches no soil" in outcome.err
+
+
 def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     pytest.importorskip("tilth._core")
     outcome = tilth("check", case(), "--picture", tmp_path / "none" / "drawn.png")

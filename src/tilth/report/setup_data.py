@@ -102,6 +102,8 @@ class Setup:
     corners: FloatArray | None = None
     """Corners of the domains [length], seen from the points, x fastest, shape (n, 2**dim, dim);
     None where domains are boxes with the half lengths."""
+    warnings: Sequence[str] = ()
+    """What is probably not meant."""
 
     @property
     def axis_names(self) -> tuple[str, str, str]:
