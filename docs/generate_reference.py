@@ -64,7 +64,8 @@ HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not
 
 A case file is [TOML](https://toml.io) text. The same names build the same model from Python:
 `[analysis]` is `tilth.Analysis`, an entry of `[[bodies]]` is a `tilth.Body`, and so on.
-`tilth check CASE.toml` validates a file, warns of what is probably not meant, and draws its set-up without running it.
+`tilth check CASE.toml` validates a file, warns of what is probably not meant, and draws its
+set-up without running it.
 
 * Units are yours and consistent; `[units]` only labels them. Tension is positive. y is up in 2D,
   z is up in 3D; in axisymmetry x is the radius and y the axis.
