@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -224,6 +225,36 @@ bool is_surrounded(const PointsByCell& known, const double* place, const double*
   return count > 1 && std::sqrt(size) <= 0.5 * count;
 }
 
+/// Places that are touched, and their numbers by cell.
+struct TouchedPlaces {
+  std::vector<double> place;
+  PointsByCell by_cell;
+};
+
+/// Of the places `begin` to `end` those with a `nearest` point.
+template <int Dim>
+TouchedPlaces touched_places(std::int64_t begin, std::int64_t end, const double* place,
+                             const std::int64_t* nearest, const double* origin,
+                             const double* cell_size) {
+  TouchedPlaces touched;
+  for (std::int64_t q = begin; q < end; ++q)
+    if (nearest[q] >= 0)
+      touched.place.insert(touched.place.end(), place + Dim * q, place + Dim * (q + 1));
+  const auto count = static_cast<std::int64_t>(touched.place.size() / Dim);
+  touched.by_cell = sort_by_cell<Dim>(count, touched.place.data(), origin, cell_size);
+  return touched;
+}
+
+/// Lengths along the axes that no half width of an ellipsoid through a box's corners exceeds.
+template <int Dim, class Extent>
+std::array<double, Dim> longest_half_widths(std::int64_t points, const Extent& extent) {
+  std::array<double, Dim> longest{};
+  for (std::int64_t p = 0; p < points; ++p)
+    for (int k = 0; k < Dim; ++k) longest[k] = std::max(longest[k], extent.half_width(p, k));
+  for (double& each : longest) each *= std::sqrt(Dim * (1.0 + 1e-9));
+  return longest;
+}
+
 /// Number of the point nearest to each place, in units of its domain, among those that it touches;
 /// -1 where it touches none. Looks `around` cells (Dim) around the place. Boundary b has the places
 /// from `start[b]` to `start[b + 1]`. Where the ellipsoids reach none of its places in a cell, or
@@ -233,41 +264,34 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
                      const double* normal, const PointsByCell& sorted, const double* position,
                      const Extent& extent, const std::int64_t* around, const double* origin,
                      const double* cell_size, std::int64_t* nearest) {
-  const auto points = static_cast<std::int64_t>(sorted.order.size());
   constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
-  double within[Dim] = {}, all[Dim];  // no ellipsoid is longer than `within`
-  for (std::int64_t p = 0; p < points; ++p)
-    for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));
-  for (int k = 0; k < Dim; ++k) {
-    within[k] *= std::sqrt(reach);
-    all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
-  }
-  std::vector<double> touched;  // places that the ellipsoids reach
+  const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
+  double all[Dim];
+  for (int k = 0; k < Dim; ++k) all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       double least = far;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, place + Dim * q, within, position, extent, around, origin,
-                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
+      for_points_around<Dim>(sorted, place + Dim * q, within.data(), position, extent, around,
+                             origin, cell_size,
+                             [&](std::int64_t p, const double* offset, double measure) {
                                if (measure > reach || measure >= least) return;
                                if (!facing<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });
     }
-    touched.clear();
-    for (std::int64_t q = begin; q < end; ++q)
-      if (nearest[q] >= 0) touched.insert(touched.end(), place + Dim * q, place + Dim * (q + 1));
-    const auto reached = static_cast<std::int64_t>(touched.size() / Dim);
-    const PointsByCell known = sort_by_cell<Dim>(reached, touched.data(), origin, cell_size);
+    const TouchedPlaces touched =
+        touched_places<Dim>(begin, end, place, nearest, origin, cell_size);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       if (nearest[q] >= 0) continue;
       const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
+      const auto& known = touched.by_cell;
       if (std::binary_search(known.key.begin(), known.key.end(), key) &&
-          !is_surrounded<Dim>(known, place + Dim * q, touched.data(), origin, cell_size, 1.0))
+          !is_surrounded<Dim>(known, place + Dim * q, touched.place.data(), origin, cell_size, 1.0))
         continue;
       double least = far;
       for_points_around<Dim>(sorted, place + Dim * q, all, position, extent, around, origin,
@@ -395,31 +419,23 @@ void covered_shares(std::int64_t boundaries, const std::int64_t* start, const do
                     const double* position, const Extent& extent, const std::int64_t* around,
                     const double* origin, const double* cell_size, std::int64_t* nearest,
                     double* share) {
-  const auto points = static_cast<std::int64_t>(sorted.order.size());
   constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
   constexpr double far = 1e300, none = 0.1, whole = 1.0 - 1e-6;
   constexpr double beside = Dim == 2 ? 0.3 : 0.5;  // about a piece of a boundary, in cells
-  double within[Dim] = {};
-  for (std::int64_t p = 0; p < points; ++p)
-    for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], extent.half_width(p, k));
-  for (int k = 0; k < Dim; ++k) within[k] *= std::sqrt(Dim * (1.0 + 1e-9));
-  std::vector<double> touched;
+  const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
     const std::vector<char> amid =
         find_amid<Dim>(end - begin, place + Dim * begin, nearest + begin, origin, cell_size);
-    touched.clear();
-    for (std::int64_t q = begin; q < end; ++q)
-      if (nearest[q] >= 0) touched.insert(touched.end(), place + Dim * q, place + Dim * (q + 1));
-    const auto reached = static_cast<std::int64_t>(touched.size() / Dim);
-    const PointsByCell known = sort_by_cell<Dim>(reached, touched.data(), origin, cell_size);
+    const TouchedPlaces touched =
+        touched_places<Dim>(begin, end, place, nearest, origin, cell_size);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       const double* own = place + Dim * q;
       share[q] = nearest[q] >= 0 ? 1.0 : 0.0;
       if (amid[q - begin]) continue;
       if (nearest[q] >= 0 &&
-          is_surrounded<Dim>(known, own, touched.data(), origin, cell_size, beside))
+          is_surrounded<Dim>(touched.by_cell, own, touched.place.data(), origin, cell_size, beside))
         continue;
       const double* corner = part + Dim * Dim * q;
       const double* edge = corner + Dim;
