@@ -185,7 +185,7 @@ def _is_endless(boundary: Implicit) -> bool:
 
 def _widest(points: MaterialPoints) -> float:
     """Returns a length that half the width of no domain exceeds."""
-    if points.all_corners() is not None:
+    if points.corner.shape[1] > 0:
         return np.inf
     return float(np.sqrt((points.half_length**2).sum(axis=1).max(initial=0.0)))
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tilth.boundaries.motion import rotation_matrix
 from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
@@ -105,12 +107,6 @@ def _on_plane(boundary: PlaneBoundary, centre: Floats) -> dict[str, Any]:
     return {**entries, "geometry": {**geometry, "normal": normal.tolist()}}
 
 
-def rotation(angle: float) -> Floats:
-    """Returns the matrix that turns vectors by an angle [degrees] anticlockwise, shape (2, 2)."""
-    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.array([[cosine, -sine], [sine, cosine]])
-
-
 def turned(model: Model, angle: float) -> Model:
     """Returns a plane model whose soil, boundaries and loads are turned about (0, 0).
 
@@ -119,7 +115,7 @@ def turned(model: Model, angle: float) -> Model:
 
     angle: [degrees], anticlockwise.
     """
-    turn = rotation(angle)
+    turn = rotation_matrix(angle, None, 2)
     entries = model.to_dict()
     for body, declared in zip(entries["bodies"], model.bodies, strict=True):
         shape = declared.shape
@@ -142,6 +138,16 @@ def turned(model: Model, angle: float) -> Model:
     return Model.from_dict(entries)
 
 
+def copies(model: Model) -> Iterator[tuple[str, float, Model]]:
+    """Yields the copies that a plane model is compared with: what, by which angle [deg], the copy.
+
+    Those turned by `ANGLES`, then the one that is not turned, on a shifted grid.
+    """
+    for angle in ANGLES:
+        yield f"turned by {angle:g} degrees", angle, turned(model, angle)
+    yield f"grid shifted by {SHIFT:g} cells", 0.0, shifted(model)
+
+
 def _turn(table: dict[str, Any], turn: Floats) -> None:
     for key in (*PLACES, *DIRECTIONS):
         if table.get(key) is not None:
@@ -159,7 +165,7 @@ def reactions(model: Model, angle: float = 0.0) -> Floats:
         forces.append([result.resultant(boundary.name) for boundary in model.boundaries])
 
     march(model, after_step)
-    return np.asarray(np.array(forces[-1]) @ rotation(angle))
+    return np.asarray(np.array(forces[-1]) @ rotation_matrix(angle, None, 2))
 
 
 def off(found: Floats, reference: Floats) -> float:
