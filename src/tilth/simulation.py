@@ -17,7 +17,7 @@ from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implici
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.axis import Axis, OnAxis
 from tilth.boundaries.axis_agreement import require_on_axis
-from tilth.boundaries.passage import SMALL, depth_behind, find_passage
+from tilth.boundaries.passage import find_passage
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.coupling import LinearForces
 from tilth.domains import bound_domains, keep_off_axis
@@ -25,11 +25,12 @@ from tilth.errors import BadInput, StepFailed
 from tilth.ghost import Ghost
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
-from tilth.model import Model, PlaneBoundary
+from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints, PointRange
 from tilth.predictor import Predictor
+from tilth.run_warnings import RunWarnings
 from tilth.soil import Soil
 from tilth.solvers import linear_solver
 from tilth.step import Equilibrium, Newton, solve_step
@@ -95,7 +96,7 @@ class Simulation:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
         timers: time spent in basis, stress, assembly, solve and rest.
-        warnings: texts not yet reported; the caller empties the list.
+        run_warnings: what is probably not meant.
 
     Raises:
         BadInput: a body without points, conditions that leave a rigid motion or contradict.
@@ -104,7 +105,7 @@ class Simulation:
     def __init__(self, model: Model, points: MaterialPoints | None = None) -> None:
         self.model = model
         self.timers = Timers()
-        self.warnings: list[str] = []
+        self.run_warnings = RunWarnings()
         self.kind = model.analysis.kind
         limits = model.grid.limits
         self.grid = Grid(
@@ -118,7 +119,7 @@ class Simulation:
         self.grid = self._grid_at(0.0)
         initial = initial_points(model)
         self._solver = linear_solver(
-            model.analysis.solver, model.dimension, len(initial), self._note_fallback
+            model.analysis.solver, model.dimension, len(initial), self.run_warnings.fallback
         )
         self.loads = Loads(model, initial)
         self.axis = Axis(model, initial)
@@ -126,7 +127,6 @@ class Simulation:
         self.soil = Soil(self.points, self.kind, self.timers)
         self.surfaces = make_surfaces(model, initial)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
-        self._said: set[str] = set()
         self._passage = (math.nan, math.inf, 0)  # start of the step shortened last, depth, tries
         self._predictor = Predictor(model.dimension)
         self._buffers = Buffers()
@@ -139,9 +139,9 @@ class Simulation:
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
         )
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
-        self._note_departures()
+        self.run_warnings.departures(model, self.grid.cell_size)
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
-        self._note_bounds(bound_domains(self.points, self.grid))
+        self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
     def restored(cls, model: Model, arrays: dict[str, npt.NDArray[Any]]) -> Simulation:
@@ -163,6 +163,11 @@ class Simulation:
                 {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
             )
         return simulation
+
+    @property
+    def warnings(self) -> list[str]:
+        """Texts not yet reported; the caller empties the list."""
+        return self.run_warnings.texts
 
     @property
     def solved(self) -> str:
@@ -208,7 +213,7 @@ class Simulation:
         require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
         require_no_rigid_motion(active, self.kind, conditions.held, contacts)
         require_near_soil(self.model, self.surfaces, active)
-        self._note_places(conditions, contacts)
+        self.run_warnings.places(conditions, contacts)
         return active
 
     def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
@@ -246,7 +251,7 @@ class Simulation:
         on_axis = self._conditions(active, before, after)
         conditions = on_axis.conditions
         contacts = self._contacts(active, conditions.held, before, after)
-        self._note_places(conditions, contacts)
+        self.run_warnings.places(conditions, contacts)
         force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
             couplings = contacts.couplings()
@@ -275,20 +280,17 @@ class Simulation:
                 if newton is self._attempts[-1]:
                     raise
                 guess = None
-                self._note(
-                    "line search",
-                    f"the step to time {after:.6g}, and perhaps later ones, is repeated with a "
-                    f"line search: {failure.reason}",
-                )
-        self._require_inside(active, equilibrium)
+                self.run_warnings.line_search(failure.reason, after)
+        moved = self.soil.interpolate(active, equilibrium.displacement)
+        self._require_inside(moved, equilibrium)
         if not is_least:
-            self._require_in_front(active, equilibrium, before, after)
+            self._require_in_front(moved, equilibrium, before, after)
         corners = self._moved_corners(active, equilibrium)
         self._move_surfaces(active, equilibrium)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement, corners)
         self._predictor.commit(active, equilibrium.displacement, after - before)
-        self._note_bounds(bound_domains(self.points, self.grid))
+        self.run_warnings.bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
             carried = contacts.after(equilibrium.displacement)
             forces = conditions.forces(equilibrium.reaction) | contacts.forces(carried)
@@ -296,7 +298,12 @@ class Simulation:
                 equilibrium.initial_reaction, conditions.held, linear.constant
             )
             contacts.commit(carried)
-            self._note_depths(after)
+            self.run_warnings.depths(self.implicit, self.points, after, self.grid.cell_size)
+            if not surface_loads and (force == force_before).all():
+                driven = np.abs(conditions.increment).max(initial=contacts.largest_increment())
+                self.run_warnings.jump(
+                    moved, float(driven), self.points, self.grid.cell_size, after
+                )
             self.axis.commit(on_axis, active, equilibrium.displacement)
         result = StepResult(active, equilibrium, forces, 0.0, after)
         mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
@@ -330,12 +337,12 @@ class Simulation:
         for surface, (state, warning) in zip(surfaces, moved, strict=True):
             surface.commit(state)
             if warning:
-                self._note(f"crossing of {surface.name}", warning)
+                self.run_warnings.note(f"crossing of {surface.name}", warning)
 
-    def _require_inside(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+    def _require_inside(self, moved: Floats, equilibrium: Equilibrium) -> None:
+        """Checks that no point leaves the limits of the grid; moved: in the step, (points, dim)."""
         if self.grid.lower is None:
             return
-        moved = self.soil.interpolate(active, equilibrium.displacement)
         outside = self.grid.first_point_outside(self.points.position + moved)
         if outside is not None:
             raise StepFailed(
@@ -345,15 +352,15 @@ class Simulation:
             )
 
     def _require_in_front(
-        self, active: ActiveGrid, equilibrium: Equilibrium, before: float, after: float
+        self, moved: Floats, equilibrium: Equilibrium, before: float, after: float
     ) -> None:
         """Checks that no soil that was free passes through an implicit boundary."""
         if not self.implicit:
             return
         with self.timers.measure("boundaries"):
-            moved = self.points.position + self.soil.interpolate(active, equilibrium.displacement)
+            place = self.points.position + moved
             found = [
-                find_passage(boundary, self.points, moved, before, after, self.grid.cell_size)
+                find_passage(boundary, self.points, place, before, after, self.grid.cell_size)
                 for boundary in self.implicit
             ]
         passed = [passage for passage in found if passage is not None]
@@ -373,20 +380,6 @@ class Simulation:
             share=passage.share,
         )
 
-    def _note_depths(self, time: float) -> None:
-        """Warns of soil behind implicit boundaries, again where it has become twice as deep."""
-        small = SMALL * float(self.grid.cell_size.min())
-        for boundary in self.implicit:
-            depth = depth_behind(boundary, self.points, time, self.grid.cell_size)
-            if depth <= small:
-                continue
-            level = math.floor(math.log2(depth / small))
-            self._note(
-                f"depth of {level} behind {boundary.name}",
-                f"material points are up to {depth:.3g} behind the boundary {boundary.name!r} at "
-                f"time {time:.6g}",
-            )
-
     def _moved_corners(
         self, active: ActiveGrid, equilibrium: Equilibrium
     ) -> dict[int, tuple[Floats, Floats]]:
@@ -396,53 +389,6 @@ class Simulation:
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
-
-    def _note(self, key: str, text: str) -> None:
-        if key not in self._said:
-            self._said.add(key)
-            self.warnings.append(text)
-
-    def _note_fallback(self, reason: str) -> None:
-        self._note(
-            "fallback",
-            "a linear system, and perhaps later ones, was left to the direct solver; multigrid: "
-            f"{reason}",
-        )
-
-    def _note_departures(self) -> None:
-        """Warns of grid planes whose prescribed motion takes the material away from them."""
-        model = self.model
-        for boundary in model.boundaries:
-            if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
-                continue
-            axis = AXES.index(boundary.axis)
-            value = boundary.held(model.dimension).get(axis, 0.0)
-            farthest = max(abs(value * factor) for _, factor in model.factor_table(boundary))
-            if farthest > 0.5 * self.grid.cell_size[axis]:
-                self._note(
-                    f"motion of {boundary.name}",
-                    f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "
-                    f"cell, but it acts on the nodes at {boundary.axis} = {boundary.at:g} "
-                    "throughout: it loses the material that moves away from them",
-                )
-
-    def _note_places(self, conditions: Conditions, contacts: Contacts) -> None:
-        for name, touched in zip(conditions.names, conditions.touched, strict=True):
-            if not touched:
-                key = f"place of {name}"
-                self._note(key, f"boundary {name!r} touches no node of a cell with material")
-        for key, text in contacts.warnings():
-            self._note(key, text)
-
-    def _note_bounds(self, held: dict[str, int]) -> None:
-        texts = {
-            "floor": "were kept at the least size, 0.001 of a cell",
-            "cap": "were kept at the size of a cell: they no longer tile the material; "
-            "more points per cell, or another domain_update, avoid this",
-        }
-        for key, count in held.items():
-            if count:
-                self._note(key, f"the domains of {count} material points {texts[key]}")
 
 
 def _of_boundary(number: int, key: str) -> str:

@@ -204,6 +204,25 @@ def test_the_first_hard_nodes_that_are_few_enough_are_solved_exactly(
     assert multigrid._exact is None
 
 
+def test_more_hard_nodes_are_solved_exactly_once_fewer_have_failed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    system, right = systems_of(footing(), steps=6)[-1]
+    monkeypatch.setitem(multigrid_module.HARD, 2, 6)
+    monkeypatch.setattr(multigrid_module, "PATIENCE", 10)
+    multigrid = Multigrid(system.active, system.held)
+    multigrid.fill(system.blocks, system.hard)
+    assert multigrid._exact is None
+    found = multigrid.solve(right, 1e-4)
+    assert found.residual <= 2e-4
+    assert found.iterations < 20, "what cycles alone need"
+    multigrid.fill(system.blocks, system.hard)
+    assert multigrid._exact is not None, "the next system of the step begins with them"
+    assert multigrid.begin(system.active, system.held)
+    multigrid.fill(system.blocks, system.hard)
+    assert multigrid._exact is None, "the next step does not"
+
+
 def test_whole_run_gives_the_direct_solvers_result() -> None:
     found = {}
     for name in ("multigrid", "superlu"):

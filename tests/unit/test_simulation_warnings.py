@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from implicit_blocks import flat, implicit
 from small_problems import block_entries, plane
 
 from tilth import Model
+from tilth.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.simulation import Simulation
 
 
@@ -37,7 +39,7 @@ def test_no_name_of_a_boundary_silences_another_warning(name: str) -> None:
     entries["bodies"][0]["points_per_cell"] = 1
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    simulation._note_bounds({"floor": 1, "cap": 1})
+    simulation.run_warnings.bounds({"floor": 1, "cap": 1})
     assert len(simulation.warnings) == 3
 
 
@@ -59,3 +61,39 @@ def test_a_band_that_locks_the_soil_beside_it_is_named(
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     assert any("'base' with form = \"band\"" in text for text in simulation.warnings) == warned
+
+
+@pytest.mark.parametrize(
+    ("times", "cells", "warned"),
+    [(1.1 * JUMP, 2.0 * NO_JUMP, True), (0.9 * JUMP, 1.0, False), (1e3, 0.5 * NO_JUMP, False)],
+)
+def test_soil_that_moves_far_further_than_what_drives_it_is_named(
+    times: float, cells: float, warned: bool
+) -> None:
+    simulation = pressed_block()
+    moved = np.zeros_like(simulation.points.position)
+    moved[3] = [0.0, cells * simulation.grid.cell_size[1]]
+    run_warnings = RunWarnings()
+    driven = float(moved.max()) / times
+    run_warnings.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5)
+    assert any("material point 3" in text for text in run_warnings.texts) == warned
+
+
+@pytest.mark.parametrize(("load", "warned"), [(False, True), (True, False)])
+def test_jumps_are_looked_for_where_boundaries_alone_drive_the_soil(
+    load: bool, warned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tilth.run_warnings.JUMP", 0.5)
+    simulation = pressed_block(load)
+    simulation.advance(0.0, 1.0)
+    assert any("as far as any boundary" in text for text in simulation.warnings) == warned
+
+
+def pressed_block(load: bool = False) -> Simulation:
+    """A block whose top moves down by a twentieth of it, with a body force or without."""
+    top = implicit("top", flat([0.0, 2.0], [0.0, -1.0]), "roller", displacement={"y": -0.1})
+    sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
+    entries = block_entries("plane_strain", "gimp", boundaries=[top, *sides])
+    if load:
+        entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -0.1]}]
+    return Simulation(Model.from_dict(entries))

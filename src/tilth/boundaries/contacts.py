@@ -184,6 +184,13 @@ class Contacts:
             found[part.at.node] = True
         return found
 
+    def largest_increment(self) -> float:
+        """Returns how far the boundaries that touch soil move in the step [length]."""
+        return max(
+            (float(np.linalg.norm(part.pose.increment, axis=1).max()) for part in self.parts),
+            default=0.0,
+        )
+
     def carried_force(self) -> Floats:
         """Returns the boundaries' internal force of what they carry from before, (nodes, dim)."""
         force = np.zeros((self.active.nodes, self.active.grid.dim))

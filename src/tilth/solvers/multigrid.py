@@ -19,8 +19,14 @@ Floats = npt.NDArray[np.float64]
 ITERATIONS = 100
 """Iterations after which a direct solver is quicker."""
 
+PATIENCE = 50
+"""Iterations after which more equations are solved exactly, where there are more hard ones."""
+
 HARD = {2: 5_000, 3: 2_500}
 """Unknowns up to which the hard nodes' equations are solved exactly, by dimension."""
+
+HARDEST = {2: 20_000, 3: 10_000}
+"""The same once a solution with fewer has failed in the step: the factors take a second or so."""
 
 SCATTERED = 100
 """Grid lines of the box around all nodes, per node, up to which the levels list them all."""
@@ -51,6 +57,7 @@ class Multigrid:
         angle = np.arange(self._held.size, dtype=float)  # no structure, the same on any machine
         self._probes = [np.where(held.ravel(), 0.0, np.cos(k * angle)) for k in (1.3, 2.1)]
         self._exact: ExactPart | None = None
+        self._most_hard = HARD
         self._hierarchy = _core.Multigrid(self._dim, active.lattice, *self._pattern, self._held)
 
     @property
@@ -67,13 +74,14 @@ class Multigrid:
         if same:
             self._active, self._pattern = active, (active.row_start, active.column)
             self._hierarchy.begin()
+            self._most_hard = HARD
         return same
 
     def fill(self, blocks: Floats, hard: Sequence[npt.NDArray[np.bool_]] = ()) -> None:
         """Takes the node blocks of a matrix, shape (entries of the pattern, dim, dim).
 
         On the nodes that are `hard`, shape (nodes,), the equations are solved exactly before and
-        after each cycle: on the first of these choices that has few enough.
+        after each cycle: on the first of these choices, from many to few, that has few enough.
 
         Raises:
             SolveFailed: if it has entries that are not numbers.
@@ -85,8 +93,16 @@ class Multigrid:
         )
         if not np.isfinite(self._asymmetry):
             raise SolveFailed("the matrix has entries that are not numbers")
-        few = [chosen for chosen in hard if 0 < chosen.sum() * self._dim <= HARD[self._dim]]
-        self._exact = ExactPart(self._active, self._held, blocks, few[0]) if few else None
+        self._hard = [chosen for chosen in hard if chosen.any()]
+        self._choose_exact()
+
+    def _choose_exact(self) -> None:
+        most = self._most_hard[self._dim]
+        few = [chosen for chosen in self._hard if chosen.sum() * self._dim <= most]
+        self._exact_nodes = int(few[0].sum()) if few else 0
+        self._exact = (
+            ExactPart(self._active, self._held, self._blocks, few[0]) if self._exact_nodes else None
+        )
 
     def solve(self, right_side: Floats, tolerance: float) -> Solution:
         """Solves for nodal right sides, shape (nodes, dim), which are ignored where held.
@@ -95,13 +111,24 @@ class Multigrid:
             SolveFailed: no solution to the relative `tolerance` within `ITERATIONS`.
         """
         free = np.where(self._held, 0.0, right_side).ravel()
+        more = HARDEST[self._dim] // self._dim
+        if not any(self._exact_nodes < chosen.sum() <= more for chosen in self._hard):
+            return self._iterate(free, tolerance, ITERATIONS)
+        try:
+            return self._iterate(free, tolerance, PATIENCE)
+        except SolveFailed:
+            self._most_hard = HARDEST
+            self._choose_exact()
+            return self._iterate(free, tolerance, ITERATIONS)
+
+    def _iterate(self, free: Floats, tolerance: float, limit: int) -> Solution:
         operators = (self._product, self._precondition)
         if self._asymmetry < SYMMETRIC:
             try:
-                return conjugate_gradients(*operators, free, tolerance, ITERATIONS)
+                return conjugate_gradients(*operators, free, tolerance, limit)
             except NotDefinite:  # the bound of the smoother's eigenvalues may be a little low
                 pass
-        return flexible_gmres(*operators, free, tolerance, ITERATIONS)
+        return flexible_gmres(*operators, free, tolerance, limit)
 
     def _product(self, x: Floats, product: Floats) -> None:
         _core.block_product(self._dim, *self._pattern, self._blocks, self._held, x, product)

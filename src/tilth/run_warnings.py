@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Warnings of a run: what can be computed, and is probably not meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.boundaries import Conditions, Contacts
+from tilth.boundaries.implicit import Implicit
+from tilth.boundaries.passage import SMALL, depth_behind
+from tilth.model import Model, PlaneBoundary
+from tilth.model.fields import AXES
+from tilth.points import MaterialPoints
+
+Floats = npt.NDArray[np.float64]
+
+JUMP, NO_JUMP = 30.0, 0.01
+"""Soil that moves so many times as far in a step as the boundaries that drive it, and by more than
+this part of a cell, is warned of."""
+
+
+class RunWarnings:
+    """Collects warnings, each kind once.
+
+    Attributes:
+        texts: those not yet reported; who reports them empties the list.
+    """
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self._said: set[str] = set()
+
+    def note(self, key: str, text: str) -> None:
+        """Warns, unless there was a warning with this key."""
+        if key not in self._said:
+            self._said.add(key)
+            self.texts.append(text)
+
+    def fallback(self, reason: str) -> None:
+        """A linear system that multigrid left to the direct solver."""
+        self.note(
+            "fallback",
+            "a linear system, and perhaps later ones, was left to the direct solver; multigrid: "
+            f"{reason}",
+        )
+
+    def line_search(self, reason: str, time: float) -> None:
+        """A step that is repeated."""
+        self.note(
+            "line search",
+            f"the step to time {time:.6g}, and perhaps later ones, is repeated with a line "
+            f"search: {reason}",
+        )
+
+    def departures(self, model: Model, cell_size: Floats) -> None:
+        """Grid planes whose prescribed motion takes the material away from them."""
+        for boundary in model.boundaries:
+            if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
+                continue
+            axis = AXES.index(boundary.axis)
+            value = boundary.held(model.dimension).get(axis, 0.0)
+            farthest = max(abs(value * factor) for _, factor in model.factor_table(boundary))
+            if farthest > 0.5 * cell_size[axis]:
+                self.note(
+                    f"motion of {boundary.name}",
+                    f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "
+                    f"cell, but it acts on the nodes at {boundary.axis} = {boundary.at:g} "
+                    "throughout: it loses the material that moves away from them",
+                )
+
+    def places(self, conditions: Conditions, contacts: Contacts) -> None:
+        """Boundaries that touch nothing, and what `Contacts.warnings` finds."""
+        for name, touched in zip(conditions.names, conditions.touched, strict=True):
+            if not touched:
+                key = f"place of {name}"
+                self.note(key, f"boundary {name!r} touches no node of a cell with material")
+        for key, text in contacts.warnings():
+            self.note(key, text)
+
+    def bounds(self, held: Mapping[str, int]) -> None:
+        """Domains that `bound_domains` kept from shrinking or growing further."""
+        texts = {
+            "floor": "were kept at the least size, 0.001 of a cell",
+            "cap": "were kept at the size of a cell: they no longer tile the material; "
+            "more points per cell, or another domain_update, avoid this",
+        }
+        for key, count in held.items():
+            if count:
+                self.note(key, f"the domains of {count} material points {texts[key]}")
+
+    def depths(
+        self,
+        boundaries: Sequence[Implicit],
+        points: MaterialPoints,
+        time: float,
+        cell_size: Floats,
+    ) -> None:
+        """Soil behind implicit boundaries, again where it has become twice as deep."""
+        small = SMALL * float(cell_size.min())
+        for boundary in boundaries:
+            depth = depth_behind(boundary, points, time, cell_size)
+            if depth <= small:
+                continue
+            level = math.floor(math.log2(depth / small))
+            self.note(
+                f"depth of {level} behind {boundary.name}",
+                f"material points are up to {depth:.3g} behind the boundary {boundary.name!r} at "
+                f"time {time:.6g}",
+            )
+
+    def jump(
+        self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float
+    ) -> None:
+        """Soil that moves much further in a step than the boundaries that alone drive it.
+
+        moved: displacement of the points in the step [length], shape (n, dim). driven: how far the
+        boundaries move in it [length].
+        """
+        point = int((moved**2).sum(axis=1).argmax())
+        way = float(np.linalg.norm(moved[point]))
+        if driven > 0.0 and way > max(JUMP * driven, NO_JUMP * float(cell_size.min())):
+            self.note(
+                "jump",
+                f"in the step to time {time:.6g} material point {points.point_id[point]} moves by "
+                f"{way:.3g}, {way / driven:.0f} times as far as any boundary, and no load changes: "
+                "the soil slides by itself, or Newton's iteration ended in another equilibrium "
+                "than the one that it followed; compare a run in smaller steps or with "
+                "predictor = true",
+            )
