@@ -10,7 +10,6 @@ MISSED = {
     "convergence rate, cpdi1, turned by 30 degrees, 16 to 32 cells",
     "convergence rate, cpdi2, turned by 30 degrees, 16 to 32 cells",
     "its spread along the face, plane strain, 5 cells",
-    "rate of the displacement, axisymmetric, 5 to 10 cells",
     "its moment against the weight's, relative, linear",
     "its moment against the weight's, relative, gimp",
     "sum of the platens' forces over one",

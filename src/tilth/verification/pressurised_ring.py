@@ -37,6 +37,12 @@ PAST_LIMIT = [[0.0, 0.0], [1.0, 0.5], [2.0, 0.7], [3.0, 0.9], [4.0, 0.95], [5.0,
 """Load factors that end above the limit pressure."""
 LEAST_STEP = 1.0 / 32.0
 """Of the time between two of them: 0.00031 GPa between a pressure borne and one that is not."""
+FLOOR = 5e-4
+"""Error of the axisymmetric ring's displacement on any grid [-].
+
+From 5 to 40 cells it is 1.4e-4 to 3.1e-4, up and down with the places of the domains in their
+cells: no rate is to be seen there.
+"""
 STIFFER = 100.0
 """Factor on Young's modulus that makes the change of the radii negligible."""
 
@@ -57,12 +63,15 @@ class Outcome:
 def comparisons(long: bool) -> Iterator[Comparison]:
     """Displacements and their rate; then the limit pressure, and the displacements below it."""
     yield from inflated("plane strain", (5, 10, 20) if long else (5, 10))
-    yield from inflated("axisymmetric", (5, 10, 20, 40) if long else (5, 10))
+    yield from inflated("axisymmetric", (5, 10, 20, 40) if long else (5, 10), FLOOR)
     yield from to_the_limit(long)
 
 
-def inflated(kind: str, grids: Sequence[int]) -> Iterator[Comparison]:
-    """Displacement on each grid, how far it is the same all around, and the rate."""
+def inflated(kind: str, grids: Sequence[int], error: float | None = None) -> Iterator[Comparison]:
+    """Displacement on each grid, how far it is the same all around, and the rate.
+
+    error: below which the displacement's error must be on each grid, instead of a rate.
+    """
     outcomes = [inflate(refined(kind, cells)) for cells in grids]
     for cells, outcome in zip(grids, outcomes, strict=True):
         at = f"{kind}, {cells} cells"
@@ -70,8 +79,10 @@ def inflated(kind: str, grids: Sequence[int]) -> Iterator[Comparison]:
         yield relative(f"inner displacement, {at}", mean, WIDENING, 0.01, ELASTIC, "m")
         spread = float(np.ptp(outcome.inner)) / WIDENING
         yield vanishing(f"its spread along the face, {at}", spread, 0.05 / cells, ELASTIC)
-        error = outcome.displacement_error
-        yield vanishing(f"displacement error, {at}", error, 0.01, ELASTIC)
+        off = outcome.displacement_error
+        yield vanishing(f"displacement error, {at}", off, error or 0.01, ELASTIC)
+    if error is not None:
+        return
     errors = [outcome.displacement_error for outcome in outcomes]
     rate = math.log(errors[0] / errors[-1]) / math.log(grids[-1] / grids[0])
     quantity = f"rate of the displacement, {kind}, {grids[0]} to {grids[-1]} cells"
