@@ -76,7 +76,8 @@ class Kernels:
         self.soil.update(self.grid, self.displacement)
         middle = time.perf_counter()
         self.soil.internal_force(self.grid)
-        self.soil.stiffness(self.grid, self.matrix)
+        self.matrix.fill(0.0)
+        self.soil.add_stiffness(self.grid, self.matrix)
         return middle - start, time.perf_counter() - middle
 
 

@@ -16,10 +16,12 @@ import scipy.sparse as sp
 
 from tilth import Model
 from tilth.boundaries import Contacts
-from tilth.coupling import LinearForces
-from tilth.ghost import ghost_faces
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import ghost_faces
+from tilth.terms.linear import LinearForces
+from tilth.terms.soil_forces import SoilForces
 from tilth.verification.march import march
 
 CELLS = 4
@@ -102,11 +104,12 @@ def condition_and_time(model: Model) -> tuple[float, float]:
     seconds = (time.perf_counter() - start) / 5
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
     faces = ghost_faces(simulation.soil, active, held, 0.005, contacts.behind())
-    linear = LinearForces(active, [*couplings, *(each.coupling() for each in faces)])
-    simulation.soil.update(active, np.zeros((active.nodes, active.grid.dim)))
-    blocks = np.zeros((len(active.column), *2 * (active.grid.dim,)))
-    simulation.soil.stiffness(active, blocks)
-    linear.add_stiffness(blocks)
+    linear = LinearForces([*couplings, *(each.coupling() for each in faces)])
+    balance = Balance(active, [SoilForces(simulation.soil), linear])
+    active, still = balance.active, np.zeros((active.nodes, active.grid.dim))
+    balance.forces(still)
+    blocks = np.empty((len(active.column), *2 * (active.grid.dim,)))
+    balance.fill_stiffness(still, blocks)
     size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size))
     eigenvalues = np.abs(np.linalg.eigvalsh(0.5 * (matrix + matrix.T).toarray()))

@@ -30,13 +30,15 @@ from scipy.linalg import cholesky_banded, solve_triangular
 from tilth import Model, _core
 from tilth.boundaries import Contacts
 from tilth.boundaries.contact import SurfaceContact
-from tilth.coupling import LinearForces
-from tilth.ghost import Ghost
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
 from tilth.solvers import LinearSystem
-from tilth.support import Springs
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import Ghost
+from tilth.terms.linear import LinearForces
+from tilth.terms.soil_forces import SoilForces
+from tilth.terms.weak_springs import Springs
 
 Floats = npt.NDArray[np.float64]
 
@@ -122,13 +124,12 @@ def energy_norm(simulation: Simulation, active: ActiveGrid, contacts: Contacts) 
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
     faces = ghost.couplings(soil, active, nothing_held, contacts.behind())
-    linear = LinearForces(active, faces)
     springs = Springs.of(soil, active, contacts.reached() | ghost.holds(active, nothing_held))
-    soil.update(active, np.zeros((nodes, dim)))
+    balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
+    active, still = balance.active, np.zeros((nodes, dim))
+    balance.forces(still)
     system = LinearSystem(active, nothing_held)
-    soil.stiffness(active, system.blocks)
-    springs.add_stiffness(active, system.blocks)
-    linear.add_stiffness(system.blocks)
+    balance.fill_stiffness(still, system.blocks)
     size = nodes * dim
     matrix = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
     return (matrix + sp.diags(np.repeat(MODULUS * soil.nodal_volume(active), dim))).tocsr()

@@ -33,7 +33,8 @@ def parts_of(simulation: Simulation) -> dict[str, Callable[[], object]]:
 
     def assembly() -> None:
         soil.internal_force(active)
-        soil.stiffness(active, blocks)
+        blocks.fill(0.0)
+        soil.add_stiffness(active, blocks)
 
     return {"basis": basis, "stress": stress, "assembly": assembly}
 

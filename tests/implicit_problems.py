@@ -15,11 +15,11 @@ from tilth.boundaries import Contacts
 from tilth.boundaries.band import BandContact
 from tilth.boundaries.contact import Contact, SurfaceContact
 from tilth.boundaries.multipliers import multiplier_coupling
-from tilth.coupling import Coupling
-from tilth.ghost import FaceCoupling
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult, initial_points
+from tilth.terms.ghost import FaceCoupling
+from tilth.terms.linear import Coupling
 
 MODULUS, POISSON = 1000.0, 0.3
 """Young's modulus [stress] and Poisson's ratio [-] of the soil in `small_problems`."""

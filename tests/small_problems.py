@@ -176,8 +176,8 @@ class Laboratory:
         """d internal_force / d displacement at `displacement`, unknowns node by node."""
         self.soil.update(self.active, displacement)
         dim = self.grid.dim
-        blocks = np.full((len(self.active.column), dim, dim), np.nan)
-        self.soil.stiffness(self.active, blocks)
+        blocks = np.zeros((len(self.active.column), dim, dim))
+        self.soil.add_stiffness(self.active, blocks)
         size = self.active.nodes * dim
         return sp.bsr_matrix(
             (blocks, self.active.column, self.active.row_start), shape=(size, size)

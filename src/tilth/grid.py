@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -141,7 +142,7 @@ class ActiveGrid:
         cell_keys: sorted keys of the cells that a point's support covers, each that of its lowest
             node.
         buffers: what the steps reuse.
-        couplings: further nodes that the matrix must couple, see `couple`.
+        couplings: further nodes that the matrix couples: see `with_couplings`.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
 
@@ -151,7 +152,7 @@ class ActiveGrid:
     points: MaterialPoints
     cell_keys: Integers
     buffers: Buffers
-    couplings: list[tuple[Integers, Shorts]] = field(default_factory=list)
+    couplings: Sequence[tuple[Integers, Shorts]] = ()
     owned: tuple[int, int] = field(default=(0, 0))
 
     @property
@@ -182,17 +183,13 @@ class ActiveGrid:
         """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
         return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
 
-    def couple(self, start: Integers, node: Shorts) -> int:
-        """Makes room in the matrix for blocks among the nodes of each element.
+    def with_couplings(self, couplings: Sequence[tuple[Integers, Shorts]]) -> ActiveGrid:
+        """Returns the same grid whose matrix couples the nodes of further elements, too.
 
-        To be called before the pattern is asked for. Returns the number of this coupling.
-
-        start: first entry of each element in `node`, shape (elements + 1,).
-        node: node numbers, shape (entries,).
+        couplings: first entry of each element, shape (elements + 1,), among node numbers, shape
+            (entries,).
         """
-        assert "_pattern" not in self.__dict__, "the pattern is fixed already"
-        self.couplings.append((start, node))
-        return len(self.couplings) - 1
+        return replace(self, couplings=couplings)
 
     @property
     def reach(self) -> int:
@@ -203,7 +200,7 @@ class ActiveGrid:
     @cached_property
     def _pattern(self) -> Pattern:
         groups = [(stencil.node_start, stencil.node) for stencil in self.stencils]
-        return self.buffers.pattern(self.key, groups, self.couplings)
+        return self.buffers.pattern(self.key, groups, list(self.couplings))
 
     @property
     def row_start(self) -> Integers:
@@ -225,9 +222,10 @@ class ActiveGrid:
         """Position of each node's diagonal block in the matrix, shape (nodes,)."""
         return self._pattern.diagonal
 
-    def elements(self, number: int) -> Elements:
-        """Returns the elements of a coupling, by the number that `couple` gave it."""
-        return self._pattern.elements[number]
+    @property
+    def elements(self) -> list[Elements]:
+        """Of each of `couplings`, where its blocks stand in the pattern."""
+        return self._pattern.elements
 
     def cells(self) -> Integers:
         """Returns the nodes of every cell that a point's support covers, shape (cells, 2^dim).

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.grid import ActiveGrid, find_keys
 from tilth.soil import Soil
-from tilth.support import well_supported
+from tilth.terms.weak_springs import well_supported
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -19,10 +19,8 @@ from tilth.boundaries.axis import Axis, OnAxis
 from tilth.boundaries.axis_agreement import require_on_axis
 from tilth.boundaries.passage import find_passage
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.coupling import LinearForces
 from tilth.domains import bound_domains, keep_off_axis
 from tilth.errors import BadInput, StepFailed
-from tilth.ghost import Ghost
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.loads import Loads
 from tilth.model import Model
@@ -34,9 +32,14 @@ from tilth.run_warnings import RunWarnings
 from tilth.soil import Soil
 from tilth.solvers import linear_solver
 from tilth.step import Equilibrium, Newton, solve_step
-from tilth.support import Springs
 from tilth.surface.loads import SurfaceLoads
 from tilth.surface.make import make_surfaces, require_near_soil
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import Ghost
+from tilth.terms.linear import LinearForces
+from tilth.terms.point_loads import PointLoads
+from tilth.terms.soil_forces import SoilForces
+from tilth.terms.weak_springs import Springs
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -252,29 +255,36 @@ class Simulation:
         conditions = on_axis.conditions
         contacts = self._contacts(active, conditions.held, before, after)
         self.run_warnings.places(conditions, contacts)
-        force_before, force = (self._load(active, time) for time in (before, after))
         with self.timers.measure("boundaries"):
-            couplings = contacts.couplings()
-            carried_force = contacts.carried_force()
+            boundaries = LinearForces(contacts.couplings(), contacts.carried_force())
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            couplings += self._ghost.couplings(
-                self.soil, active, conditions.held, contacts.behind()
+            ghost = LinearForces(
+                self._ghost.couplings(self.soil, active, conditions.held, contacts.behind())
             )
             coupled = contacts.reached() | self._ghost.holds(active, conditions.held)
-            couplings += on_axis.couplings()
+            point_loads = PointLoads(self.loads, self.soil, active, before, after)
             surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
-            linear = LinearForces(active, couplings, carried_force)
-        load_before = force_before + surface_loads.force_before()
-        springs = Springs.of(self.soil, active, coupled)
+            balance = Balance(
+                active,
+                [
+                    SoilForces(self.soil),
+                    Springs.of(self.soil, active, coupled),
+                    boundaries,
+                    ghost,
+                    LinearForces(on_axis.couplings()),
+                    point_loads,
+                    surface_loads,
+                ],
+            )
+            active = balance.active
         guess = None
         if self.model.analysis.predictor:
             guess = self._predictor.guess(self.soil, active, after - before)
         for newton in self._attempts:
             try:
                 equilibrium = solve_step(
-                    self.soil, active, conditions, load_before, force, springs, linear,
-                    surface_loads, self._solver, newton, self.timers, guess, on_iteration,
-                )  # fmt: skip
+                    balance, conditions, self._solver, newton, self.timers, guess, on_iteration
+                )
                 break
             except StepFailed as failure:
                 if newton is self._attempts[-1]:
@@ -295,25 +305,19 @@ class Simulation:
             carried = contacts.after(equilibrium.displacement)
             forces = conditions.forces(equilibrium.reaction) | contacts.forces(carried)
             reaction_before = contacts.reaction_before(
-                equilibrium.initial_reaction, conditions.held, linear.constant
+                equilibrium.initial_reaction, conditions.held, balance.constant_force()
             )
             contacts.commit(carried)
             self.run_warnings.depths(self.implicit, self.points, after, self.grid.cell_size)
-            if not surface_loads and (force == force_before).all():
+            if not surface_loads and not point_loads.changes:
                 driven = np.abs(conditions.increment).max(initial=contacts.largest_increment())
                 self.run_warnings.jump(
                     moved, float(driven), self.points, self.grid.cell_size, after
                 )
             self.axis.commit(on_axis, active, equilibrium.displacement)
         result = StepResult(active, equilibrium, forces, 0.0, after)
-        mean_force = 0.5 * (load_before + equilibrium.load + reaction_before + result.reaction)
-        return replace(result, work=float((mean_force * equilibrium.displacement).sum()))
-
-    def _load(self, active: ActiveGrid, time: float) -> Floats:
-        """Returns the nodal force of the loads on points at `time` [force], (nodes, dim)."""
-        if not self.loads:
-            return np.zeros((active.nodes, active.grid.dim))
-        return self.soil.scatter(active, self.loads.force(self.points, time))
+        twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
+        return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""

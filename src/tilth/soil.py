@@ -141,10 +141,9 @@ class Soil:
                 )  # fmt: skip
         return force
 
-    def stiffness(self, active: ActiveGrid, matrix: Floats) -> None:
-        """Fills `matrix` (blocks, dim, dim) with the derivative of the force [force/length]."""
+    def add_stiffness(self, active: ActiveGrid, matrix: Floats) -> None:
+        """Adds the derivative of the force to `matrix` (blocks, dim, dim) [force/length]."""
         with self._timers.measure("assembly"):
-            matrix.fill(0.0)
             for body, stencil, (start, position), volume, centres in zip(
                 self.points.bodies, active.stencils, active.block_positions, self._volumes(),
                 self._centres, strict=True,

@@ -12,13 +12,10 @@ import numpy.typing as npt
 
 from tilth.boundaries import Conditions
 from tilth.comm import SERIAL, Communicator, norm
-from tilth.coupling import LinearForces
 from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
-from tilth.soil import Soil
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
-from tilth.support import Springs
-from tilth.surface.loads import SurfaceLoads
+from tilth.terms.balance import Balance, Forces
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -76,15 +73,26 @@ class Equilibrium:
         return len(self.residuals) - 1
 
 
+@dataclass(frozen=True)
+class State:
+    """A displacement that Newton's iteration has come to.
+
+    Attributes:
+        displacement: of the nodes in the step [length], shape (nodes, dim).
+        forces: there.
+        free: norm of the residual on the free degrees of freedom [force].
+        relative: the same over the size of the forces [-].
+    """
+
+    displacement: Floats
+    forces: Forces
+    free: float
+    relative: float
+
+
 def solve_step(
-    soil: Soil,
-    active: ActiveGrid,
+    balance: Balance,
     conditions: Conditions,
-    load_before: Floats,
-    force: Floats,
-    springs: Springs,
-    linear: LinearForces,
-    surfaces: SurfaceLoads,
     solver: LinearSolver,
     newton: Newton,
     timers: Timers,
@@ -95,88 +103,77 @@ def solve_step(
     """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
 
     Args:
-        load_before: all external force at the start of the step, (nodes, dim).
-        force: external force on points at its end, (nodes, dim).
-        springs, linear: what supports badly supported nodes, and couplings of few nodes.
-        surfaces: external force at the end that follows the soil's surface.
+        balance: all terms of the step.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is told the iteration and its relative residual.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
-    held = conditions.held
+    active, held = balance.active, conditions.held
     own = slice(*active.owned)
-    displacement = np.zeros_like(force)
+    displacement = np.zeros((active.nodes, active.grid.dim))
     residuals: list[float] = []
 
-    def evaluate(u: Floats) -> tuple[Floats, Floats, float, float]:
-        """External force, residual force, its norm on the free nodes, and that over the forces'."""
-        soil.update(active, u)
-        of_soil = soil.internal_force(active)
-        load = force + surfaces.force(u) if surfaces else force
-        rest = of_soil + springs.force(u) + linear.force(u) - load
-        free = norm(comm, np.where(held, 0.0, rest)[own])
-        reaction = norm(comm, np.where(held, rest, 0.0)[own])
+    def evaluate(u: Floats) -> State:
+        forces = balance.forces(u)
+        free = norm(comm, np.where(held, 0.0, forces.residual)[own])
+        reaction = norm(comm, np.where(held, forces.residual, 0.0)[own])
         # not all internal force: implicit boundaries balance the soil's in it
-        size = max(norm(comm, load[own]), norm(comm, of_soil[own]), reaction)
+        size = max(norm(comm, forces.load[own]), norm(comm, forces.soil[own]), reaction)
         # at rest, an implicit boundary that begins to move is the only force
-        return load, rest, free, free / size if size > 0.0 else float(free > 0.0)
+        return State(u, forces, free, free / size if size > 0.0 else float(free > 0.0))
 
     moving = bool(conditions.increment.any())
-    initial_reaction = np.zeros_like(force)
+    initial_reaction = np.zeros_like(displacement)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        load, rest, size, relative = evaluate(displacement)
-        initial_reaction = np.where(held, rest + load - load_before, 0.0)
+        now = evaluate(displacement)
+        forces = now.forces
+        internal = forces.residual + forces.load
+        initial_reaction = np.where(held, internal - balance.load_before, 0.0)
     if guess is not None:
-        trial = np.where(held, conditions.increment, guess)
         try:
-            load, rest, size, relative = evaluate(trial)
-            displacement, moving = trial, False
+            now = evaluate(np.where(held, conditions.increment, guess))
+            moving = False
         except StepFailed:
-            load, rest, size, relative = evaluate(displacement)
+            now = evaluate(displacement)
     system: LinearSystem | None = None
     while True:
-        residuals.append(relative)
-        on_iteration(len(residuals) - 1, relative)
-        if not math.isfinite(relative):
+        residuals.append(now.relative)
+        on_iteration(len(residuals) - 1, now.relative)
+        if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
-        balanced = relative <= newton.tolerance or size <= newton.round_off
+        balanced = now.relative <= newton.tolerance or now.free <= newton.round_off
         if not balanced and len(residuals) > CERTAIN:
-            balanced = size <= linear.round_off(displacement)
+            balanced = now.free <= balance.round_off(now.displacement)
         if balanced and not moving:
-            reaction = np.where(held, rest, 0.0)
-            return Equilibrium(displacement, load, reaction, initial_reaction, residuals)
+            reaction = np.where(held, now.forces.residual, 0.0)
+            load = now.forces.load
+            return Equilibrium(now.displacement, load, reaction, initial_reaction, residuals)
         if len(residuals) > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            worst = _nearest_point(soil, active, np.where(held, 0.0, rest))
+            worst = _nearest_point(active, np.where(held, 0.0, now.forces.residual))
             raise StepFailed(reason, point=worst, residuals=residuals)
         if system is None:
             with timers.measure("assembly"):
                 entries = len(active.column) * active.grid.dim**2
                 system = LinearSystem(active, held, active.buffers.take("matrix", entries))
-        soil.stiffness(active, system.blocks)
-        springs.add_stiffness(active, system.blocks)
-        linear.add_stiffness(system.blocks)
-        surfaces.add_stiffness(displacement, system.blocks)
-        yielding = soil.yielding_nodes(active)
-        system.hard = [yielding | linear.joined, linear.joined] if yielding.any() else []
+        balance.fill_stiffness(now.displacement, system.blocks)
+        system.hard = balance.hard_nodes()
         change = np.zeros_like(displacement)
-        right_side = -rest
+        right_side = -now.forces.residual
         if moving:
             change = np.where(held, conditions.increment, 0.0)
             right_side = right_side - system.times(change)
         with timers.measure("solve"):
-            share = _share_left(1.0 if moving else relative, newton.tolerance)
+            share = _share_left(1.0 if moving else now.relative, newton.tolerance)
             try:
                 change += solver.solve(system, right_side, share)
             except SolveFailed as error:
                 raise StepFailed(str(error), residuals=residuals) from error
         search = newton.line_search and not moving
         shares = (1.0, 0.5, 0.25, 0.125) if search else (1.0,)
-        displacement, (load, rest, size, relative) = _best(
-            evaluate, displacement, change, shares, size, residuals
-        )
+        now = _best(evaluate, now, change, shares, residuals)
         moving = False
 
 
@@ -190,33 +187,31 @@ def _share_left(relative: float, tolerance: float) -> float:
     return min(max(0.1 * tolerance / relative, FORCING), LOOSEST)
 
 
-def _nearest_point(soil: Soil, active: ActiveGrid, residual: Floats) -> int:
+def _nearest_point(active: ActiveGrid, residual: Floats) -> int:
     """Returns the number of the point nearest to the node with the largest residual force."""
-    node = int(np.linalg.norm(residual, axis=1).argmax())
-    distance = np.linalg.norm(soil.points.position - active.position[node], axis=1)
-    return int(soil.points.point_id[int(distance.argmin())])
+    points, node = active.points, int(np.linalg.norm(residual, axis=1).argmax())
+    distance = np.linalg.norm(points.position - active.position[node], axis=1)
+    return int(points.point_id[int(distance.argmin())])
 
 
 def _best(
-    evaluate: Callable[[Floats], tuple[Floats, Floats, float, float]],
-    displacement: Floats,
+    evaluate: Callable[[Floats], State],
+    now: State,
     change: Floats,
     shares: tuple[float, ...],
-    size: float,
     residuals: list[float],
-) -> tuple[Floats, tuple[Floats, Floats, float, float]]:
-    """Takes the first share of `change` that lowers the residual's `size`, else the last one."""
+) -> State:
+    """Takes the first share of `change` that lowers the residual, else the last one."""
     for share in shares:
         last = share == shares[-1]
-        trial = displacement + share * change
         try:
-            result = evaluate(trial)
+            trial = evaluate(now.displacement + share * change)
         except StepFailed as failure:
             if last:
                 raise StepFailed(
                     failure.reason, point=failure.point, residuals=residuals
                 ) from failure
             continue
-        if last or result[2] <= (1.0 - 1e-4 * share) * size:
-            return trial, result
+        if last or trial.free <= (1.0 - 1e-4 * share) * now.free:
+            return trial
     raise AssertionError("a line search tries at least one step")

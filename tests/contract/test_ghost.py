@@ -20,10 +20,12 @@ from small_problems import (
 )
 
 from tilth import Model
-from tilth.coupling import LinearForces
-from tilth.ghost import LEAST_SHARE, filled_cells, ghost_faces
 from tilth.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
 from tilth.simulation import Simulation, StepResult
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import LEAST_SHARE, filled_cells, ghost_faces
+from tilth.terms.linear import LinearForces
+from tilth.terms.soil_forces import SoilForces
 from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -51,27 +53,27 @@ def block(
 
 
 def ghost(simulation: Simulation, active: ActiveGrid, gamma: float = GAMMA) -> LinearForces:
+    """The penalty of all faces."""
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
     faces = ghost_faces(simulation.soil, active, held, gamma)
-    return LinearForces(active, [of_axis.coupling() for of_axis in faces])
+    return LinearForces([of_axis.coupling() for of_axis in faces])
 
 
-def blocks_of(active: ActiveGrid, linear: LinearForces) -> np.ndarray:
-    """The node blocks of the penalty, (blocks, dim, dim)."""
-    blocks = np.zeros((len(active.column), active.grid.dim, active.grid.dim))
-    linear.add_stiffness(blocks)
+def blocks_of(balance: Balance) -> np.ndarray:
+    """The node blocks of a balance at rest, (blocks, dim, dim)."""
+    active = balance.active
+    still = np.zeros((active.nodes, active.grid.dim))
+    balance.forces(still)
+    blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
+    balance.fill_stiffness(still, blocks)
     return blocks
 
 
 def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.ndarray:
     """The whole matrix over Young's modulus, of nodes without any condition."""
-    dim = active.grid.dim
-    linear = ghost(simulation, active, gamma)
-    simulation.soil.update(active, np.zeros((active.nodes, dim)))
-    blocks = np.zeros((len(active.column), dim, dim))
-    simulation.soil.stiffness(active, blocks)
-    linear.add_stiffness(blocks)
-    size = active.nodes * dim
+    balance = Balance(active, [SoilForces(simulation.soil), ghost(simulation, active, gamma)])
+    active, blocks = balance.active, blocks_of(balance)
+    size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size)).toarray()
     return 0.5 * (matrix + matrix.T) / simulation.points.bodies[0].parameters[0]
 
@@ -80,16 +82,20 @@ def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.nd
 @every_basis
 def test_linear_motions_are_free_of_force(kind: str, basis: str) -> None:
     simulation, active = block(kind, basis, 0.3)
-    linear = ghost(simulation, active)
-    scale = np.abs(blocks_of(active, linear)).max()
+    balance = Balance(active, [ghost(simulation, active)])
+
+    def force(u: np.ndarray) -> np.ndarray:
+        return balance.forces(u).residual
+
+    scale = np.abs(blocks_of(balance)).max()
     assert scale > 1e-4 * simulation.points.bodies[0].parameters[0]
     dim = active.grid.dim
     random = np.random.default_rng(3)
     motion = random.normal(size=dim) + active.position @ random.normal(size=(dim, dim))
-    assert np.abs(linear.force(motion)).max() < 1e-13 * scale * np.abs(motion).max()
+    assert np.abs(force(motion)).max() < 1e-13 * scale * np.abs(motion).max()
     u = random.normal(size=motion.shape)
-    assert np.abs(linear.force(u).sum(axis=0)).max() < 1e-13 * scale * active.nodes
-    assert (u * linear.force(u)).sum() > 0.0
+    assert np.abs(force(u).sum(axis=0)).max() < 1e-13 * scale * active.nodes
+    assert (u * force(u)).sum() > 0.0
 
 
 @every_kind
@@ -99,7 +105,7 @@ def test_full_cells_have_none(kind: str, basis: str) -> None:
     _, fill, modulus = filled_cells(simulation.soil, active)
     np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
     np.testing.assert_allclose(modulus, simulation.points.bodies[0].parameters[0], rtol=1e-12)
-    assert not blocks_of(active, ghost(simulation, active)).any()
+    assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
 
 
 @every_kind
@@ -159,7 +165,7 @@ def test_yielding_soil_is_tied_less(kind: str, basis: str) -> None:
     def penalty(share: float) -> np.ndarray:
         simulation, active = block(kind, basis, 0.3)
         simulation.points.elastic_share[:] = share
-        return blocks_of(active, ghost(simulation, active))
+        return blocks_of(Balance(active, [ghost(simulation, active)]))
 
     elastic = penalty(1.0)
     np.testing.assert_allclose(penalty(0.25), 0.25 * elastic, rtol=1e-12)

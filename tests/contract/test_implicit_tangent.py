@@ -207,19 +207,17 @@ def equations(
     with pytest.raises(Stopped):
         simulation.advance(before, after)
     monkeypatch.setattr(tilth.simulation, "solve_step", solve_step)
-    soil, active, conditions, _, _, springs, linear, *_ = found
+    balance, conditions, *_ = found
+    active = balance.active
     size = active.nodes * active.grid.dim
 
     def force(u: Floats) -> Floats:
-        soil.update(active, u)
-        return np.asarray(soil.internal_force(active) + springs.force(u) + linear.force(u))
+        return np.asarray(balance.forces(u).residual)
 
     def matrix(u: Floats) -> Floats:
-        soil.update(active, u)
+        balance.forces(u)
         system = LinearSystem(active, np.zeros_like(conditions.held))
-        soil.stiffness(active, system.blocks)
-        springs.add_stiffness(active, system.blocks)
-        linear.add_stiffness(system.blocks)
+        balance.fill_stiffness(u, system.blocks)
         whole = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
         return np.asarray(whole.toarray())
 

@@ -8,11 +8,12 @@ import pytest
 from small_problems import Floats, Laboratory
 
 from tilth import _core
-from tilth.coupling import Coupling, LinearElements, LinearForces
-from tilth.ghost import FaceCoupling
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.place import locate_places
 from tilth.solvers.system import LinearSystem
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import FaceCoupling
+from tilth.terms.linear import Coupling, LinearElements, LinearForces
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 
@@ -61,7 +62,7 @@ def test_elements_are_what_numpy_makes_of_them(kind: str) -> None:
     random = np.random.default_rng(0)
     active = Laboratory.of(kind, "linear", "hencky_elastic", random).active
     couplings = random_couplings(active)
-    linear = LinearForces(active, couplings)
+    balance = Balance(active, [LinearForces(couplings)])
     u = random.normal(size=(active.nodes, active.grid.dim))
     force, terms = np.zeros_like(u), np.zeros_like(u)
     constant = np.zeros_like(u)
@@ -71,13 +72,12 @@ def test_elements_are_what_numpy_makes_of_them(kind: str) -> None:
         np.add.at(force, each.node, np.einsum("eabik,ebk->eai", matrix, u[each.node]))
         magnitude = np.einsum("eabik,ebk->eai", np.abs(matrix), np.abs(u[each.node]))
         np.add.at(terms, each.node, magnitude)
-    np.testing.assert_allclose(linear.constant, constant, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(linear.force(u), constant + force, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(balance.constant_force(), constant, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(balance.forces(u).residual, constant + force, rtol=0, atol=1e-12)
     expected = np.finfo(np.float64).eps * np.linalg.norm(np.abs(constant) + terms)
-    assert linear.round_off(u) == pytest.approx(expected, rel=1e-12)
-    system = LinearSystem(active, np.zeros(u.shape, dtype=bool))
-    system.blocks[:] = 0.0
-    linear.add_stiffness(system.blocks)
+    assert balance.round_off(u) == pytest.approx(expected, rel=1e-12)
+    system = LinearSystem(balance.active, np.zeros(u.shape, dtype=bool))
+    balance.fill_stiffness(u, system.blocks)
     np.testing.assert_allclose(system.times(u), force, rtol=0, atol=1e-12)
 
 
@@ -88,12 +88,12 @@ def test_elements_give_the_same_bits_for_any_number_of_threads(kind: str) -> Non
         _core.set_threads(threads)
         random = np.random.default_rng(0)
         active = Laboratory.of(kind, "linear", "hencky_elastic", random, cells=7).active
-        linear = LinearForces(active, random_couplings(active))
+        balance = Balance(active, [LinearForces(random_couplings(active))])
         u = random.normal(size=(active.nodes, active.grid.dim))
-        blocks = np.zeros((len(active.column), active.grid.dim, active.grid.dim))
-        linear.add_stiffness(blocks)
-        parts = (linear.constant, linear.force(u), blocks)
-        results.append([part.tobytes() for part in parts] + [linear.round_off(u)])
+        blocks = np.empty((len(balance.active.column), active.grid.dim, active.grid.dim))
+        balance.fill_stiffness(u, blocks)
+        parts = (balance.constant_force(), balance.forces(u).residual, blocks)
+        results.append([part.tobytes() for part in parts] + [balance.round_off(u)])
     assert results[0] == results[1] == results[2]
 
 
@@ -103,12 +103,11 @@ def test_the_pattern_is_kept_while_the_nodes_and_couplings_are_the_same() -> Non
 
     def located(couplings: int) -> ActiveGrid:
         active = locate(laboratory.points, laboratory.grid, buffers)
-        LinearForces(active, random_couplings(active)[:couplings])
-        return active
+        return Balance(active, [LinearForces(random_couplings(active)[:couplings])]).active
 
     first, second = located(2), located(2)
     assert second.column is first.column
-    assert second.elements(1) is first.elements(1)
+    assert second.elements[1] is first.elements[1]
     fewer = located(1)
     assert fewer.column is not first.column
     again = located(1)

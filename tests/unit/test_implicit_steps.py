@@ -28,12 +28,12 @@ from implicit_blocks import (
 from implicit_problems import ghost_force
 from small_problems import BASES, CORNER_BASES, KINDS, Floats, dimension, plane, tensor
 
-import tilth.ghost
+import tilth.terms.ghost
 from tilth import Model
 from tilth.boundaries import Contacts
 from tilth.boundaries.contact import SurfaceContact
-from tilth.ghost import FaceCoupling, Ghost
 from tilth.simulation import Simulation, StepResult
+from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.verification.closed_forms.homogeneous import (
     full_deformation_gradient,
     hencky_cauchy_stress,
@@ -117,7 +117,7 @@ def test_mean_stress_is_that_of_the_reactions(
 
     monkeypatch.setattr(Ghost, "couplings", keep_couplings)
     if basis == "linear":  # where the step is not homogeneous, ghost stabilisation has a share
-        monkeypatch.setattr(tilth.ghost, "ghost_faces", lambda *arguments: [])
+        monkeypatch.setattr(tilth.terms.ghost, "ghost_faces", lambda *arguments: [])
     delta = 1e-5
     model = squeezed(kind, basis, "roller", delta, steps=4)
     model = Model.from_dict(

@@ -30,7 +30,7 @@ from tilth.grid import ActiveGrid, Buffers, find_keys, locate
 from tilth.predictor import NEAR, Predictor
 from tilth.simulation import Simulation
 from tilth.soil import Soil
-from tilth.support import well_supported
+from tilth.terms.weak_springs import well_supported
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 

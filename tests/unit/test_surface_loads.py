@@ -15,6 +15,7 @@ from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.simulation import Simulation
 from tilth.solvers.system import LinearSystem
 from tilth.surface.loads import SurfaceLoads
+from tilth.terms.balance import Balance
 from tilth.track import Tracker
 
 OCTAGON = [
@@ -84,9 +85,9 @@ def require_derivative(
     direction = random.normal(size=u.shape)
     step = 1e-5
     ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
-    system = LinearSystem(active, np.zeros(u.shape, dtype=bool))
-    system.blocks[:] = 0.0
-    loads.add_stiffness(u, system.blocks)
+    balance = Balance(active, [loads])
+    system = LinearSystem(balance.active, np.zeros(u.shape, dtype=bool))
+    balance.fill_stiffness(u, system.blocks)
     scale = np.abs(loads.force(u)).max()
     assert scale > 0.1
     expected = (behind - ahead) / (2.0 * step)

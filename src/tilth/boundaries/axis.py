@@ -18,11 +18,11 @@ import numpy.typing as npt
 from tilth.boundaries.axis_rows import AxisRows
 from tilth.boundaries.protocol import Floats
 from tilth.boundaries.together import NOBODY, Conditions
-from tilth.coupling import Coupling
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid, Grid
 from tilth.model import Model
 from tilth.points import MaterialPoints
+from tilth.terms.linear import Coupling
 
 Integers = npt.NDArray[np.int64]
 

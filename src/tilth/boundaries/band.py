@@ -19,7 +19,7 @@ import numpy as np
 
 from tilth.boundaries.contact import Contact
 from tilth.boundaries.protocol import Floats
-from tilth.coupling import Coupling
+from tilth.terms.linear import Coupling
 
 ALONG = 1.0 - 1e-9
 """Largest component of a normal along an axis of the grid, at least."""

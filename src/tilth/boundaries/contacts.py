@@ -17,12 +17,12 @@ from tilth.boundaries.multipliers import (
     multiplier_coupling,
 )
 from tilth.boundaries.protocol import Flags, Floats
-from tilth.coupling import LinearElements
 from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid
 from tilth.place import locate_places
 from tilth.points import MaterialPoints
+from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit import Implicit

@@ -23,8 +23,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.boundaries.protocol import Flags, Floats
-from tilth.coupling import RowCoupling
 from tilth.grid import ActiveGrid
+from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact import Contact, SurfaceContact

@@ -8,6 +8,7 @@ Newton's iteration, and its derivative belongs to the stiffness.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +18,12 @@ from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
-from tilth.pattern import same_starts
+from tilth.pattern import Elements, same_starts
 from tilth.place import Place, locate_places, near_soil
 from tilth.surface.chain import Floats
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
+from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 
 
 @dataclass(frozen=True)
@@ -32,16 +34,15 @@ class _Loaded:
     at: Place
     points: SurfaceQuadrature
     arc_length: Floats
-    coupling: int
 
 
-class SurfaceLoads:
+class SurfaceLoads(Term):
     """All loads on surfaces in one step.
 
     Args:
         model: the declared problem.
         surfaces: of the bodies, by the bodies' names.
-        active: the grid of the step; the cells' nodes are coupled in its pattern.
+        active: the grid of the step.
         before, after: times at the start and the end of the step.
 
     Raises:
@@ -71,13 +72,19 @@ class SurfaceLoads:
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             order, at = locate_places(active, points.position)
-            coupling = active.couple(same_starts(at.node), at.node.ravel())
-            self._loaded.append(
-                _Loaded(load, at, points.ordered(order), arc_length[order], coupling)
-            )
+            self._loaded.append(_Loaded(load, at, points.ordered(order), arc_length[order]))
 
     def __bool__(self) -> bool:
         return bool(self._loaded)
+
+    @property
+    def coupled(self) -> list[NodeLists]:
+        """As `Term.coupled`: the nodes of each cell that loaded points are in."""
+        return [(same_starts(each.at.node), each.at.node.ravel()) for each in self._loaded]
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        return _AssembledSurfaceLoads(self, elements)
 
     def force_before(self) -> Floats:
         """Returns the nodal force at the start of the step [force], shape (nodes, dim)."""
@@ -103,15 +110,17 @@ class SurfaceLoads:
             force += loaded.at.scatter(self._traction(loaded, displacement, time), len(force))
         return force
 
-    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+    def subtract_derivative(
+        self, displacement: Floats, elements: Sequence[Elements], blocks: Floats
+    ) -> None:
         """Subtracts the derivative of `force` from the node blocks (blocks, dim, dim)."""
-        for loaded in self._loaded:
+        for loaded, places in zip(self._loaded, elements, strict=True):
             derivative = self._derivative(loaded, displacement, self._after)  # (n, b, i, k)
             if derivative is None:
                 continue
             matrix = -np.einsum("na,nbik->nabik", loaded.at.value, derivative)
             matrix = np.ascontiguousarray(np.add.reduceat(matrix, loaded.at.start[:-1], axis=0))
-            _core.add_dense_blocks(self._active.elements(loaded.coupling), matrix, blocks)
+            _core.add_dense_blocks(places, matrix, blocks)
 
     def _moved(self, loaded: _Loaded, displacement: Floats) -> tuple[Floats, Floats]:
         """Places of the quadrature points and their edges for a nodal displacement."""
@@ -176,6 +185,22 @@ class SurfaceLoads:
             force = pressure[:, None] * area + factor * load.shear * edges[:, 0]
             derivative[..., 0] += 2.0 * np.pi * at.value[:, :, None] * force[:, None]
         return np.asarray(derivative)
+
+
+class _AssembledSurfaceLoads(AssembledTerm):
+    role = Role.LOAD
+
+    def __init__(self, loads: SurfaceLoads, elements: Sequence[Elements]) -> None:
+        self._loads, self._elements = loads, elements
+
+    def force(self, displacement: Floats) -> Floats:
+        return -self._loads.force(displacement)
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        self._loads.subtract_derivative(displacement, self._elements, blocks)
+
+    def load_before(self) -> Floats:
+        return self._loads.force_before()
 
 
 def _level(load: SurfaceLoad, time: float) -> float:

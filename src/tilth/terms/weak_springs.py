@@ -16,13 +16,16 @@ finds is not changed by it, and such motions stay zero.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.grid import ActiveGrid
+from tilth.pattern import Elements
 from tilth.soil import Soil
+from tilth.terms.protocol import AssembledTerm, Term
 
 Floats = npt.NDArray[np.float64]
 
@@ -52,7 +55,7 @@ def _circumference(soil: Soil, active: ActiveGrid) -> Floats:
 
 
 @dataclass(frozen=True)
-class Springs:
+class Springs(Term):
     """Weak springs on badly supported nodes.
 
     Attributes:
@@ -76,11 +79,18 @@ class Springs:
             badly &= ~coupled
         return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
-    def force(self, displacement: Floats) -> Floats:
-        """Returns the springs' internal force [force], shape (nodes, dim)."""
-        return self.stiffness[:, None] * displacement
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        return _Springs(self, active.diagonal)
 
-    def add_stiffness(self, active: ActiveGrid, blocks: Floats) -> None:
-        """Adds the springs and the shift to the diagonal blocks (blocks, dim, dim)."""
-        for k in range(active.grid.dim):
-            blocks[active.diagonal, k, k] += self.stiffness + self.shift
+
+class _Springs(AssembledTerm):
+    def __init__(self, springs: Springs, diagonal: npt.NDArray[np.int64]) -> None:
+        self._springs, self._diagonal = springs, diagonal
+
+    def force(self, displacement: Floats) -> Floats:
+        return np.asarray(self._springs.stiffness[:, None] * displacement)
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        for k in range(displacement.shape[1]):
+            blocks[self._diagonal, k, k] += self._springs.stiffness + self._springs.shift

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.comm import SERIAL, norm
 from tilth.grid import ActiveGrid
 from tilth.pattern import Elements, same_starts
+from tilth.terms.protocol import AssembledTerm, Flags, NodeLists, Term
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -113,52 +113,76 @@ class RowCoupling:
         _core.add_row_blocks(elements, self.row, blocks)
 
 
-class LinearForces:
-    """The sum of all couplings of a step; makes room for them in the matrix's pattern.
+class LinearForces(Term):
+    """The sum of couplings that act in one step.
 
     Args:
+        couplings: elements of few nodes.
         constant: force beside theirs that does not change with the displacement, (nodes, dim).
+    """
+
+    def __init__(self, couplings: Sequence[LinearElements], constant: Floats | None = None) -> None:
+        self._couplings = couplings
+        self._constant = constant
+
+    @property
+    def coupled(self) -> list[NodeLists]:
+        """As `Term.coupled`."""
+        return [(each.node_start, each.node.ravel()) for each in self._couplings]
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledLinearForces:
+        """As `Term.assembled`."""
+        parts = list(zip(self._couplings, elements, strict=True))
+        constant = self._constant
+        if constant is None:
+            constant = np.zeros((active.nodes, active.grid.dim))
+        return AssembledLinearForces(parts, constant)
+
+
+class AssembledLinearForces(AssembledTerm):
+    """The same in the matrix's pattern.
+
+    Args:
+        parts: couplings, and where their blocks stand.
+        constant: see `LinearForces`; changed.
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
-        joined: nodes that rows join beyond their cells, shape (nodes,).
     """
 
-    def __init__(
-        self,
-        active: ActiveGrid,
-        couplings: Sequence[LinearElements],
-        constant: Floats | None = None,
-    ) -> None:
-        numbers = [active.couple(each.node_start, each.node.ravel()) for each in couplings]
-        self._parts = [
-            (coupling, active.elements(number))
-            for coupling, number in zip(couplings, numbers, strict=True)
-        ]
-        if constant is None:
-            constant = np.zeros((active.nodes, active.grid.dim))
-        self.constant: Floats = constant
-        self.joined = np.zeros(active.nodes, dtype=bool)
-        for coupling, elements in self._parts:
-            if isinstance(coupling, RowCoupling):
-                self.joined[coupling.node] = True
-            _core.add_element_forces(elements, coupling.force, self.constant)
+    def __init__(self, parts: Sequence[tuple[LinearElements, Elements]], constant: Floats) -> None:
+        self._parts = parts
+        self.constant = constant
+        for coupling, elements in parts:
+            _core.add_element_forces(elements, coupling.force, constant)
 
     def force(self, displacement: Floats) -> Floats:
-        """Returns the force for a nodal displacement of the step [force], shape (nodes, dim)."""
+        """As `AssembledTerm.force`."""
         force = self.constant.copy()
         for coupling, elements in self._parts:
             coupling.add_product(elements, displacement, force)
         return force
 
-    def round_off(self, displacement: Floats) -> float:
-        """Returns the force that round-off alone may leave where stiff couplings cancel [force]."""
+    def constant_force(self) -> Floats:
+        """As `AssembledTerm.constant_force`."""
+        return self.constant
+
+    def magnitude(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.magnitude`: what stiff couplings cancel."""
         terms, magnitude = np.abs(self.constant), np.abs(displacement)
         for coupling, elements in self._parts:
             coupling.add_product(elements, magnitude, terms, magnitude=True)
-        return float(np.finfo(np.float64).eps * norm(SERIAL, terms))
+        return terms
 
-    def add_stiffness(self, blocks: Floats) -> None:
-        """Adds the matrix of all couplings to the node-block matrix (blocks, dim, dim)."""
+    def joined_nodes(self) -> Flags:
+        """As `AssembledTerm.joined_nodes`: those of rows."""
+        joined = np.zeros(len(self.constant), dtype=bool)
+        for coupling, _ in self._parts:
+            if isinstance(coupling, RowCoupling):
+                joined[coupling.node] = True
+        return joined
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """As `AssembledTerm.add_stiffness`."""
         for coupling, elements in self._parts:
             coupling.add_stiffness(elements, blocks)

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Body forces and point forces, which ride on the material points, as a term of the balance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.grid import ActiveGrid
+from tilth.loads import Loads
+from tilth.pattern import Elements
+from tilth.soil import Soil
+from tilth.terms.protocol import AssembledTerm, Role, Term
+
+Floats = npt.NDArray[np.float64]
+
+
+class PointLoads(Term, AssembledTerm):
+    """The loads on the points in a step; they do not depend on the displacement.
+
+    Args:
+        loads: of the model.
+        soil: the points that carry them.
+        active: the grid of the step.
+        before, after: times at its start and end.
+
+    Attributes:
+        changes: whether the force at the end differs from that at the start.
+    """
+
+    role = Role.LOAD
+
+    def __init__(
+        self, loads: Loads, soil: Soil, active: ActiveGrid, before: float, after: float
+    ) -> None:
+        none = np.zeros((active.nodes, active.grid.dim))
+        self._before, self._after = (
+            soil.scatter(active, loads.force(soil.points, time)) if loads else none
+            for time in (before, after)
+        )
+        self.changes = not np.array_equal(self._before, self._after)
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        return self
+
+    def force(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.force`."""
+        return -self._after
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """As `AssembledTerm.add_stiffness`: there is none."""
+
+    def load_before(self) -> Floats:
+        """As `AssembledTerm.load_before`."""
+        return self._before

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a force must offer to take part in the balance of a load step.
+
+The residual of a step is the sum of all terms, internal minus external force; the matrix of
+Newton's iteration is the sum of their derivatives. A step has three phases:
+
+1. gather: each `Term` finds the nodes that it acts on, on the grid of the step;
+2. pattern: `Balance` makes the matrix's pattern from what all terms couple;
+3. assemble: each term, told where its blocks stand, gives force and derivative as often as asked.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from enum import Enum, auto
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.grid import ActiveGrid
+from tilth.pattern import Elements
+
+Floats = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
+"""First entry of each element, shape (elements + 1,), among node numbers, shape (entries,)."""
+
+
+class Role(Enum):
+    """Which sum a term belongs to when the size of the residual is judged."""
+
+    SOIL = auto()
+    LOAD = auto()
+    OTHER = auto()
+
+
+class AssembledTerm(ABC):
+    """A term whose place in the matrix is known.
+
+    Attributes:
+        role: the sum that it belongs to.
+    """
+
+    role = Role.OTHER
+
+    @abstractmethod
+    def force(self, displacement: Floats) -> Floats:
+        """Returns its part of the residual for a nodal displacement of the step, (nodes, dim).
+
+        Internal minus external force [force]. The caller may change the array.
+
+        Raises:
+            StepFailed: there is no such force at this displacement.
+        """
+
+    @abstractmethod
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """Adds the derivative of `force` to the node blocks (blocks, dim, dim) [force/length].
+
+        At the displacement of the last call of `force`.
+        """
+
+    def load_before(self) -> Floats | None:
+        """Returns the external force at the start of the step [force], (nodes, dim); None for 0."""
+        return None
+
+    def constant_force(self) -> Floats | None:
+        """Returns the force at zero displacement of a linear term, (nodes, dim); None of others."""
+        return None
+
+    def magnitude(self, displacement: Floats) -> Floats | None:
+        """Returns the sum of the absolute values of what cancels in `force`, (nodes, dim).
+
+        What round-off may leave of the force is in proportion to it [force]. None where the force
+        is no larger than the soil's.
+        """
+        return None
+
+    def joined_nodes(self) -> Flags | None:
+        """Returns the nodes that it couples beyond their cells, shape (nodes,); None for none."""
+        return None
+
+    def yielding_nodes(self) -> Flags | None:
+        """Returns the nodes of material that yields, shape (nodes,); None for none.
+
+        At the displacement of the last call of `force`.
+        """
+        return None
+
+
+class Term(ABC):
+    """A force of the balance in one step, gathered on the grid of this step."""
+
+    @property
+    def coupled(self) -> Sequence[NodeLists]:
+        """Nodes that its derivative couples, beside those of the points' supports."""
+        return ()
+
+    @abstractmethod
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+        """Returns the term in the pattern of a grid.
+
+        Args:
+            active: the grid of the step, with the pattern of all terms.
+            elements: where each of `coupled` stands in it.
+        """

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every term of the balance: its derivative, its place in the sum, that it leaves the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from implicit_blocks import flat, implicit
+from small_problems import Floats, material_entries
+
+import tilth.simulation
+from tilth import Model
+from tilth.simulation import Simulation
+from tilth.terms.balance import Balance
+from tilth.terms.linear import AssembledLinearForces
+from tilth.terms.protocol import AssembledTerm, Role
+
+KINDS = ["plane_strain", "axisymmetric"]
+TERMS = ["soil", "weak springs", "boundaries", "ghost", "axis", "point loads", "surface loads"]
+"""In the order of `Simulation.advance`."""
+ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
+
+
+class Stopped(Exception):
+    """Ends a step where its balance is known."""
+
+
+def balance_of(kind: str, monkeypatch: pytest.MonkeyPatch, gamma: float = 0.005) -> Balance:
+    """The balance of the second step of a block with every term: cells of 0.5, slivers at its top.
+
+    It stands on a moving boundary between grid lines, next to the axis of symmetry between two.
+    With ghost stabilisation (`gamma`) there are no weak springs.
+    """
+    square = {"type": "polygon", "vertices": [[0.0, 0.0], [2.0, 0.0], [2.0, 2.03], [0.0, 2.03]]}
+    base = implicit("base", flat([0.0, 0.12], [-0.1, 1.0]), "fixed", displacement={"y": 0.04})
+    wall = implicit("wall", flat([0.0, 0.0], [1.0, 0.0]), "roller")
+    entries: dict[str, Any] = {
+        "analysis": {"kind": kind, "ghost_stabilisation": gamma},
+        "grid": {"cell_size": 0.5, "origin": [-0.2, 0.0]},
+        "materials": {"soil": material_entries("von_mises")},
+        "bodies": [
+            {"name": "block", "material": "soil", "shape": square, "basis": "gimp",
+             "spacing": 0.125, "surface": {}}
+        ],
+        "boundaries": [base] if kind == "axisymmetric" else [base, wall],
+        "loads": [
+            {"type": "body_force", "acceleration": [0.0, -0.02]},
+            {"type": "surface", "body": "block", "pressure": 0.05,
+             "start": [2.0, 2.03], "end": [0.0, 2.03]},
+        ],
+        "schedule": {"steps": 4},
+    }  # fmt: skip
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    simulation.advance(0.0, 0.25)
+    found: list[Balance] = []
+
+    def stop(balance: Balance, *_: Any) -> None:
+        found.append(balance)
+        raise Stopped
+
+    with monkeypatch.context() as patched:
+        patched.setattr(tilth.simulation, "solve_step", stop)
+        with pytest.raises(Stopped):
+            simulation.advance(0.25, 0.5)
+    return found[0]
+
+
+def displacements(balance: Balance) -> tuple[Floats, Floats]:
+    """A displacement of the step, and a direction."""
+    random = np.random.default_rng(7)
+    shape = (balance.active.nodes, balance.active.grid.dim)
+    return 2e-3 * random.normal(size=shape), random.normal(size=shape)
+
+
+def product(term: AssembledTerm, balance: Balance, u: Floats, direction: Floats) -> Floats:
+    """The term's stiffness times a direction; the blocks hold something else before."""
+    active = balance.active
+    dim = active.grid.dim
+    before = np.random.default_rng(8).normal(size=(len(active.column), dim, dim))
+    blocks = before.copy()
+    term.force(u)
+    term.add_stiffness(u, blocks)
+    rows = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
+    found = np.zeros_like(u)
+    np.add.at(found, rows, np.einsum("nij,nj->ni", blocks - before, direction[active.column]))
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", TERMS)
+def test_stiffness_is_the_derivative_of_the_force(
+    kind: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    balance = balance_of(kind, monkeypatch, 0.0 if name == "weak springs" else 0.005)
+    assert len(balance.terms) == len(TERMS)
+    term = balance.terms[TERMS.index(name)]
+    u, direction = displacements(balance)
+    assert term.force(u).any() == (name not in ABSENT[kind]), "the problem has every term"
+    step = 1e-6
+    ahead, behind = (term.force(u + sign * step * direction) for sign in (1.0, -1.0))
+    difference = (ahead - behind) / (2.0 * step)
+    found = product(term, balance, u, direction)
+    size = np.abs(difference).max()
+    # springs have a shift in the matrix alone, a thousandth of them
+    share = 3e-3 if name == "weak springs" else 1e-6
+    round_off = 1e-15 * np.abs(term.force(u)).max() / step + 1e-14  # of the blocks' other content
+    if name == "weak springs":
+        round_off = 1e-9
+    np.testing.assert_allclose(found, difference, rtol=0, atol=share * size + 10.0 * round_off)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_balance_is_the_sum_of_its_terms(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    balance = balance_of(kind, monkeypatch)
+    u, direction = displacements(balance)
+    forces = balance.forces(u)
+    parts = {name: term.force(u) for name, term in zip(TERMS, balance.terms, strict=True)}
+    scale = np.abs(forces.soil).max()
+    np.testing.assert_allclose(sum(parts.values()), forces.residual, rtol=0, atol=1e-13 * scale)
+    np.testing.assert_array_equal(forces.soil, parts["soil"])
+    of_loads = -(parts["point loads"] + parts["surface loads"])
+    np.testing.assert_allclose(forces.load, of_loads, rtol=0, atol=1e-15 * scale)
+    whole = sum(product(term, balance, u, direction) for term in balance.terms)
+    balance.forces(u)
+    blocks = np.full((len(balance.active.column), 2, 2), np.nan)
+    balance.fill_stiffness(u, blocks)
+    rows = np.repeat(np.arange(balance.active.nodes), np.diff(balance.active.row_start))
+    found = np.zeros_like(u)
+    np.add.at(found, rows, np.einsum("nij,nj->ni", blocks, direction[balance.active.column]))
+    np.testing.assert_allclose(found, whole, rtol=0, atol=1e-11 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_terms_say_what_they_are(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    balance = balance_of(kind, monkeypatch)
+    u, _ = displacements(balance)
+    for name, term in zip(TERMS, balance.terms, strict=True):
+        before = term.load_before()
+        assert (term.role is Role.SOIL) == (name == "soil")
+        assert (term.role is Role.LOAD) == (before is not None) == name.endswith("loads"), name
+        if before is not None:  # of half the load, on the same places
+            at_rest = -term.force(np.zeros_like(u))
+            np.testing.assert_allclose(2.0 * before, at_rest, rtol=1e-12, atol=1e-15)
+        if isinstance(term, AssembledLinearForces):
+            constant = term.constant_force()
+            assert np.array_equal(term.force(np.zeros_like(u)), constant)
+            assert (term.magnitude(u) >= np.abs(constant)).all()
+    joined = balance.terms[TERMS.index("boundaries")].joined_nodes()
+    assert joined is not None
+    assert joined.any()
+
+
+def test_a_pattern_without_a_terms_nodes_is_another_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What terms couple makes a new grid: the one that they were gathered on is not changed."""
+    active = balance_of("plane_strain", monkeypatch).active
+    alone = active.with_couplings([])
+    assert len(active.elements) > 0
+    assert alone.elements == []
+    assert len(alone.column) < len(active.column)
