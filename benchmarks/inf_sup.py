@@ -38,7 +38,7 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
-from tilth.terms.weak_springs import Springs
+from tilth.terms.weak_springs import WeakSprings
 
 Floats = npt.NDArray[np.float64]
 
@@ -124,7 +124,7 @@ def energy_norm(simulation: Simulation, active: ActiveGrid, contacts: Contacts) 
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
     faces = ghost.couplings(soil, active, nothing_held, contacts.behind())
-    springs = Springs.of(soil, active, contacts.reached() | ghost.holds(active, nothing_held))
+    springs = WeakSprings.of(soil, active, contacts.reached() | ghost.holds(active, nothing_held))
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
     balance.forces(still)

@@ -21,6 +21,7 @@ from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
 from tilth.points import MaterialPoints
 from tilth.record import Recorder
 from tilth.simulation import Simulation
+from tilth.state import MissingState
 
 Floats = npt.NDArray[np.float64]
 
@@ -91,14 +92,14 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
     used = set_threads(threads)
     model = load_model(folder)
     arrays, meta = read_checkpoint(folder / CHECKPOINT)
-    missing = [name for name in MaterialPoints.array_names() if name not in arrays]
-    if missing:
+    try:
+        simulation = Simulation.restored(model, arrays)
+    except MissingState as missing:
         raise BadInput(
-            f"{folder / CHECKPOINT} has no {missing[0]!r}: it is of another version of tilth "
+            f"{folder / CHECKPOINT} has no {str(missing)!r}: it is of another version of tilth "
             f"({meta.get('version', 'unknown')})",
             "resume it with that version, or run the case anew",
-        )
-    simulation = Simulation.restored(model, arrays)
+        ) from missing
     clock = Clock(model.schedule, **meta["clock"])
     recorder = Recorder.resume(folder, simulation, meta, used)
     return _march(simulation, clock, recorder, quiet)

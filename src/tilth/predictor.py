@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -63,19 +64,19 @@ class Predictor:
         self.size, self.origin = size, active.grid.origin
         self.key, self.displacement = active.key.copy(), displacement
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns what is remembered, to be stored."""
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns what a checkpoint must hold."""
         return {
-            "last_size": np.array(self.size),
-            "last_origin": self.origin,
-            "last_key": self.key,
-            "last_nodal_displacement": self.displacement,
+            "size": np.array(self.size),
+            "origin": self.origin,
+            "key": self.key,
+            "displacement": self.displacement,
         }
 
-    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
-        """Goes back to what `arrays` stored."""
-        self.size, self.origin = float(arrays["last_size"]), arrays["last_origin"]
-        self.key, self.displacement = arrays["last_key"], arrays["last_nodal_displacement"]
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Goes on from the state of a checkpoint."""
+        self.size, self.origin = float(state["size"]), state["origin"]
+        self.key, self.displacement = state["key"], state["displacement"]
 
 
 def _from_points(soil: Soil, active: ActiveGrid) -> Floats:

@@ -31,6 +31,7 @@ from tilth.predictor import Predictor
 from tilth.run_warnings import RunWarnings
 from tilth.soil import Soil
 from tilth.solvers import linear_solver
+from tilth.state import MissingState, Stateful, restore_all, state_of
 from tilth.step import Equilibrium, Newton, solve_step
 from tilth.surface.loads import SurfaceLoads
 from tilth.surface.make import make_surfaces, require_near_soil
@@ -38,8 +39,9 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
 from tilth.terms.point_loads import PointLoads
+from tilth.terms.protocol import Term, supported_nodes
 from tilth.terms.soil_forces import SoilForces
-from tilth.terms.weak_springs import Springs
+from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
 
 Floats = npt.NDArray[np.float64]
@@ -148,23 +150,18 @@ class Simulation:
 
     @classmethod
     def restored(cls, model: Model, arrays: dict[str, npt.NDArray[Any]]) -> Simulation:
-        """Returns a simulation in the state that `arrays` stored."""
+        """Returns a simulation in the state that `arrays` stored.
+
+        Raises:
+            MissingState: they lack something that a step reads.
+        """
         names = MaterialPoints.array_names()
+        missing = [name for name in names if name not in arrays]
+        if missing:
+            raise MissingState(missing[0])
         state = {name: arrays[name] for name in names}
         simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
-        simulation._ghost.restore(arrays)
-        simulation._predictor.restore(arrays)
-        simulation.axis.restore(arrays)
-        for number, boundary in enumerate(simulation.implicit):
-            start = _of_boundary(number, "")
-            boundary.restore(
-                {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
-            )
-        for name, surface in simulation.surfaces.items():
-            start = _of_surface(name, "")
-            surface.restore(
-                {key[len(start) :]: array for key, array in arrays.items() if key.startswith(start)}
-            )
+        restore_all(simulation._owners(), arrays)
         return simulation
 
     @property
@@ -182,16 +179,22 @@ class Simulation:
         return tuple(surface.shape() for surface in self.surfaces.values())
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns all arrays that a later step reads: points, and what boundaries carry."""
-        arrays: dict[str, npt.NDArray[Any]] = dict(self.points.arrays())
-        arrays |= self._ghost.arrays() | self._predictor.arrays() | self.axis.state()
-        for number, boundary in enumerate(self.implicit):
-            for key, array in boundary.state().items():
-                arrays[_of_boundary(number, key)] = array
-        for name, surface in self.surfaces.items():
-            for key, array in surface.arrays().items():
-                arrays[_of_surface(name, key)] = array
-        return arrays
+        """Returns all arrays that a later step reads: points, and what else remembers."""
+        return dict(self.points.arrays()) | state_of(self._owners())
+
+    def _owners(self) -> dict[str, Stateful]:
+        """Returns all that remembers from step to step, but for the points, by a name of its own.
+
+        Numbers for names of the user's, so that none of these is like another.
+        """
+        owners: dict[str, Stateful] = {
+            "ghost": self._ghost,
+            "last step": self._predictor,
+            "axis": self.axis,
+        }
+        owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
+        owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
+        return owners
 
     def check(self) -> ActiveGrid:
         """Locates the points and checks the conditions of the first step; returns the grid.
@@ -255,27 +258,9 @@ class Simulation:
         conditions = on_axis.conditions
         contacts = self._contacts(active, conditions.held, before, after)
         self.run_warnings.places(conditions, contacts)
-        with self.timers.measure("boundaries"):
-            boundaries = LinearForces(contacts.couplings(), contacts.carried_force())
+        terms = self._gather(active, on_axis, contacts, before, after)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            ghost = LinearForces(
-                self._ghost.couplings(self.soil, active, conditions.held, contacts.behind())
-            )
-            coupled = contacts.reached() | self._ghost.holds(active, conditions.held)
-            point_loads = PointLoads(self.loads, self.soil, active, before, after)
-            surface_loads = SurfaceLoads(self.model, self.surfaces, active, before, after)
-            balance = Balance(
-                active,
-                [
-                    SoilForces(self.soil),
-                    Springs.of(self.soil, active, coupled),
-                    boundaries,
-                    ghost,
-                    LinearForces(on_axis.couplings()),
-                    point_loads,
-                    surface_loads,
-                ],
-            )
+            balance = Balance(active, terms)
             active = balance.active
         guess = None
         if self.model.analysis.predictor:
@@ -309,7 +294,7 @@ class Simulation:
             )
             contacts.commit(carried)
             self.run_warnings.depths(self.implicit, self.points, after, self.grid.cell_size)
-            if not surface_loads and not point_loads.changes:
+            if np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(conditions.increment).max(initial=contacts.largest_increment())
                 self.run_warnings.jump(
                     moved, float(driven), self.points, self.grid.cell_size, after
@@ -318,6 +303,35 @@ class Simulation:
         result = StepResult(active, equilibrium, forces, 0.0, after)
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
         return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
+
+    def _gather(
+        self,
+        active: ActiveGrid,
+        on_axis: OnAxis,
+        contacts: Contacts,
+        before: float,
+        after: float,
+    ) -> list[Term]:
+        """Returns all forces of the step from time `before` to `after`."""
+        held = on_axis.conditions.held
+        with self.timers.measure("boundaries"):
+            boundaries = LinearForces(
+                contacts.couplings(), contacts.carried_force(), contacts.reached()
+            )
+        with self.timers.measure("basis"):
+            ghost = LinearForces(
+                self._ghost.couplings(self.soil, active, held, contacts.behind()),
+                supported=self._ghost.holds(active, held),
+            )
+            terms = [
+                SoilForces(self.soil),
+                boundaries,
+                ghost,
+                LinearForces(on_axis.couplings()),
+                PointLoads(self.loads, self.soil, active, before, after),
+                SurfaceLoads(self.model, self.surfaces, active, before, after),
+            ]
+            return [*terms, WeakSprings.of(self.soil, active, supported_nodes(active, terms))]
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""
@@ -393,14 +407,6 @@ class Simulation:
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
-
-
-def _of_boundary(number: int, key: str) -> str:
-    return f"boundary_{number}_{key}"
-
-
-def _of_surface(name: str, key: str) -> str:
-    return f"surface_{name}_{key}"
 
 
 def initial_points(model: Model) -> MaterialPoints:

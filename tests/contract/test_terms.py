@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +14,15 @@ from small_problems import Floats, material_entries
 
 import tilth.simulation
 from tilth import Model
+from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 from tilth.terms.balance import Balance
 from tilth.terms.linear import AssembledLinearForces
 from tilth.terms.protocol import AssembledTerm, Role
 
 KINDS = ["plane_strain", "axisymmetric"]
-TERMS = ["soil", "weak springs", "boundaries", "ghost", "axis", "point loads", "surface loads"]
-"""In the order of `Simulation.advance`."""
+TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", "weak springs"]
+"""In the order of `Simulation._gather`."""
 ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
 
 
@@ -66,6 +69,34 @@ def balance_of(kind: str, monkeypatch: pytest.MonkeyPatch, gamma: float = 0.005)
         with pytest.raises(Stopped):
             simulation.advance(0.25, 0.5)
     return found[0]
+
+
+def bedded() -> Balance:
+    """The balance of the how-to's block on Winkler springs, at the start of its first step."""
+    page = Path(__file__).parents[2] / "docs" / "howto" / "add_a_term.md"
+    names: dict[str, Any] = {"__name__": "documented"}
+    for block in re.findall(r"^```python\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    simulation = names["block"](-0.05)
+    active = locate(simulation.points, simulation.grid, Buffers())
+    return Balance(active, [names["WinklerBed"](simulation.soil, active, 2e5, 0.0)])
+
+
+def test_a_term_of_ones_own_is_held_to_the_same() -> None:
+    """Springs of the how-to press, do not pull, and have the stiffness of their force."""
+    balance = bedded()
+    (bed,) = balance.terms
+    u, direction = displacements(balance)
+    pressed, lifted = (np.full_like(u, way) for way in (-0.01, 0.01))
+    assert bed.force(pressed).sum(axis=0) == pytest.approx([0.0, -0.01 * 2e5 * 2.0], rel=1e-12)
+    assert not bed.force(lifted).any()
+    assert not product(bed, balance, lifted, direction).any()
+    step = 1e-6
+    found = product(bed, balance, u, direction)
+    ahead, behind = (bed.force(u + sign * step * direction) for sign in (1.0, -1.0))
+    difference = (ahead - behind) / (2.0 * step)
+    assert 0 < np.count_nonzero(difference) < difference.size
+    np.testing.assert_allclose(found, difference, rtol=0, atol=1e-6 * np.abs(difference).max())
 
 
 def displacements(balance: Balance) -> tuple[Floats, Floats]:

@@ -30,7 +30,7 @@ import tilth.simulation
 from tilth import Model
 from tilth.simulation import Simulation, StepResult
 from tilth.terms.ghost import FaceCoupling, Ghost
-from tilth.terms.weak_springs import Springs
+from tilth.terms.weak_springs import WeakSprings
 from tilth.verification.march import march
 
 every_basis = pytest.mark.parametrize("basis", BASES)
@@ -126,12 +126,12 @@ def test_reaction_and_moment_balance_the_loads(
     These are the weak springs of unsupported nodes, and the moment of ghost stabilisation, which
     is that of the forces it remembers on the displacement of the step.
     """
-    springs: list[Springs] = []
+    springs: list[WeakSprings] = []
     ghosts: list[list[FaceCoupling]] = []
     couplings = Ghost.couplings
 
-    def keep(*arguments: Any) -> Springs:
-        springs.append(Springs.of(*arguments))
+    def keep(*arguments: Any) -> WeakSprings:
+        springs.append(WeakSprings.of(*arguments))
         return springs[-1]
 
     def keep_couplings(*arguments: Any) -> list[FaceCoupling]:
@@ -141,7 +141,7 @@ def test_reaction_and_moment_balance_the_loads(
     class Kept:
         of = staticmethod(keep)
 
-    monkeypatch.setattr(tilth.simulation, "Springs", Kept)
+    monkeypatch.setattr(tilth.simulation, "WeakSprings", Kept)
     monkeypatch.setattr(Ghost, "couplings", keep_couplings)
     kind, shape, walls = SUPPORTS[name]
     dim = dimension(kind)

@@ -127,12 +127,12 @@ def test_checkpoint_holds_the_tractions(model: Model, tmp_path: Path) -> None:
     run_until(model, tmp_path / "out", 3, 1)
     arrays, _ = read_checkpoint(tmp_path / "out" / CHECKPOINT)
     for number, wall in enumerate(model.boundaries):
-        carried = arrays[f"boundary_{number}_carried"]
+        carried = arrays[f"boundary {number}.carried"]
         assert carried.shape[1] == (2 if wall.form == "surface" else 11)
         assert carried[:, :2].any() == (wall.name != "pillar")
     simulation = Simulation.restored(model, arrays)
     for number, boundary in enumerate(simulation.implicit):
-        assert boundary.carried.tobytes() == arrays[f"boundary_{number}_carried"].tobytes()
+        assert boundary.carried.tobytes() == arrays[f"boundary {number}.carried"].tobytes()
 
 
 @pytest.mark.parametrize("threads", [1, 2])

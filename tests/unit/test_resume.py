@@ -244,13 +244,16 @@ def test_keyboard_interrupt_is_logged_and_resumable(
     assert_same_results(uninterrupted, tmp_path / "out")
 
 
-def test_checkpoint_of_another_version_is_refused(uninterrupted: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("array", ["elastic_deformation", "ghost.moved", "last step.key"])
+def test_checkpoint_of_another_version_is_refused(
+    array: str, uninterrupted: Path, tmp_path: Path
+) -> None:
     folder = tmp_path / "run"
     shutil.copytree(uninterrupted, folder)
     arrays, meta = read_checkpoint(folder / "checkpoint.npz")
-    del arrays["elastic_deformation"]
+    del arrays[array]
     write_checkpoint(folder / "checkpoint.npz", arrays, meta | {"version": "0.0.9"})
-    with pytest.raises(BadInput, match=r"no 'elastic_deformation'.*another version.*0\.0\.9"):
+    with pytest.raises(BadInput, match=rf"no '{array}'.*another version.*0\.0\.9"):
         resume(folder)
 
 

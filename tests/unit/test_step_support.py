@@ -11,7 +11,7 @@ from small_problems import AXES, BASES, KINDS, block_entries, by_number, dimensi
 
 from tilth import Model
 from tilth.simulation import Simulation
-from tilth.terms.weak_springs import Springs
+from tilth.terms.weak_springs import WeakSprings
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_domain = pytest.mark.parametrize("basis", [basis for basis in BASES if basis != "linear"])
@@ -105,11 +105,11 @@ def test_a_lone_point_in_a_cell_of_its_own_can_be_solved(kind: str) -> None:
 @every_domain
 def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
     full = standing(kind, basis, 0.0)
-    springs = Springs.of(full.soil, full.check())
+    springs = WeakSprings.of(full.soil, full.check())
     assert not springs.stiffness.any()
     sliver = standing(kind, basis, 1e-3)
     active = sliver.check()
-    held = Springs.of(sliver.soil, active).stiffness > 0.0
+    held = WeakSprings.of(sliver.soil, active).stiffness > 0.0
     beyond = (active.position > 2.0).any(axis=1)
     assert np.array_equal(held, beyond)
 
@@ -118,7 +118,7 @@ def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
 def test_spring_stiffness_is_the_derivative_of_its_force(kind: str) -> None:
     sliver = standing(kind, "gimp", 1e-3)
     active = sliver.check()
-    springs = Springs.of(sliver.soil, active)
+    springs = WeakSprings.of(sliver.soil, active)
     dim = dimension(kind)
     blocks = np.zeros((len(active.column), dim, dim))
     term = springs.assembled(active, [])

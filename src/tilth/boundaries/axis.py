@@ -9,6 +9,7 @@ implicit boundaries (docs/decisions/0017-axis-of-symmetry.md).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -169,11 +170,11 @@ class Axis:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns what a checkpoint must hold."""
-        return {"axis_place": self.place, "axis_carried": self.carried}
+        return {"place": self.place, "carried": self.carried}
 
-    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
-        """Goes back to what `arrays` stored."""
-        self.place, self.carried = arrays["axis_place"], arrays["axis_carried"]
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Goes on from the state of a checkpoint."""
+        self.place, self.carried = state["place"], state["carried"]
 
     def _refuse_motion(
         self, conditions: Conditions, active: ActiveGrid, node: Integers, value: Floats

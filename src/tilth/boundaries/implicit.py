@@ -9,6 +9,7 @@ next step, so that the boundary does not have to slip anew in every step to buil
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -346,7 +347,7 @@ class Implicit:
         """Returns what a checkpoint must hold."""
         return {"lower": self._lower, "upper": self._upper, "carried": self.carried}
 
-    def restore(self, state: dict[str, npt.NDArray[Any]]) -> None:
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint."""
         self._lower, self._upper = state["lower"], state["upper"]
         if len(state["carried"]):

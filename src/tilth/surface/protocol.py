@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy.typing as npt
@@ -58,10 +59,10 @@ class BodySurface(Protocol):
         """Returns the surface as it is written."""
         ...
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns the state by name, to be stored."""
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns what a checkpoint must hold."""
         ...
 
-    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
-        """Goes back to a state that `arrays` stored."""
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Goes on from the state of a checkpoint."""
         ...

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -241,8 +242,8 @@ class TrackedSurface:
         fields = {"normal": np.concatenate(normal), "arc_length": np.concatenate(arc)}
         return SurfaceShape(self.name, np.concatenate(position), np.concatenate(cells), fields)
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns the state by name, to be stored."""
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns what a checkpoint must hold."""
         found: dict[str, npt.NDArray[Any]] = {}
         for number, tracked in enumerate(self.chains):
             for name, array in (
@@ -255,18 +256,17 @@ class TrackedSurface:
                 found[f"{number}_{name}"] = array
         return found
 
-    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
-        """Goes back to a state that `arrays` stored."""
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Goes on from the state of a checkpoint."""
         chains = []
         for number, tracked in enumerate(self.chains):
-            state = {key: arrays[f"{number}_{key}"] for key in ("points", "corner", "initial")}
-            closed = tracked.now.closed
+            closed, corner = tracked.now.closed, state[f"{number}_corner"]
             chains.append(
                 TrackedChain(
-                    now=Chain(state["points"], closed, state["corner"]),
-                    initial=Chain(state["initial"], closed, state["corner"]),
-                    marked=arrays[f"{number}_marked"],
-                    point_id=arrays[f"{number}_point_id"],
+                    now=Chain(state[f"{number}_points"], closed, corner),
+                    initial=Chain(state[f"{number}_initial"], closed, corner),
+                    marked=state[f"{number}_marked"],
+                    point_id=state[f"{number}_point_id"],
                 )
             )
         self.chains = chains

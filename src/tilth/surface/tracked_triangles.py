@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -117,8 +118,8 @@ class TrackedSolidSurface:
         now = self.triangles.now
         return SurfaceShape(self.name, now.vertices, now.triangle, {"normal": now.vertex_normal})
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """As `BodySurface.arrays`."""
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """As `BodySurface.state`."""
         now = self.triangles.now
         return {
             "vertices": now.vertices,
@@ -127,9 +128,9 @@ class TrackedSolidSurface:
             "initial": self.triangles.initial,
         }
 
-    def restore(self, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """As `BodySurface.restore`."""
         part = self.triangles.now.part
-        vertices, triangle = arrays["vertices"], arrays["triangle"]
-        now = Triangles(vertices, triangle, part, arrays["part_number"])
-        self.triangles = TrackedTriangles(now, arrays["initial"])
+        vertices, triangle = state["vertices"], state["triangle"]
+        now = Triangles(vertices, triangle, part, state["part_number"])
+        self.triangles = TrackedTriangles(now, state["initial"])

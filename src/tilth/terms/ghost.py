@@ -326,14 +326,13 @@ class Ghost:
         self.moved = np.concatenate(moves)[order]
         self.modulus = np.concatenate(moduli)[order]
 
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+    def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns what a checkpoint must hold."""
-        return {f"ghost_{name}": getattr(self, name) for name in ("face", "moved", "modulus")}
+        return {"face": self.face, "moved": self.moved, "modulus": self.modulus}
 
-    def restore(self, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint."""
-        self.face, self.moved = arrays["ghost_face"], arrays["ghost_moved"]
-        self.modulus = arrays["ghost_modulus"]
+        self.face, self.moved, self.modulus = state["face"], state["moved"], state["modulus"]
 
 
 @cache

@@ -119,16 +119,27 @@ class LinearForces(Term):
     Args:
         couplings: elements of few nodes.
         constant: force beside theirs that does not change with the displacement, (nodes, dim).
+        supported: see `Term.supported_nodes`.
     """
 
-    def __init__(self, couplings: Sequence[LinearElements], constant: Floats | None = None) -> None:
+    def __init__(
+        self,
+        couplings: Sequence[LinearElements],
+        constant: Floats | None = None,
+        supported: Flags | None = None,
+    ) -> None:
         self._couplings = couplings
         self._constant = constant
+        self._supported = supported
 
     @property
     def coupled(self) -> list[NodeLists]:
         """As `Term.coupled`."""
         return [(each.node_start, each.node.ravel()) for each in self._couplings]
+
+    def supported_nodes(self) -> Flags | None:
+        """As `Term.supported_nodes`."""
+        return self._supported
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledLinearForces:
         """As `Term.assembled`."""

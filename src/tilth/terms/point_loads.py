@@ -25,9 +25,6 @@ class PointLoads(Term, AssembledTerm):
         soil: the points that carry them.
         active: the grid of the step.
         before, after: times at its start and end.
-
-    Attributes:
-        changes: whether the force at the end differs from that at the start.
     """
 
     role = Role.LOAD
@@ -40,7 +37,6 @@ class PointLoads(Term, AssembledTerm):
             soil.scatter(active, loads.force(soil.points, time)) if loads else none
             for time in (before, after)
         )
-        self.changes = not np.array_equal(self._before, self._after)
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""

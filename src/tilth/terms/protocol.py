@@ -97,6 +97,13 @@ class Term(ABC):
         """Nodes that its derivative couples, beside those of the points' supports."""
         return ()
 
+    def supported_nodes(self) -> Flags | None:
+        """Returns the nodes that it supports so well that they need no weak spring, (nodes,).
+
+        None for none.
+        """
+        return None
+
     @abstractmethod
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
         """Returns the term in the pattern of a grid.
@@ -105,3 +112,13 @@ class Term(ABC):
             active: the grid of the step, with the pattern of all terms.
             elements: where each of `coupled` stands in it.
         """
+
+
+def supported_nodes(active: ActiveGrid, terms: Sequence[Term]) -> Flags:
+    """Returns the nodes that any of the terms supports, shape (nodes,)."""
+    total = np.zeros(active.nodes, dtype=bool)
+    for term in terms:
+        nodes = term.supported_nodes()
+        if nodes is not None:
+            total |= nodes
+    return total

@@ -55,7 +55,7 @@ def _circumference(soil: Soil, active: ActiveGrid) -> Floats:
 
 
 @dataclass(frozen=True)
-class Springs(Term):
+class WeakSprings(Term):
     """Weak springs on badly supported nodes.
 
     Attributes:
@@ -69,7 +69,7 @@ class Springs(Term):
     @classmethod
     def of(
         cls, soil: Soil, active: ActiveGrid, coupled: npt.NDArray[np.bool_] | None = None
-    ) -> Springs:
+    ) -> WeakSprings:
         """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
         cell = active.grid.cell_size
         stiffness = _circumference(soil, active) * np.prod(cell) / cell.max() ** 2
@@ -81,11 +81,11 @@ class Springs(Term):
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
-        return _Springs(self, active.diagonal)
+        return _WeakSprings(self, active.diagonal)
 
 
-class _Springs(AssembledTerm):
-    def __init__(self, springs: Springs, diagonal: npt.NDArray[np.int64]) -> None:
+class _WeakSprings(AssembledTerm):
+    def __init__(self, springs: WeakSprings, diagonal: npt.NDArray[np.int64]) -> None:
         self._springs, self._diagonal = springs, diagonal
 
     def force(self, displacement: Floats) -> Floats:
