@@ -7,14 +7,7 @@ The public names are loaded when they are first used, so that `tilth --version` 
 from __future__ import annotations
 
 import importlib
-import os
 from typing import TYPE_CHECKING, Any
-
-# Idle OpenMP threads must not spin while Python or a linear solver is at work, but wait a moment:
-# to wake them takes longer than most loops of multigrid (docs/decisions/0012-multigrid.md).
-if "OMP_WAIT_POLICY" not in os.environ:
-    os.environ["OMP_WAIT_POLICY"] = "passive"
-    os.environ.setdefault("GOMP_SPINCOUNT", "10000")  # a fraction of a millisecond
 
 __version__ = "0.1.0"
 

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import MutableMapping, Sequence
 from pathlib import Path
 
 import click
@@ -23,6 +24,14 @@ from tilth.errors import (
     Interrupted,
     TilthError,
 )
+
+THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
+"""Idle threads wait for a fraction of a millisecond, then sleep: while Python or a linear solver is
+at work they leave the cores to others, and waking them takes longer than most loops of multigrid
+(docs/decisions/0012-multigrid.md)."""
+
+ONE_RUNTIME = {"MKL_THREADING_LAYER": "GNU"}
+"""PARDISO's threads are those of the core's OpenMP runtime, not of a second one."""
 
 _CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
@@ -208,6 +217,19 @@ def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
     )
 
 
+def set_environment(environment: MutableMapping[str, str]) -> None:
+    """Sets what the libraries read when they are loaded, where the user has not.
+
+    It belongs to the whole process, so the command does it and `import tilth` does not.
+    """
+    if "OMP_WAIT_POLICY" not in environment:
+        for name, value in THREAD_WAIT.items():
+            environment.setdefault(name, value)
+    for name, value in ONE_RUNTIME.items():
+        environment.setdefault(name, value)
+
+
 def main() -> None:
     """Entry point of the `tilth` command."""
+    set_environment(os.environ)
     sys.exit(run_command(sys.argv[1:]))

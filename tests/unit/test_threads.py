@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from typing import Any
@@ -23,6 +22,7 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.cli import set_environment
 from tilth.simulation import Simulation
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
@@ -104,20 +104,36 @@ def test_kernels_give_the_same_bits(kind: str, basis: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "policy", "spins"),
+    ("given", "policy", "spins", "layer"),
     [
-        ({}, "passive", "10000"),
-        ({"GOMP_SPINCOUNT": "7"}, "passive", "7"),
-        ({"OMP_WAIT_POLICY": "active"}, "active", "None"),
+        ({}, "passive", "10000", "GNU"),
+        ({"GOMP_SPINCOUNT": "7"}, "passive", "7", "GNU"),
+        ({"OMP_WAIT_POLICY": "active"}, "active", None, "GNU"),
+        ({"MKL_THREADING_LAYER": "TBB"}, "passive", "10000", "TBB"),
     ],
 )
-def test_waiting_threads_spin_for_a_moment_only(
-    given: dict[str, str], policy: str, spins: str
+def test_the_command_says_how_threads_wait(
+    given: dict[str, str], policy: str, spins: str | None, layer: str
 ) -> None:
     """What the user has set stays as it is."""
-    ask = "import os, tilth; print(*map(os.environ.get, ['OMP_WAIT_POLICY', 'GOMP_SPINCOUNT']))"
-    kept = {name: value for name, value in os.environ.items() if "OMP_" not in name}
-    found = subprocess.run(
-        [sys.executable, "-c", ask], env=kept | given, capture_output=True, text=True, check=True
-    )
-    assert found.stdout.split() == [policy, spins]
+    environment = dict(given)
+    set_environment(environment)
+    assert environment.pop("OMP_WAIT_POLICY") == policy
+    assert environment.pop("GOMP_SPINCOUNT", None) == spins
+    assert environment.pop("MKL_THREADING_LAYER") == layer
+    assert environment == {}
+
+
+def test_the_command_sets_it_before_the_core_is_loaded() -> None:
+    """GNU's OpenMP reads it then; `import tilth`, of all modules, leaves the process alone."""
+    ask = """
+import os, pkgutil, sys
+import tilth, tilth.cli
+assert "tilth._core" not in sys.modules, "too late"
+before = dict(os.environ)
+for module in pkgutil.walk_packages(tilth.__path__, "tilth."):
+    if not module.name.endswith("__main__"):
+        __import__(module.name)
+assert dict(os.environ) == before
+"""
+    subprocess.run([sys.executable, "-c", ask], check=True)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 from typing import ClassVar
 
 from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
@@ -23,7 +22,6 @@ class Pardiso:
         return importlib.util.find_spec("pypardiso") is not None
 
     def __init__(self) -> None:
-        os.environ.setdefault("MKL_THREADING_LAYER", "GNU")  # one OpenMP runtime beside the core's
         from pypardiso import PyPardisoSolver
 
         self._pardiso = PyPardisoSolver(mtype=REAL_UNSYMMETRIC)
