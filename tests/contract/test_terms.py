@@ -30,28 +30,42 @@ class Stopped(Exception):
     """Ends a step where its balance is known."""
 
 
-def balance_of(kind: str, monkeypatch: pytest.MonkeyPatch, gamma: float = 0.005) -> Balance:
+def balance_of(
+    kind: str,
+    monkeypatch: pytest.MonkeyPatch,
+    gamma: float = 0.005,
+    length: float = 1.0,
+    stress: float = 1.0,
+) -> Balance:
     """The balance of the second step of a block with every term: cells of 0.5, slivers at its top.
 
     It stands on a moving boundary between grid lines, next to the axis of symmetry between two.
-    With ghost stabilisation (`gamma`) there are no weak springs.
+    With ghost stabilisation (`gamma`) there are no weak springs. `length` and `stress` are units:
+    how often the ones of the numbers below go into them.
     """
-    square = {"type": "polygon", "vertices": [[0.0, 0.0], [2.0, 0.0], [2.0, 2.03], [0.0, 2.03]]}
-    base = implicit("base", flat([0.0, 0.12], [-0.1, 1.0]), "fixed", displacement={"y": 0.04})
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.03], [0.0, 2.03]])
+    square = {"type": "polygon", "vertices": (length * corners).tolist()}
+    base = implicit(
+        "base", flat([0.0, 0.12 * length], [-0.1, 1.0]), "fixed",
+        displacement={"y": 0.04 * length},
+    )  # fmt: skip
+    soil = material_entries("von_mises")
+    for parameter in ("young_modulus", "yield_stress", "hardening_modulus"):
+        soil[parameter] *= stress
     wall = implicit("wall", flat([0.0, 0.0], [1.0, 0.0]), "roller")
     entries: dict[str, Any] = {
-        "analysis": {"kind": kind, "ghost_stabilisation": gamma},
-        "grid": {"cell_size": 0.5, "origin": [-0.2, 0.0]},
-        "materials": {"soil": material_entries("von_mises")},
+        "analysis": {"kind": kind, "ghost_stabilisation": gamma, "tolerance": 1e-12},
+        "grid": {"cell_size": 0.5 * length, "origin": [-0.2 * length, 0.0]},
+        "materials": {"soil": soil},
         "bodies": [
             {"name": "block", "material": "soil", "shape": square, "basis": "gimp",
-             "spacing": 0.125, "surface": {}}
+             "spacing": 0.125 * length, "surface": {}}
         ],
         "boundaries": [base] if kind == "axisymmetric" else [base, wall],
         "loads": [
-            {"type": "body_force", "acceleration": [0.0, -0.02]},
-            {"type": "surface", "body": "block", "pressure": 0.05,
-             "start": [2.0, 2.03], "end": [0.0, 2.03]},
+            {"type": "body_force", "acceleration": [0.0, -0.02 * stress / length]},
+            {"type": "surface", "body": "block", "pressure": 0.05 * stress,
+             "start": [2.0 * length, 2.03 * length], "end": [0.0, 2.03 * length]},
         ],
         "schedule": {"steps": 4},
     }  # fmt: skip
@@ -141,6 +155,45 @@ def test_stiffness_is_the_derivative_of_the_force(
     if name == "weak springs":
         round_off = 1e-9
     np.testing.assert_allclose(found, difference, rtol=0, atol=share * size + 10.0 * round_off)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", TERMS)
+def test_results_do_not_depend_on_the_units(
+    kind: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lengths a thousand times and stresses seven times as large in their numbers."""
+    length, stress = 1000.0, 7.0
+    gamma = 0.0 if name == "weak springs" else 0.005
+    one = balance_of(kind, monkeypatch, gamma)
+    other = balance_of(kind, monkeypatch, gamma, length, stress)
+    u, direction = displacements(one)
+    stiffness = stress * (length if kind == "axisymmetric" else 1.0)  # force per length
+    term, scaled = (balance.terms[TERMS.index(name)] for balance in (one, other))
+    for found, expected in (
+        (scaled.force(length * u), stiffness * length * term.force(u)),
+        (product(scaled, other, length * u, direction),
+         stiffness * product(term, one, u, direction)),
+    ):  # fmt: skip
+        size = np.abs(expected).max()
+        assert name in ABSENT[kind] or size > 0.0 or "loads" in name
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * size + 1e-11 * stiffness)
+
+
+def test_a_weak_spring_is_that_of_the_ring(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In axisymmetry 2 pi r times that of a plane, with r no less than half a cell."""
+    plane, ring = (balance_of(kind, monkeypatch, 0.0) for kind in KINDS)
+    number = TERMS.index("weak springs")
+    found = []
+    for balance in (plane, ring):
+        ones = np.ones((balance.active.nodes, 2))
+        found.append(balance.terms[number].force(ones)[:, 1])
+    assert np.array_equal(plane.active.key, ring.active.key)
+    radius = np.maximum(np.abs(plane.active.position[:, 0]), 0.25)
+    both = (found[0] > 0.0) & (found[1] > 0.0)
+    assert both.sum() > 2
+    ratio = found[1][both] / found[0][both]
+    np.testing.assert_allclose(ratio, 2.0 * np.pi * radius[both], rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", KINDS)
