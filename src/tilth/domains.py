@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bounds on domains, a word when they act, and how far domains reach."""
+"""Limits on the size of the points' domains, and the largest extent of a domain from its point."""
 
 from __future__ import annotations
 

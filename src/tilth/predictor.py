@@ -17,19 +17,19 @@ from tilth.terms.weak_springs import well_supported
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-NEAR = 0.25
+LARGEST_MOTION = 0.25
 """Motion in the last load step, in cells, up to which the nodes still stand at the same soil."""
 
 
 class Predictor:
     """Remembers the last load step's displacement.
 
-    The nodes of a grid that stands where it stood keep theirs, while the soil that they stand at
-    stays the same. Where it moved on by more than `NEAR`, and on a grid that has moved, all take it
-    from the material points around them: a slender body would be torn if its nodes moved as what
-    was at their place before. So do nodes that are new, and those at the edge of the soil: hardly
-    supported, they may move at random within Newton's tolerance, and would do so more and more if
-    each step began with what they did in the last one.
+    While the grid stands still and the soil moves by no more than `LARGEST_MOTION` in a step, each
+    node is given its own displacement of the last step. Otherwise all nodes are given that of the
+    material points around them: with their own, a slender body that moves on through the grid would
+    be torn. So are new nodes, and nodes at the edge of the soil: they are badly supported, move at
+    random within Newton's tolerance, and this motion would grow if each step began with that of the
+    last.
 
     Attributes:
         size: of the last load step [time]; 0 before the first one.
@@ -53,7 +53,7 @@ class Predictor:
             return None
         guess = _from_points(soil, active)
         cells = np.abs(self.displacement).max(axis=0) / active.grid.cell_size
-        if np.array_equal(self.origin, active.grid.origin) and cells.max() <= NEAR:
+        if np.array_equal(self.origin, active.grid.origin) and cells.max() <= LARGEST_MOTION:
             number = find_keys(self.key, active.key)
             kept = (number >= 0) & well_supported(soil, active)
             guess[kept] = self.displacement[number[kept]]

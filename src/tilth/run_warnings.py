@@ -44,16 +44,16 @@ class RunWarnings:
         """A linear system that multigrid left to the direct solver."""
         self.note(
             "fallback",
-            "a linear system, and perhaps later ones, was left to the direct solver; multigrid: "
-            f"{reason}",
+            f"multigrid did not solve a linear system ({reason}), so the direct solver did, which "
+            "takes longer and more memory; this is said once, later systems may be solved so, too",
         )
 
     def line_search(self, reason: str, time: float) -> None:
         """A step that is repeated."""
         self.note(
             "line search",
-            f"the step to time {time:.6g}, and perhaps later ones, is repeated with a line "
-            f"search: {reason}",
+            f"Newton's iteration failed in the step to time {time:.6g} ({reason}); the step is "
+            "repeated with a line search; this is said once, later steps may be repeated, too",
         )
 
     def departures(self, model: Model, cell_size: Floats) -> None:

@@ -232,7 +232,7 @@ class Soil:
                     if body.carried_by_gradient:
                         self._carry_corners(body)
                     continue
-                # the boxes of linear points are followed for the eye, and for what they touch
+                # basis "linear" has no domains: boxes for pictures and to find what touches
                 rule = body.domain_update or "right_stretch"
                 if rule not in ("fixed", "corners"):
                     part = points.part(body)

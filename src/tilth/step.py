@@ -21,15 +21,17 @@ from tilth.timers import Timers
 Floats = npt.NDArray[np.float64]
 
 
-CERTAIN = 3
-"""Iterations after which the round-off of stiff couplings may be what is left of the residual."""
+ITERATIONS_BEFORE_ROUND_OFF = 3
+"""Iterations that are always done before a small residual is put down to round-off.
 
+Stiff constraints cancel in the residual; what round-off leaves of them cannot be iterated away.
+"""
 
-FORCING = 1e-4
-"""Share of the residual that an iterative linear solver may leave at any time."""
+FORCING_TERM = 1e-4
+"""Part of the residual that an iterative linear solver may leave at any time."""
 
-LOOSEST = 1e-2
-"""The same where Newton's tolerance asks for no more."""
+LARGEST_FORCING_TERM = 1e-2
+"""The same in an iteration after which Newton's tolerance is met in any case."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def solve_step(
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         balanced = now.relative <= newton.tolerance or now.free <= newton.round_off
-        if not balanced and len(residuals) > CERTAIN:
+        if not balanced and len(residuals) > ITERATIONS_BEFORE_ROUND_OFF:
             balanced = now.free <= balance.round_off(now.displacement)
         if balanced and not moving:
             reaction = np.where(held, now.forces.residual, 0.0)
@@ -181,10 +183,10 @@ def _share_left(relative: float, tolerance: float) -> float:
     """Returns how much of the residual an iterative linear solver may leave.
 
     A tenth of what the iteration may end with; but what the linearisation misses is seldom less
-    than `FORCING`, and the next iteration has to put that right in any case (inexact Newton
+    than `FORCING_TERM`, and the next iteration has to put that right in any case (inexact Newton
     methods: Eisenstat and Walker 1996).
     """
-    return min(max(0.1 * tolerance / relative, FORCING), LOOSEST)
+    return min(max(0.1 * tolerance / relative, FORCING_TERM), LARGEST_FORCING_TERM)
 
 
 def _nearest_point(active: ActiveGrid, residual: Floats) -> int:

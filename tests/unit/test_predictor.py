@@ -27,7 +27,7 @@ from test_step_newton import leaning_block
 
 from tilth import Model, resume, run
 from tilth.grid import ActiveGrid, Buffers, find_keys, locate
-from tilth.predictor import NEAR, Predictor
+from tilth.predictor import LARGEST_MOTION, Predictor
 from tilth.simulation import Simulation
 from tilth.soil import Soil
 from tilth.terms.weak_springs import well_supported
@@ -122,7 +122,7 @@ def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> No
     simulation = pulled()
     predictor = simulation._predictor
     cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
-    predictor.displacement = predictor.displacement * (share * NEAR / cells)
+    predictor.displacement = predictor.displacement * (share * LARGEST_MOTION / cells)
     active = locate(simulation.points, simulation.grid, Buffers())
     guess = predictor.guess(simulation.soil, active, predictor.size)
     assert guess is not None

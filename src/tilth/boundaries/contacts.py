@@ -34,7 +34,7 @@ The exact one grows without limit towards nu = 1/2 and would spoil the matrix's 
 carried traction its value does not change the converged reaction.
 """
 
-BAND_FIRMER = 2.0
+STIFFNESS_RATIO_OF_BAND = 2.0
 """How much firmer the band form ties nodes behind: it holds each point and needs no freedom there.
 """
 
@@ -129,11 +129,11 @@ class Contacts:
     def behind(self) -> tuple[Integers, Floats]:
         """Returns the nodes behind boundaries, near them: sorted keys, and how firmly to tie them.
 
-        From 0 on the boundary to 1 a cell behind it, with the band form `BAND_FIRMER`, times the
-        square of the normal's component along each axis, shape (nodes, dim).
+        From 0 on the boundary to 1 a cell behind it (to `STIFFNESS_RATIO_OF_BAND` with the band
+        form), times the square of the normal's component along each axis, shape (nodes, dim).
         """
         keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
-        for form, factor in ((SurfaceContact, 1.0), (BandContact, BAND_FIRMER)):
+        for form, factor in ((SurfaceContact, 1.0), (BandContact, STIFFNESS_RATIO_OF_BAND)):
             parts = [part for part in self.parts if isinstance(part, form)]
             if not parts:
                 continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a step solves its linear systems with: a direct solver, or multigrid and one behind it."""
+"""The choice of the linear solver: direct, or multigrid with a direct one in reserve."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ SHORTEST = 0.25
 """Of two points nearer than this many spacings one is left out."""
 GAUSS_POINTS = 5
 """On each piece of the spline in a cell; exact for a constant pressure on the shape functions."""
-SAME = 1e-6
+COINCIDENT = 1e-6
 """Places nearer than this many spacings are one."""
 
 
@@ -120,7 +120,7 @@ class TrackedSurface:
             at = float(nearest.segment[0] + nearest.parameter[0])
             to_point = np.linalg.norm(tracked.now.points - x, axis=1)
             near = int(to_point.argmin())
-            if len(tracked.point_id) or to_point[near] < SAME * self._spacing:
+            if len(tracked.point_id) or to_point[near] < COINCIDENT * self._spacing:
                 at = float(near)  # there is a point already, or only material points will do
             distance = float(np.linalg.norm(nearest.arm))
             if distance < best[2]:

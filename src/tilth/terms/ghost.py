@@ -42,11 +42,11 @@ from tilth.soil import Soil
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-FULL = 0.5
+FILL_WITHOUT_PENALTY = 0.5
 """Share of a cell from which on it is not stabilised."""
 LEAST_SHARE = 1e-3
 """Share of Young's modulus that is left in plastic flow, so that slivers keep a stiffness."""
-STRESSES = 2.0
+LEAST_MODULUS_OVER_STRESS = 2.0
 """Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
@@ -63,7 +63,7 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
-        bearing = STRESSES * _equivalent_stress(soil.points.stress[s])
+        bearing = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
         modulus = np.maximum(body.young_modulus * share, bearing)
         softness = 1.0 / modulus
         if body.has_corners:
@@ -99,7 +99,7 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     return np.asarray(np.maximum(centre, 0.5 * width))
 
 
-FIRM = 2.0
+STIFFNESS_BEHIND = 2.0
 """Dimensionless stiffness of nodes a cell behind an implicit boundary."""
 
 
@@ -197,7 +197,7 @@ def ghost_faces(
     beside = place + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
     neighbour = find_keys(key, lattice_keys(beside.reshape(-1, 3))).reshape(2, dim, len(key))
     at_edge = (neighbour < 0).any(axis=(0, 1))
-    emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FULL, 0.0, 1.0), 0.0)
+    emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FILL_WITHOUT_PENALTY, 0.0, 1.0), 0.0)
     depth = np.zeros((active.nodes, dim))
     if behind is not None:
         number = find_keys(active.key, behind[0])
@@ -213,7 +213,7 @@ def ghost_faces(
         behind_ends = depth[node, axis] * end  # (faces, nodes)
         at_boundary = depth[node].sum(axis=2).max(axis=1, initial=0.0)
         # behind a boundary nodes move with the soil in front, line by line
-        firm = FIRM * behind_ends.max(axis=1, initial=0.0)
+        firm = STIFFNESS_BEHIND * behind_ends.max(axis=1, initial=0.0)
         hidden = np.broadcast_to(((behind_ends @ line) > 0.0)[..., None], (*node.shape, dim))
         # there its own penalty takes over: across it, not between equal slivers
         weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
@@ -246,7 +246,7 @@ def ghost_faces(
     return faces
 
 
-FADE = 0.1
+MEMORY_LENGTH = 0.1
 """Motion, in cells, over which a face forgets by a factor e what its nodes did before."""
 
 
@@ -315,7 +315,7 @@ class Ghost:
         for face, faces, moved in self._current:
             step = displacement[faces.node]
             size = np.abs(step / active.grid.cell_size).max(axis=(1, 2))
-            total = np.exp(-size / FADE)[:, None, None]
+            total = np.exp(-size / MEMORY_LENGTH)[:, None, None]
             total = total * (moved + faces.modulus[:, None, None] * step)
             names.append(face)
             moves.append(total - total[:, :1])  # a common motion has no force
