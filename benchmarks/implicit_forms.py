@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tilth import Model
-from tilth.boundaries import Contacts
+from tilth.boundaries import ImplicitConstraints
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 from tilth.terms.balance import Balance
@@ -97,13 +97,13 @@ def condition_and_time(model: Model) -> tuple[float, float]:
     active = locate(simulation.points, simulation.grid, Buffers())
     start = time.perf_counter()
     for _ in range(5):
-        contacts = Contacts.gather(
+        constraints = ImplicitConstraints.gather(
             simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
         )
-        couplings = contacts.couplings()
+        couplings = constraints.couplings()
     seconds = (time.perf_counter() - start) / 5
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(simulation.soil, active, held, 0.005, contacts.behind())
+    faces = ghost_faces(simulation.soil, active, held, 0.005, constraints.behind())
     linear = LinearForces([*couplings, *(each.coupling() for each in faces)])
     balance = Balance(active, [SoilForces(simulation.soil), linear])
     active, still = balance.active, np.zeros((active.nodes, active.grid.dim))

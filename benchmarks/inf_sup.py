@@ -28,8 +28,8 @@ from matplotlib.figure import Figure
 from scipy.linalg import cholesky_banded, solve_triangular
 
 from tilth import Model, _core
-from tilth.boundaries import Contacts
-from tilth.boundaries.contact import SurfaceContact
+from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
@@ -117,14 +117,18 @@ def block_on_plane(axes: Floats, corner: Floats, cells: int, condition: str) -> 
     return Simulation(model, turned)
 
 
-def energy_norm(simulation: Simulation, active: ActiveGrid, contacts: Contacts) -> Any:
+def energy_norm(
+    simulation: Simulation, active: ActiveGrid, constraints: ImplicitConstraints
+) -> Any:
     """The matrix of a step without its boundaries, and a mass of modulus / side^2, sparse."""
     soil, gamma = simulation.soil, simulation.model.analysis.ghost_stabilisation
     nodes, dim = active.position.shape
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
-    faces = ghost.couplings(soil, active, nothing_held, contacts.behind())
-    springs = WeakSprings.of(soil, active, contacts.reached() | ghost.holds(active, nothing_held))
+    faces = ghost.couplings(soil, active, nothing_held, constraints.behind())
+    springs = WeakSprings.of(
+        soil, active, constraints.reached() | ghost.holds(active, nothing_held)
+    )
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
     balance.forces(still)
@@ -135,7 +139,7 @@ def energy_norm(simulation: Simulation, active: ActiveGrid, contacts: Contacts) 
     return (matrix + sp.diags(np.repeat(MODULUS * soil.nodal_volume(active), dim))).tocsr()
 
 
-def mean_rows(part: SurfaceContact, nodes: int) -> tuple[Floats, Floats]:
+def mean_rows(part: SurfaceConstraint, nodes: int) -> tuple[Floats, Floats]:
     """Rows of the means, (multipliers, nodes, dim), and the area of their patches."""
     space = part.multipliers
     assert space is not None
@@ -145,7 +149,7 @@ def mean_rows(part: SurfaceContact, nodes: int) -> tuple[Floats, Floats]:
     return rows, space.area
 
 
-def point_rows(part: SurfaceContact, nodes: int) -> tuple[Floats, Floats]:
+def point_rows(part: SurfaceConstraint, nodes: int) -> tuple[Floats, Floats]:
     """Rows of a multiplier at each quadrature point along each direction, and the weights."""
     directions, weight = part.held_directions, part.pose.weight
     rank, count, dim = directions.shape
@@ -211,18 +215,18 @@ def spectra(
     h, dim = 1.0 / cells, len(axes)
     simulation = block_on_plane(axes, h * offset, cells, condition)
     active = locate(simulation.points, simulation.grid, Buffers())
-    contacts = Contacts.gather(
+    constraints = ImplicitConstraints.gather(
         simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
     )
-    (part,) = contacts.parts
-    assert isinstance(part, SurfaceContact)
+    (part,) = constraints.parts
+    assert isinstance(part, SurfaceConstraint)
     rows, area = mean_rows(part, active.nodes)
     sets = [(rows, np.minimum(h, area ** (1.0 / (dim - 1))) * area), (rows, h * area)]
     if points:
         rows, area = point_rows(part, active.nodes)
         sets.append((rows, h * area))
     height = (active.position - h * offset) @ axes[-1]
-    norm = InverseRoot(energy_norm(simulation, active, contacts), height, contacts.reached())
+    norm = InverseRoot(energy_norm(simulation, active, constraints), height, constraints.reached())
     return [spectrum(norm.times(rows), weight) for rows, weight in sets]
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from small_problems import Floats, block_entries, dimension
 
 from tilth import Model
-from tilth.boundaries import Contacts
-from tilth.boundaries.band import BandContact
-from tilth.boundaries.contact import Contact, SurfaceContact
-from tilth.boundaries.multipliers import multiplier_coupling
+from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries.implicit.band import BandConstraint
+from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
+from tilth.boundaries.implicit.multipliers import multiplier_coupling
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult, initial_points
@@ -44,10 +44,10 @@ def rotation(angle: float) -> Floats:
 
 def locate_contacts(
     simulation: Simulation, before: float = 0.0, after: float = 1.0
-) -> tuple[ActiveGrid, Contacts]:
+) -> tuple[ActiveGrid, ImplicitConstraints]:
     """The grid of a step, and what the implicit boundaries do on it."""
     active = locate(simulation.points, simulation.grid, Buffers())
-    return active, Contacts.gather(
+    return active, ImplicitConstraints.gather(
         simulation.implicit, simulation.points, active, simulation.kind, before, after
     )
 
@@ -61,14 +61,14 @@ def dense(coupling: Coupling, nodes: int) -> Floats:
     return whole.reshape(nodes * dim, nodes * dim)
 
 
-def of_part(part: Contact, nodes: int) -> tuple[Floats, Floats]:
+def of_part(part: ImplicitConstraint, nodes: int) -> tuple[Floats, Floats]:
     """The matrix of one boundary and its force at zero displacement, (nodes, dim)."""
     constant = part.nodal_force(part.before, nodes)
-    if isinstance(part, BandContact):
+    if isinstance(part, BandConstraint):
         coupling = part.coupling()
         np.add.at(constant, coupling.node, coupling.force)
         return dense(coupling, nodes), constant
-    assert isinstance(part, SurfaceContact)
+    assert isinstance(part, SurfaceConstraint)
     assert part.multipliers is not None
     rows = multiplier_coupling([part.multipliers], [part.slip_at_rest()])
     np.add.at(constant, rows.node, rows.force)

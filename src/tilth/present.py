@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tilth.boundaries import Boundary
-from tilth.boundaries.implicit import Implicit
+from tilth.boundaries.implicit.boundary import Implicit
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.loads import Loads
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce

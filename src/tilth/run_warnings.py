@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from tilth.boundaries import Conditions, Contacts
-from tilth.boundaries.implicit import Implicit
-from tilth.boundaries.passage import SMALL, depth_behind
+from tilth.boundaries import Conditions, ImplicitConstraints
+from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.implicit.passage import SMALL, depth_behind
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.points import MaterialPoints
@@ -72,13 +72,13 @@ class RunWarnings:
                     "throughout: it loses the material that moves away from them",
                 )
 
-    def places(self, conditions: Conditions, contacts: Contacts) -> None:
-        """Boundaries that touch nothing, and what `Contacts.warnings` finds."""
+    def places(self, conditions: Conditions, constraints: ImplicitConstraints) -> None:
+        """Boundaries that touch nothing, and what `ImplicitConstraints.warnings` finds."""
         for name, touched in zip(conditions.names, conditions.touched, strict=True):
             if not touched:
                 key = f"place of {name}"
                 self.note(key, f"boundary {name!r} touches no node of a cell with material")
-        for key, text in contacts.warnings():
+        for key, text in constraints.warnings():
             self.note(key, text)
 
     def bounds(self, held: Mapping[str, int]) -> None:

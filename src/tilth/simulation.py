@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.bodies import discretise
-from tilth.boundaries import Conditions, Contacts, make_boundaries, make_implicit
+from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.axis import Axis, OnAxis
 from tilth.boundaries.axis_agreement import require_on_axis
-from tilth.boundaries.passage import find_passage
+from tilth.boundaries.implicit.passage import find_passage
 from tilth.boundaries.together import require_no_rigid_motion
 from tilth.domains import bound_domains, keep_off_axis
 from tilth.errors import BadInput, StepFailed
@@ -212,14 +212,14 @@ class Simulation:
             ) from failure
         first = self.model.schedule.regular_time(1)
         conditions = self._conditions(active, 0.0, first).conditions
-        contacts = self._contacts(active, conditions.held, 0.0, first)
+        constraints = self._contacts(active, conditions.held, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
-        require_agreement(self.model, self.boundaries, contacts)
+        require_agreement(self.model, self.boundaries, constraints)
         require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
-        require_no_rigid_motion(active, self.kind, conditions.held, contacts)
+        require_no_rigid_motion(active, self.kind, conditions.held, constraints)
         require_near_soil(self.model, self.surfaces, active)
-        self.run_warnings.places(conditions, contacts)
+        self.run_warnings.places(conditions, constraints)
         return active
 
     def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
@@ -229,9 +229,9 @@ class Simulation:
 
     def _contacts(
         self, active: ActiveGrid, held: npt.NDArray[np.bool_], before: float, after: float
-    ) -> Contacts:
+    ) -> ImplicitConstraints:
         with self.timers.measure("boundaries"):
-            return Contacts.gather(
+            return ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after, held
             )
 
@@ -256,9 +256,9 @@ class Simulation:
             active = locate(self.points, self.grid, self._buffers)
         on_axis = self._conditions(active, before, after)
         conditions = on_axis.conditions
-        contacts = self._contacts(active, conditions.held, before, after)
-        self.run_warnings.places(conditions, contacts)
-        terms = self._gather(active, on_axis, contacts, before, after)
+        constraints = self._contacts(active, conditions.held, before, after)
+        self.run_warnings.places(conditions, constraints)
+        terms = self._gather(active, on_axis, constraints, before, after)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(active, terms)
             active = balance.active
@@ -287,15 +287,15 @@ class Simulation:
         self._predictor.commit(active, equilibrium.displacement, after - before)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
-            carried = contacts.after(equilibrium.displacement)
-            forces = conditions.forces(equilibrium.reaction) | contacts.forces(carried)
-            reaction_before = contacts.reaction_before(
+            carried = constraints.after(equilibrium.displacement)
+            forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
+            reaction_before = constraints.reaction_before(
                 equilibrium.initial_reaction, conditions.held, balance.constant_force()
             )
-            contacts.commit(carried)
+            constraints.commit(carried)
             self.run_warnings.depths(self.implicit, self.points, after, self.grid.cell_size)
             if np.array_equal(balance.load_before, equilibrium.load):
-                driven = np.abs(conditions.increment).max(initial=contacts.largest_increment())
+                driven = np.abs(conditions.increment).max(initial=constraints.largest_increment())
                 self.run_warnings.jump(
                     moved, float(driven), self.points, self.grid.cell_size, after
                 )
@@ -308,7 +308,7 @@ class Simulation:
         self,
         active: ActiveGrid,
         on_axis: OnAxis,
-        contacts: Contacts,
+        constraints: ImplicitConstraints,
         before: float,
         after: float,
     ) -> list[Term]:
@@ -316,11 +316,11 @@ class Simulation:
         held = on_axis.conditions.held
         with self.timers.measure("boundaries"):
             boundaries = LinearForces(
-                contacts.couplings(), contacts.carried_force(), contacts.reached()
+                constraints.couplings(), constraints.carried_force(), constraints.reached()
             )
         with self.timers.measure("basis"):
             ghost = LinearForces(
-                self._ghost.couplings(self.soil, active, held, contacts.behind()),
+                self._ghost.couplings(self.soil, active, held, constraints.behind()),
                 supported=self._ghost.holds(active, held),
             )
             terms = [

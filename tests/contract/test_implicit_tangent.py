@@ -125,10 +125,10 @@ def test_matrix_of_a_boundary_is_the_derivative_of_its_force(
     simulation = held_block(kind, condition, form, motion)
     random = np.random.default_rng(2)
     carry_something(simulation, random)
-    active, contacts = locate_contacts(simulation, 0.2, 0.7)
-    assert len(contacts.parts) == 2
+    active, constraints = locate_contacts(simulation, 0.2, 0.7)
+    assert len(constraints.parts) == 2
     shape = active.position.shape
-    for part in contacts.parts:
+    for part in constraints.parts:
         matrix, constant = of_part(part, active.nodes)
         assert np.abs(matrix - matrix.T).max() < 1e-12 * np.abs(matrix).max()
 
@@ -157,8 +157,8 @@ def test_soil_that_moves_with_a_boundary_only_turns_what_it_carries(
     """No slip: tractions and the band's stresses turn with the boundary, half by half."""
     simulation = held_block(kind, condition, form, "moves")
     carry_something(simulation, np.random.default_rng(3))
-    active, contacts = locate_contacts(simulation, 0.2, 0.7)
-    part = next(p for p in contacts.parts if p.boundary.name == "base")
+    active, constraints = locate_contacts(simulation, 0.2, 0.7)
+    part = next(p for p in constraints.parts if p.boundary.name == "base")
     boundary, terms = part.boundary, part.boundary.terms
     assert terms is not None
     carried = boundary.carried[part.chosen]

@@ -124,10 +124,10 @@ def test_thin_turned_domains_touch_what_is_beside_them(basis: str) -> None:
         points = simulation.points
         np.testing.assert_allclose(points.half_length, np.tile([short, long], (16, 1)), rtol=1e-12)
         assert points.position[:, 0].max() == pytest.approx(middle)
-        _, contacts = locate_contacts(simulation, 0.0, 1.0)
-        assert bool(contacts.parts) == touches
+        _, constraints = locate_contacts(simulation, 0.0, 1.0)
+        assert bool(constraints.parts) == touches
         if touches:
-            assert contacts.parts[0].pose.weight.sum() == pytest.approx(2.0, rel=1e-12)
+            assert constraints.parts[0].pose.weight.sum() == pytest.approx(2.0, rel=1e-12)
 
 
 @every_basis
@@ -143,8 +143,8 @@ def test_a_wall_is_felt_by_domains_longer_than_its_cells(basis: str) -> None:
     points.corner[:, :, 0] *= 10.0
     points.position[:, 0] *= 10.0
     points.box_corners()
-    _, contacts = locate_contacts(simulation, 0.0, 1.0)
-    (part,) = contacts.parts
+    _, constraints = locate_contacts(simulation, 0.0, 1.0)
+    (part,) = constraints.parts
     assert part.pose.weight.sum() == pytest.approx(2.0, rel=1e-12)  # the whole face
 
 

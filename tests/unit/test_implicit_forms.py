@@ -24,7 +24,7 @@ from implicit_problems import (
 from small_problems import KINDS, Floats, block_entries, dimension
 
 from tilth import Model
-from tilth.boundaries.band import BandContact
+from tilth.boundaries.implicit.band import BandConstraint
 from tilth.grid import ActiveGrid
 from tilth.simulation import Simulation
 
@@ -87,8 +87,8 @@ def limits(
 ) -> tuple[Floats, Floats]:
     """K3 and K2 + K2^T in the limit of a narrow band, from the surface's own points."""
     simulation = block(kind, geometry, condition, "surface", delta)
-    active, contacts = locate_contacts(simulation)
-    pose = contacts.parts[0].pose
+    active, constraints = locate_contacts(simulation)
+    pose = constraints.parts[0].pose
     dim, nodes = active.grid.dim, active.nodes
     stiffness = elasticity()
     k3, k2 = np.zeros((nodes, dim, nodes, dim)), np.zeros((nodes, dim, nodes, dim))
@@ -124,9 +124,9 @@ def parts(
     kind: str, geometry: dict[str, Any], condition: str, delta: float
 ) -> tuple[Floats, Floats]:
     """K3 of a boundary's band and the rest of its matrix."""
-    active, contacts = locate_contacts(block(kind, geometry, condition, "band", delta))
-    (part,) = contacts.parts
-    assert isinstance(part, BandContact)
+    active, constraints = locate_contacts(block(kind, geometry, condition, "band", delta))
+    (part,) = constraints.parts
+    assert isinstance(part, BandConstraint)
     weighted = part.pose.weight[:, None, None] * part.penalty
     node = part.at.node[part.at.cell]
     penalty = np.zeros((active.nodes, active.grid.dim) * 2)
@@ -160,8 +160,8 @@ def test_surface_form_holds_means_of_the_first_limit(kind: str, shape: str, cond
     """
     geometry = geometries(kind)[shape]
     exact, _ = limits(kind, geometry, condition, 1e-3)
-    active, contacts = locate_contacts(block(kind, geometry, condition, "surface", 1e-3))
-    found, _ = of_part(contacts.parts[0], active.nodes)
+    active, constraints = locate_contacts(block(kind, geometry, condition, "surface", 1e-3))
+    found, _ = of_part(constraints.parts[0], active.nodes)
     less = np.linalg.eigvalsh(exact - found)
     assert less.min() > -1e-9 * less.max()
     assert less.max() > 1e-3 * np.abs(exact).max(), "it holds less than each point would"
@@ -182,9 +182,9 @@ def test_wide_band_has_the_energy_of_the_product_of_functions(condition: str) ->
     delta, random = 0.3, np.random.default_rng(5)
     geometry = {"type": "footing", "centre": [0.5, 1.2], "normal": [0.0, 1.0], "width": 0.7}
     simulation = block("plane_strain", geometry, condition, "band", delta)
-    active, contacts = locate_contacts(simulation)
-    (part,) = contacts.parts
-    assert isinstance(part, BandContact)
+    active, constraints = locate_contacts(simulation)
+    (part,) = constraints.parts
+    assert isinstance(part, BandConstraint)
     matrix = dense(part.coupling(), active.nodes)
     held = part.pose.projector[0]
     u = random.uniform(-1, 1, active.position.shape)
@@ -216,11 +216,11 @@ def test_constrained_modulus_is_capped_at_three_times_young_s(
     wall = implicit("wall", line(np.array([0.0, 0.3]), np.array([0.0, 1.0])), delta=1e-3)
     entries = block_entries("plane_strain", "linear", boundaries=[wall])
     entries["materials"]["soil"]["poisson_ratio"] = poisson_ratio
-    _, contacts = locate_contacts(Simulation(Model.from_dict(entries)))
+    _, constraints = locate_contacts(Simulation(Model.from_dict(entries)))
     nu = poisson_ratio
     constrained = (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
     assert (constrained > 3.0) == capped
-    penalty = contacts.parts[0].penalty
+    penalty = constraints.parts[0].penalty
     expected = 4.0 / 3e-3 * MODULUS * min(constrained, 3.0)
     np.testing.assert_allclose(penalty[:, 1, 1], expected, rtol=1e-12)
     np.testing.assert_allclose(penalty[:, 0], 0.0, atol=1e-9)

@@ -12,10 +12,10 @@ from scipy.spatial import cKDTree
 from small_problems import Floats, block_entries, dimension
 
 from tilth import BadInput, Model
-from tilth.boundaries import Contacts
-from tilth.boundaries.contact import turned
-from tilth.boundaries.implicit import Implicit, Pose
-from tilth.boundaries.motion import cofactor, make_motion, rotation_matrix, rotation_part
+from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries.implicit.boundary import Implicit, Pose
+from tilth.boundaries.implicit.constraint import turned
+from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 
@@ -323,8 +323,10 @@ def test_a_step_turns_what_is_carried(form: str) -> None:
     made.carried = np.random.default_rng(9).uniform(-1, 1, made.carried.shape)
     start = made.carried.copy()
     active = locate(simulation.points, simulation.grid, Buffers())
-    contacts = Contacts.gather([made], simulation.points, active, "plane_strain", 0.0, 0.5)
-    (part,) = contacts.parts
+    constraints = ImplicitConstraints.gather(
+        [made], simulation.points, active, "plane_strain", 0.0, 0.5
+    )
+    (part,) = constraints.parts
     half, whole = rotation_matrix(15.0, None, 2), rotation_matrix(30.0, None, 2)
     middle = start[part.chosen, :2] @ half.T
     assert part.before[:, :2] == pytest.approx(middle, abs=1e-13)

@@ -161,6 +161,8 @@ def test_without_the_tractions_it_would_not_be_the_same(
     """So the comparison sees them."""
     run_until(model, tmp_path / "out", 4, 1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tilth.boundaries.implicit.Implicit.restore", lambda self, state: None)
+        patch.setattr(
+            "tilth.boundaries.implicit.boundary.Implicit.restore", lambda self, state: None
+        )
         resume(tmp_path / "out", threads=1, quiet=True)
     assert contents(tmp_path / "out")["history"] != whole["history"]

@@ -30,8 +30,8 @@ from small_problems import BASES, CORNER_BASES, KINDS, Floats, dimension, plane,
 
 import tilth.terms.ghost
 from tilth import Model
-from tilth.boundaries import Contacts
-from tilth.boundaries.contact import SurfaceContact
+from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.simulation import Simulation, StepResult
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.verification.closed_forms.homogeneous import (
@@ -244,7 +244,7 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
     )  # fmt: skip
     simulation = Simulation(model_of("plane_strain", "gimp", SQUARE, [base, lid], steps=1))
     active = simulation.check()
-    contacts = Contacts.gather(
+    constraints = ImplicitConstraints.gather(
         simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
     )
     result = simulation.advance(0.0, 1.0)
@@ -255,10 +255,10 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
         assert np.abs(force @ free).max() < 1e-9 * size
     carried = simulation.implicit[0].carried[:, :2]
     assert np.abs(carried @ free).max() < 1e-9 * np.abs(carried @ held).max()
-    (base_part, _) = contacts.parts
+    (base_part, _) = constraints.parts
     moved = base_part.at.interpolate(result.equilibrium.displacement)
     slip = moved @ held
-    if isinstance(base_part, SurfaceContact):  # it holds means over patches
+    if isinstance(base_part, SurfaceConstraint):  # it holds means over patches
         assert base_part.multipliers is not None
         slip = base_part.multipliers.mean(moved)
     assert np.abs(slip).max() < 1e-4 * 0.02

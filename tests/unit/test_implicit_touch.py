@@ -48,16 +48,16 @@ def test_no_piece_of_a_box_is_lost(basis: str, points: int, angle: float) -> Non
     for share in np.linspace(0.0, 1.0, 50):
         simulation = filled_box(basis, points, np.array([share, 0.37 * share]), angle)
         simulation.check()
-        _, contacts = locate_contacts(simulation, 0.0, 0.5)
-        (part,) = contacts.parts
+        _, constraints = locate_contacts(simulation, 0.0, 0.5)
+        (part,) = constraints.parts
         assert part.pose.weight.sum() == pytest.approx(4.0 * size, rel=1e-12)
         up = rotation(angle)[:, 1] * total
         for before, after in ((0.0, 0.5), (0.5, 1.0)):
-            _, contacts = locate_contacts(simulation, before, after)
+            _, constraints = locate_contacts(simulation, before, after)
             result = simulation.advance(before, after)
             assert np.abs(result.resultant("box") - up).max() < 1e-10 * total
         # what the next step would begin with, where as much is touched
-        (part,) = contacts.parts
+        (part,) = constraints.parts
         carried = -part.pose.weight @ part.boundary.carried[part.chosen]
         assert np.abs(carried - up).max() < 1e-10 * total
 
@@ -138,8 +138,8 @@ def block_on_a_plane(kind: str, lower: float, angle: float = 0.0) -> Simulation:
 @pytest.mark.parametrize("lower", [0.0, 0.25, 0.4])
 def test_an_overhanging_plane_acts_as_far_as_the_block(kind: str, lower: float) -> None:
     """A plane and a place are touched on the block's own face, wherever that ends."""
-    _, contacts = locate_contacts(block_on_a_plane(kind, lower))
-    (part,) = contacts.parts
+    _, constraints = locate_contacts(block_on_a_plane(kind, lower))
+    (part,) = constraints.parts
     boundary, dim = part.boundary, dimension(kind)
     assert boundary.terms is not None
     low = np.array([0.0 if kind == "axisymmetric" else lower] * (dim - 1))
@@ -156,8 +156,8 @@ def test_an_overhanging_plane_acts_as_far_as_the_block(kind: str, lower: float) 
 def test_a_turned_block_is_touched_all_along(angle: float) -> None:
     """And hardly beyond: not by a point's spacing."""
     simulation = block_on_a_plane("plane_strain", 0.3, angle)
-    _, contacts = locate_contacts(simulation)
-    (part,) = contacts.parts
+    _, constraints = locate_contacts(simulation)
+    (part,) = constraints.parts
     terms = part.boundary.terms
     assert terms is not None
     along = (terms.reference - 0.3) @ rotation(angle)[:, 0]
@@ -171,22 +171,22 @@ def test_a_plane_beside_the_points_touches_within_their_spacing(distance: float)
     """A point's box has the half length 0.25: it may stand half a box's width, 0.25, away."""
     simulation = block_on_a_plane("plane_strain", 0.0)
     simulation.points.position[:, 1] += distance - 0.25  # lowest points at `distance`
-    _, contacts = locate_contacts(simulation)
-    assert bool(contacts.parts) == (distance < 0.5)
-    assert [b.name for b in contacts.untouched] == ([] if contacts.parts else ["base"])
+    _, constraints = locate_contacts(simulation)
+    assert bool(constraints.parts) == (distance < 0.5)
+    assert [b.name for b in constraints.untouched] == ([] if constraints.parts else ["base"])
 
 
 def test_a_boundary_that_the_soil_has_left_carries_nothing() -> None:
     """So that soil that comes back is not met by the traction of soil that was there before."""
     simulation = block_on_a_plane("plane_strain", 0.0)
-    _, contacts = locate_contacts(simulation)
-    contacts.commit([np.ones_like(part.before) for part in contacts.parts])
+    _, constraints = locate_contacts(simulation)
+    constraints.commit([np.ones_like(part.before) for part in constraints.parts])
     (boundary,) = simulation.implicit
     assert np.abs(boundary.carried).max() == 1.0
     simulation.points.position[:, 1] += 2.0
-    _, contacts = locate_contacts(simulation)
-    assert contacts.untouched == [boundary]
-    contacts.commit([])
+    _, constraints = locate_contacts(simulation)
+    assert constraints.untouched == [boundary]
+    constraints.commit([])
     assert not boundary.carried.any()
 
 
@@ -216,8 +216,8 @@ def test_places_in_cells_without_points(kind: str) -> None:
 def test_a_corner_cell_without_points_is_reached_from_the_nearest_one() -> None:
     """A turned block of standard points: pieces of its base lie in cells that hold none."""
     simulation = block_on_a_plane("plane_strain", 0.3, 30.0)
-    active, contacts = locate_contacts(simulation)
-    (part,) = contacts.parts
+    active, constraints = locate_contacts(simulation)
+    (part,) = constraints.parts
     own = np.floor(part.pose.place)
     used = active.position[part.at.node[part.at.cell]].min(axis=1)
     elsewhere = (own != used).any(axis=1)
@@ -240,8 +240,8 @@ def test_nothing_acts_beyond_the_axis(shape: str) -> None:
         exact = 4.0 * np.pi * 0.7**2
     wall = implicit("wall", geometry, displacement={"y": 0.01})  # a moving one has more points
     entries = block_entries("axisymmetric", "linear", boundaries=[wall])
-    _, contacts = locate_contacts(Simulation(Model.from_dict(entries)))
-    pose = contacts.parts[0].pose
+    _, constraints = locate_contacts(Simulation(Model.from_dict(entries)))
+    pose = constraints.parts[0].pose
     assert pose.place[:, 0].min() > 0.0
     within = pose.place[:, 0] < 2.0  # inside a block the ellipsoids reach beyond its end
     # the arc's pieces are projected

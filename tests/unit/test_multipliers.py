@@ -11,9 +11,9 @@ from implicit_problems import implicit, line, locate_contacts, rotation
 from small_problems import KINDS, Floats, block_entries, dimension
 
 from tilth import Model
-from tilth.boundaries import Contacts
-from tilth.boundaries.contact import SurfaceContact
-from tilth.boundaries.multipliers import Multipliers
+from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries.implicit.constraint import SurfaceConstraint
+from tilth.boundaries.implicit.multipliers import Multipliers
 from tilth.grid import ActiveGrid
 from tilth.simulation import Simulation
 
@@ -22,7 +22,7 @@ every_angle = pytest.mark.parametrize("angle", [0.0, 10.0, 17.0, 30.0, 45.0, 70.
 
 def cut_by(
     kind: str, walls: list[dict[str, Any]], upper: float = 6.0
-) -> tuple[ActiveGrid, Contacts]:
+) -> tuple[ActiveGrid, ImplicitConstraints]:
     """Boundaries in a block of six cells a side that reaches over all of them."""
     entries = block_entries(kind, "gimp", boundaries=walls)
     dim = dimension(kind)
@@ -30,10 +30,10 @@ def cut_by(
     return locate_contacts(Simulation(Model.from_dict(entries)))
 
 
-def multipliers_of(contacts: Contacts) -> list[Multipliers]:
+def multipliers_of(constraints: ImplicitConstraints) -> list[Multipliers]:
     found = []
-    for part in contacts.parts:
-        assert isinstance(part, SurfaceContact)
+    for part in constraints.parts:
+        assert isinstance(part, SurfaceConstraint)
         assert part.multipliers is not None
         found.append(part.multipliers)
     return found
@@ -51,9 +51,11 @@ def inclined(kind: str, angle: float, through: float = 3.1) -> dict[str, Any]:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("condition", ["roller", "fixed", "tangential"])
 def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, angle: float) -> None:
-    active, contacts = cut_by(kind, [implicit("cut", inclined(kind, angle), condition=condition)])
-    (held,) = multipliers_of(contacts)
-    part = contacts.parts[0]
+    active, constraints = cut_by(
+        kind, [implicit("cut", inclined(kind, angle), condition=condition)]
+    )
+    (held,) = multipliers_of(constraints)
+    part = constraints.parts[0]
     rank = {"roller": 1, "fixed": dimension(kind), "tangential": dimension(kind) - 1}[condition]
     assert held.owner.shape == (rank, len(part.chosen))
     assert set(held.owner.ravel()) == set(range(len(held.area)))
@@ -71,8 +73,8 @@ def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, ang
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_more_multipliers_than_independent_nodes(kind: str, angle: float) -> None:
     """Linearly independent rows, and along the grid one for each node of a column."""
-    _, contacts = cut_by(kind, [implicit("cut", inclined(kind, angle))])
-    (held,) = multipliers_of(contacts)
+    _, constraints = cut_by(kind, [implicit("cut", inclined(kind, angle))])
+    (held,) = multipliers_of(constraints)
     nodes = held.node.max() + 1
     rows = np.zeros((len(held.area), nodes, dimension(kind)))
     for number, (low, high) in enumerate(zip(held.node_start, held.node_start[1:], strict=False)):
@@ -99,9 +101,9 @@ def test_the_choice_does_not_depend_on_what_the_geometry_is_called() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_means_of_linear_fields_are_those_at_the_patches_centres(kind: str) -> None:
-    active, contacts = cut_by(kind, [implicit("cut", inclined(kind, 25.0), condition="fixed")])
-    (held,) = multipliers_of(contacts)
-    part, random = contacts.parts[0], np.random.default_rng(3)
+    active, constraints = cut_by(kind, [implicit("cut", inclined(kind, 25.0), condition="fixed")])
+    (held,) = multipliers_of(constraints)
+    part, random = constraints.parts[0], np.random.default_rng(3)
     dim = dimension(kind)
     gradient, offset = random.uniform(-1, 1, (dim, dim)), random.uniform(-1, 1, dim)
     field = active.position @ gradient.T + offset
@@ -123,8 +125,8 @@ def test_conditions_that_meet_share_no_direction_of_a_node() -> None:
     base = implicit("base", line(np.array([0.0, 1.0]), np.array([0.0, 1.0])), condition="fixed")
     wall = implicit("wall", line(np.array([1.0, 0.0]), np.array([1.0, 0.0])))
     for walls in ([base, wall], [wall, base]):
-        _, contacts = cut_by("plane_strain", walls)
-        found = dict(zip([w["name"] for w in walls], multipliers_of(contacts), strict=True))
+        _, constraints = cut_by("plane_strain", walls)
+        found = dict(zip([w["name"] for w in walls], multipliers_of(constraints), strict=True))
         corner = np.array([1.0, 1.0])
         at_corner = {
             name: int((np.abs(held.place - corner).max(axis=1) < 1e-6).sum())
@@ -147,13 +149,13 @@ def test_rows_are_refused_where_sizes_disagree() -> None:
 
 
 def test_a_mean_of_constant_vectors_is_their_component() -> None:
-    _, contacts = cut_by("3d", [implicit("cut", inclined("3d", 40.0), condition="tangential")])
-    (held,) = multipliers_of(contacts)
+    _, constraints = cut_by("3d", [implicit("cut", inclined("3d", 40.0), condition="tangential")])
+    (held,) = multipliers_of(constraints)
     vector = np.tile([0.3, -0.2, 0.5], (held.owner.shape[1], 1))
     mean: Floats = held.mean(vector)
-    np.testing.assert_allclose(held.spread(mean), vector - _across(contacts, vector), atol=1e-12)
+    np.testing.assert_allclose(held.spread(mean), vector - _across(constraints, vector), atol=1e-12)
 
 
-def _across(contacts: Contacts, vector: Floats) -> Floats:
-    normal = contacts.parts[0].pose.normal
+def _across(constraints: ImplicitConstraints, vector: Floats) -> Floats:
+    normal = constraints.parts[0].pose.normal
     return np.asarray(normal * np.einsum("ni,ni->n", normal, vector)[:, None])

@@ -11,7 +11,7 @@ import pytest
 from curved_problems import YOUNG, Problem, problem_of
 
 from tilth import AnalysisFailed, BadInput, Model
-from tilth.boundaries.passage import depth_behind
+from tilth.boundaries.implicit.passage import depth_behind
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 

@@ -13,8 +13,8 @@ import pytest
 from implicit_blocks import flat, implicit, model_of, steps_of
 from small_problems import Floats
 
-from tilth.boundaries.implicit import Implicit
-from tilth.boundaries.motion import rotation_matrix
+from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.verification.cases import varied
 
 SIDE = 2.0

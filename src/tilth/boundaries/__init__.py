@@ -6,19 +6,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tilth.boundaries.affine import Affine
-from tilth.boundaries.contacts import Contacts
+from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
 from tilth.boundaries.together import Conditions
 from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit import Implicit
+    from tilth.boundaries.implicit.boundary import Implicit
 
 __all__ = [
     "Boundary",
     "Conditions",
-    "Contacts",
+    "ImplicitConstraints",
     "Prescribed",
     "make_boundaries",
     "make_implicit",
@@ -43,6 +43,8 @@ def make_implicit(model: Model) -> list[Implicit]:
     declared = [entry for entry in model.boundaries if isinstance(entry, ImplicitBoundary)]
     if not declared:
         return []
-    from tilth.boundaries.implicit import Implicit  # and all geometries: only where there are some
+    from tilth.boundaries.implicit.boundary import (
+        Implicit,  # and all geometries: only where there are some
+    )
 
     return [Implicit(entry, model) for entry in declared]

@@ -7,8 +7,8 @@ from itertools import permutations
 
 import numpy as np
 
-from tilth.boundaries.contact import Contact
-from tilth.boundaries.contacts import Contacts
+from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary, Floats
 from tilth.boundaries.together import NOBODY, Conditions
 from tilth.errors import BadInput
@@ -21,7 +21,9 @@ NEGLIGIBLE = 1e-9
 """Value of a shape function below which a node has no part in what happens at a place."""
 
 
-def require_agreement(model: Model, boundaries: list[Boundary], contacts: Contacts) -> None:
+def require_agreement(
+    model: Model, boundaries: list[Boundary], constraints: ImplicitConstraints
+) -> None:
     """Checks the boundaries at rest, at all times at which a table of factors turns.
 
     boundaries: those that act by elimination.
@@ -30,10 +32,10 @@ def require_agreement(model: Model, boundaries: list[Boundary], contacts: Contac
         BadInput: names two boundaries and the place.
     """
     for time in turning_times(model):
-        conditions = Conditions.gather(boundaries, contacts.active, 0.0, time)
-        for part in contacts.parts:
+        conditions = Conditions.gather(boundaries, constraints.active, 0.0, time)
+        for part in constraints.parts:
             _compare_with_nodes(model, part, conditions, time)
-        for part, other in permutations(contacts.parts, 2):
+        for part, other in permutations(constraints.parts, 2):
             _compare(model, part, other, time)
 
 
@@ -45,7 +47,9 @@ def turning_times(model: Model) -> list[float]:
     return sorted(times - {0.0})
 
 
-def _compare(model: Model, part: Contact, other: Contact, time: float) -> None:
+def _compare(
+    model: Model, part: ImplicitConstraint, other: ImplicitConstraint, time: float
+) -> None:
     """Compares where the quadrature points of one boundary lie on the other."""
     places = _at_rest(part)
     delta = max(part.boundary.delta, other.boundary.delta)
@@ -63,7 +67,9 @@ def _compare(model: Model, part: Contact, other: Contact, time: float) -> None:
     )
 
 
-def _compare_with_nodes(model: Model, part: Contact, conditions: Conditions, time: float) -> None:
+def _compare_with_nodes(
+    model: Model, part: ImplicitConstraint, conditions: Conditions, time: float
+) -> None:
     """Compares where all nodes that a quadrature point acts on are held."""
     node = part.at.node[part.at.cell]
     idle = np.abs(part.at.value) < NEGLIGIBLE
@@ -86,12 +92,12 @@ def _compare_with_nodes(model: Model, part: Contact, conditions: Conditions, tim
         )
 
 
-def _at_rest(part: Contact) -> Floats:
+def _at_rest(part: ImplicitConstraint) -> Floats:
     assert part.boundary.terms is not None
     return part.boundary.terms.reference[part.chosen]
 
 
-def _prescribed(part: Contact, place: Floats, time: float) -> Floats:
+def _prescribed(part: ImplicitConstraint, place: Floats, time: float) -> Floats:
     return part.boundary.motion.place(place, part.boundary.factor(time)) - place
 
 

@@ -15,7 +15,7 @@ from tilth.grid import ActiveGrid
 from tilth.model import Model
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit import Implicit
+    from tilth.boundaries.implicit.boundary import Implicit
 
 BISECTIONS = 60
 """Halvings of the distance between two rows of nodes in which a boundary crosses the axis."""

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.boundaries.contact import Contact
-from tilth.boundaries.contacts import Contacts
+from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary, Flags, Floats
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
@@ -92,7 +92,9 @@ class Conditions:
         }
 
 
-def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags, contacts: Contacts) -> None:
+def require_no_rigid_motion(
+    active: ActiveGrid, kind: str, held: Flags, constraints: ImplicitConstraints
+) -> None:
     """Checks that every connected part of the active grid is held against rigid motion.
 
     Raises:
@@ -104,14 +106,14 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags, contacts
         position = active.position[nodes]
         centre = position.mean(axis=0)
         modes = _rigid_modes(position - centre, active.grid.cell_size, kind)
-        own = [np.isin(contact.at.node[:, 0], nodes) for contact in contacts.parts]
+        own = [np.isin(constraint.at.node[:, 0], nodes) for constraint in constraints.parts]
         restricted = np.array(
             [
                 np.concatenate(
                     [mode[held[nodes]]]
                     + [
-                        _held_by(contact, chosen, active.nodes, nodes, mode)
-                        for contact, chosen in zip(contacts.parts, own, strict=True)
+                        _held_by(constraint, chosen, active.nodes, nodes, mode)
+                        for constraint, chosen in zip(constraints.parts, own, strict=True)
                     ]
                 )
                 for _, mode in modes
@@ -132,7 +134,7 @@ def require_no_rigid_motion(active: ActiveGrid, kind: str, held: Flags, contacts
 
 
 def _held_by(
-    contact: Contact,
+    constraint: ImplicitConstraint,
     cells: Flags,
     count: int,
     nodes: npt.NDArray[np.intp],
@@ -141,9 +143,9 @@ def _held_by(
     """Returns the constrained parts of a mode of `nodes` at an implicit boundary's places."""
     whole = np.zeros((count, mode.shape[1]))
     whole[nodes] = mode
-    there = contact.at.interpolate(whole)
-    there = np.einsum("nij,nj->ni", contact.pose.projector, there)
-    return np.asarray(there[cells[contact.at.cell]].ravel())
+    there = constraint.at.interpolate(whole)
+    there = np.einsum("nij,nj->ni", constraint.pose.projector, there)
+    return np.asarray(there[cells[constraint.at.cell]].ravel())
 
 
 def _rigid_modes(x: Floats, cell_size: Floats, kind: str) -> list[tuple[str, Floats]]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tilth.boundaries.motion import rotation_matrix
+from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.model import Model
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, absolute, at_least, relative, vanishing

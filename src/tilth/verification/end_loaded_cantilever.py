@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from tilth.boundaries.motion import rotation_matrix
+from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.loads import nearest_points
 from tilth.model import Model
 from tilth.points import MaterialPoints

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.boundaries.motion import rotation_matrix
+from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tilth.boundaries.implicit import Implicit
+from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import HenckyElastic, Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied

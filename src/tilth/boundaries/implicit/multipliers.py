@@ -27,7 +27,7 @@ from tilth.grid import ActiveGrid
 from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
-    from tilth.boundaries.contact import Contact, SurfaceContact
+    from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 
 Integers = npt.NDArray[np.int64]
 
@@ -110,7 +110,7 @@ def _tangents(normal: Floats) -> Floats:
 
 
 def choose_multipliers(
-    active: ActiveGrid, parts: Sequence[SurfaceContact], held: Flags
+    active: ActiveGrid, parts: Sequence[SurfaceConstraint], held: Flags
 ) -> list[Multipliers]:
     """Returns the multipliers of boundaries that touch soil in a step, of each in its turn.
 
@@ -147,7 +147,7 @@ def choose_multipliers(
 
 
 def joined_cells(
-    parts: Sequence[Contact],
+    parts: Sequence[ImplicitConstraint],
 ) -> tuple[Integers, npt.NDArray[np.int32], Floats, Floats]:
     """Returns the cells that boundaries act on, one after the other, and their points.
 
@@ -165,7 +165,7 @@ def joined_cells(
 
 
 def _multipliers(
-    part: SurfaceContact, direction: Floats, owner: Integers, place: Floats
+    part: SurfaceConstraint, direction: Floats, owner: Integers, place: Floats
 ) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)

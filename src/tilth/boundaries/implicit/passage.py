@@ -20,7 +20,7 @@ from tilth.domains import half_edges
 from tilth.points import MaterialPoints
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit import Implicit
+    from tilth.boundaries.implicit.boundary import Implicit
 
 Integers = npt.NDArray[np.int64]
 

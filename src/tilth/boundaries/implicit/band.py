@@ -17,7 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth.boundaries.contact import Contact
+from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.protocol import Floats
 from tilth.terms.linear import Coupling
 
@@ -25,7 +25,7 @@ ALONG = 1.0 - 1e-9
 """Largest component of a normal along an axis of the grid, at least."""
 
 
-class BandContact(Contact):
+class BandConstraint(ImplicitConstraint):
     """The quadrature points of a boundary's band that touch soil in one step."""
 
     def may_lock(self) -> bool:
@@ -124,7 +124,7 @@ class BandContact(Contact):
         return -self.pose.increment, -gradient
 
     def after(self, displacement: Floats) -> Floats:
-        """As `Contact.after`."""
+        """As `ImplicitConstraint.after`."""
         nodal = displacement[self.at.node[self.at.cell]]
         slip, gradient = self._prescribed()
         slip = slip + self.at.interpolate(displacement)
@@ -132,7 +132,7 @@ class BandContact(Contact):
         return self.before + self._carried(slip, gradient)
 
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
-        """As `Contact.nodal_force`."""
+        """As `ImplicitConstraint.nodal_force`."""
         force = np.zeros((nodes, self.pose.place.shape[1]))
         np.add.at(force, self.at.node[self.at.cell], self._force(carried))
         return force

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth import _core
-from tilth.boundaries.band import BandContact
-from tilth.boundaries.contact import Contact, Integers, SurfaceContact
-from tilth.boundaries.multipliers import (
+from tilth.boundaries.implicit.band import BandConstraint
+from tilth.boundaries.implicit.constraint import ImplicitConstraint, Integers, SurfaceConstraint
+from tilth.boundaries.implicit.multipliers import (
     choose_multipliers,
     joined_cells,
     multiplier_coupling,
@@ -25,7 +25,7 @@ from tilth.points import MaterialPoints
 from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit import Implicit
+    from tilth.boundaries.implicit.boundary import Implicit
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
 """Cap on the constrained modulus that scales the penalty, in units of Young's modulus.
@@ -40,7 +40,7 @@ STIFFNESS_RATIO_OF_BAND = 2.0
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ImplicitConstraints:
     """What the implicit boundaries do in one step.
 
     Attributes:
@@ -50,7 +50,7 @@ class Contacts:
     """
 
     active: ActiveGrid
-    parts: list[Contact]
+    parts: list[ImplicitConstraint]
     untouched: list[Implicit]
 
     @classmethod
@@ -63,7 +63,7 @@ class Contacts:
         before: float,
         after: float,
         held: Flags | None = None,
-    ) -> Contacts:
+    ) -> ImplicitConstraints:
         """Finds out where the boundaries touch soil in the step from time `before` to `after`.
 
         held: components that other conditions prescribe at nodes, (nodes, dim); none if not given.
@@ -86,7 +86,7 @@ class Contacts:
             [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
         )
         stops = np.array([body.stop for body in points.bodies])
-        parts: list[Contact] = []
+        parts: list[ImplicitConstraint] = []
         untouched = []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.terms is not None
@@ -102,7 +102,7 @@ class Contacts:
             body = np.searchsorted(stops, point[chosen], side="right")
             pose = boundary.pose(before, after, chosen)
             covered = share[own][boundary.terms.on_surface[chosen]]
-            make = SurfaceContact if boundary.declared.form == "surface" else BandContact
+            make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
             parts.append(
                 make(
                     boundary=boundary,
@@ -116,11 +116,11 @@ class Contacts:
             )
         if held is None:
             held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-        of_surfaces = [part for part in parts if isinstance(part, SurfaceContact)]
+        of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
         multipliers = iter(choose_multipliers(active, of_surfaces, held))
         parts = [
             replace(part, multipliers=next(multipliers))
-            if isinstance(part, SurfaceContact)
+            if isinstance(part, SurfaceConstraint)
             else part
             for part in parts
         ]
@@ -133,7 +133,7 @@ class Contacts:
         form), times the square of the normal's component along each axis, shape (nodes, dim).
         """
         keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
-        for form, factor in ((SurfaceContact, 1.0), (BandContact, STIFFNESS_RATIO_OF_BAND)):
+        for form, factor in ((SurfaceConstraint, 1.0), (BandConstraint, STIFFNESS_RATIO_OF_BAND)):
             parts = [part for part in self.parts if isinstance(part, form)]
             if not parts:
                 continue
@@ -157,7 +157,7 @@ class Contacts:
             for boundary in self.untouched
         ]
         for part in self.parts:
-            if isinstance(part, BandContact) and part.may_lock():
+            if isinstance(part, BandConstraint) and part.may_lock():
                 name = part.boundary.name
                 text = (
                     f'the boundary {name!r} with form = "band" holds each of its quadrature '
@@ -170,12 +170,12 @@ class Contacts:
     def couplings(self) -> list[LinearElements]:
         """Returns the forces of the slip, linear in the displacement of the step."""
         couplings: list[LinearElements] = []
-        surfaces = [part for part in self.parts if isinstance(part, SurfaceContact)]
+        surfaces = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
         if surfaces:
             multipliers = [part.multipliers for part in surfaces if part.multipliers is not None]
             slips = [part.slip_at_rest() for part in surfaces]
             couplings.append(multiplier_coupling(multipliers, slips))
-        return couplings + [p.coupling() for p in self.parts if isinstance(p, BandContact)]
+        return couplings + [p.coupling() for p in self.parts if isinstance(p, BandConstraint)]
 
     def reached(self) -> Flags:
         """Returns the nodes of the cells that the boundaries act on, shape (nodes,)."""
@@ -217,7 +217,7 @@ class Contacts:
         return forces
 
     def after(self, displacement: Floats) -> list[Floats]:
-        """Returns what each part carries at the end of a step, see `Contact.after`."""
+        """Returns what each part carries at the end of a step, see `ImplicitConstraint.after`."""
         return [part.after(displacement) for part in self.parts]
 
     def commit(self, carried: list[Floats]) -> None:

@@ -7,7 +7,8 @@ With N the shape functions of a cell, the boundary's internal force is the surfa
 
 with m the means of the slip w on the multipliers' patches (`multipliers.py`), and the penalty
 P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the acoustic
-tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is `BandContact`.
+tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is
+`BandConstraint`.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.boundaries.multipliers import Multipliers, held_directions
+from tilth.boundaries.implicit.multipliers import Multipliers, held_directions
 from tilth.boundaries.protocol import Floats
 from tilth.place import Place
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit import Implicit, Pose
+    from tilth.boundaries.implicit.boundary import Implicit, Pose
 
 Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Contact:
+class ImplicitConstraint:
     """The quadrature points of a boundary that touch soil in one step, ordered by cell.
 
     Attributes:
@@ -87,7 +88,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class SurfaceContact(Contact):
+class SurfaceConstraint(ImplicitConstraint):
     """The same with the surface form.
 
     Attributes:
@@ -104,7 +105,7 @@ class SurfaceContact(Contact):
 
     @cached_property
     def before(self) -> Floats:
-        """As `Contact.before`; where soil flows, the means over this step's patches.
+        """As `ImplicitConstraint.before`; where soil flows, the means over this step's patches.
 
         How the traction is spread over a patch is the mark of the soil's elastic strain; soil that
         flows forgets it, and a point that is new there bears what those around it bear. The force
@@ -121,7 +122,7 @@ class SurfaceContact(Contact):
         return -self.multipliers.mean(self.pose.increment)
 
     def after(self, displacement: Floats) -> Floats:
-        """As `Contact.after`."""
+        """As `ImplicitConstraint.after`."""
         assert self.multipliers is not None
         slip = self.at.interpolate(displacement) - self.pose.increment
         traction = self.multipliers.penalty * self.multipliers.mean(slip)

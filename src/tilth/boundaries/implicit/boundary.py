@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.boundaries.motion import cofactor, make_motion, rotation_part
+from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_part
 from tilth.boundaries.protocol import Floats
 from tilth.errors import BadInput
 from tilth.geometry.protocol import QuadraturePoints
