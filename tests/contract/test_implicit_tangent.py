@@ -159,8 +159,8 @@ def test_soil_that_moves_with_a_boundary_only_turns_what_it_carries(
     carry_something(simulation, np.random.default_rng(3))
     active, constraints = locate_contacts(simulation, 0.2, 0.7)
     part = next(p for p in constraints.parts if p.boundary.name == "base")
-    boundary, terms = part.boundary, part.boundary.terms
-    assert terms is not None
+    boundary, quadrature = part.boundary, part.boundary.quadrature
+    assert quadrature is not None
     carried = boundary.carried[part.chosen]
     dim = dimension(kind)
     at_start = boundary.motion.reference(active.position, 0.2)
@@ -177,7 +177,7 @@ def test_soil_that_moves_with_a_boundary_only_turns_what_it_carries(
         if form == "band":
             stress = turn @ carried[:, dim:].reshape(-1, 3, 3) @ turn.T
             np.testing.assert_allclose(found[:, dim:].reshape(-1, 3, 3), stress, atol=1e-6)
-    expected = terms.normal[part.chosen] @ normal_turn[:dim, :dim].T
+    expected = quadrature.normal[part.chosen] @ normal_turn[:dim, :dim].T
     np.testing.assert_allclose(part.pose.normal, expected, atol=1e-12)
 
 

@@ -199,11 +199,11 @@ def test_a_circle_grows() -> None:
     assert np.linalg.norm(pose.place - centre, axis=1) == pytest.approx(1.7, abs=1e-12)
     # normals at the middle of the step are those of the circle there
     centre = made.motion.place(np.array([CIRCLE["centre"]]), 0.7)[0]
-    assert made.terms is not None
-    away = made.motion.place(made.terms.reference, 0.7) - centre
+    assert made.quadrature is not None
+    away = made.motion.place(made.quadrature.reference, 0.7) - centre
     assert pose.normal == pytest.approx(-away / 1.85, abs=1e-12)
     assert pose.increment == pytest.approx(
-        made.motion.place(made.terms.reference, 1.0) - pose.place, abs=1e-14
+        made.motion.place(made.quadrature.reference, 1.0) - pose.place, abs=1e-14
     )
 
 
@@ -235,13 +235,13 @@ def test_a_box_turns(geometry: dict[str, Any]) -> None:
     made = boundary(geometry, rotation=rotation, displacement={"x": 0.2})
     size = np.subtract(geometry["upper"], geometry["lower"])
     area = 2.0 * (size.sum() if dim == 2 else np.prod(size) * (1.0 / size).sum())
-    assert made.terms is not None
+    assert made.quadrature is not None
     for factor in (0.0, 0.6, 1.0):
         pose = pose_of(made, factor, factor)
         assert pose.weight.sum() == pytest.approx(area, rel=1e-12)
         assert closed(made, factor, factor) == pytest.approx(np.zeros(dim), abs=1e-12)
         turn = rotation_matrix(35.0 * factor, rotation.get("axis"), dim)
-        assert pose.normal == pytest.approx(made.terms.normal @ turn.T, abs=1e-12)
+        assert pose.normal == pytest.approx(made.quadrature.normal @ turn.T, abs=1e-12)
 
 
 def test_a_box_is_stretched_by_a_user(functions: str) -> None:
@@ -249,13 +249,13 @@ def test_a_box_is_stretched_by_a_user(functions: str) -> None:
     square = {**BOX, "angle": 0.0}
     made = boundary(square, motion=f"{functions}:shear")
     matrix = np.array([[1.0, 0.4], [0.25, 1.5]])
-    pose, terms = pose_of(made, 1.0, 1.0), made.terms
-    assert terms is not None
+    pose, quadrature = pose_of(made, 1.0, 1.0), made.quadrature
+    assert quadrature is not None
     assert closed(made, 1.0, 1.0) == pytest.approx(np.zeros(2), abs=1e-8)
     for normal, along in (
         ([1, 0], [0, 1.1]), ([-1, 0], [0, 1.1]), ([0, 1], [2, 0]), ([0, -1], [2, 0]),
     ):  # fmt: skip
-        face = (terms.normal == normal).all(axis=1)
+        face = (quadrature.normal == normal).all(axis=1)
         edge = matrix @ along
         assert pose.weight[face].sum() == pytest.approx(np.linalg.norm(edge), rel=1e-8)
         assert pose.normal[face] @ edge == pytest.approx(np.zeros(face.sum()), abs=1e-8)
@@ -342,13 +342,13 @@ def test_a_step_turns_what_is_carried(form: str) -> None:
 def test_a_larger_region_keeps_what_is_carried() -> None:
     for geometry in (LINE, PLANE, CYLINDER):
         made = boundary(geometry, cell=1.0)
-        assert made.terms is not None
-        start = made.terms.reference
+        assert made.quadrature is not None
+        start = made.quadrature.reference
         made.carried = np.sin(3.0 * start)
         dim = start.shape[1]
         made.cover(np.full(dim, -9.0), np.full(dim, 9.0))
         assert len(made.carried) > 1.2 * len(start)
-        distance, number = cKDTree(made.terms.reference).query(start)
+        distance, number = cKDTree(made.quadrature.reference).query(start)
         assert distance.max() < 1e-12
         assert made.carried[number] == pytest.approx(np.sin(3.0 * start), abs=1e-12)
         assert not np.delete(made.carried, number, axis=0).any()

@@ -141,9 +141,9 @@ def test_an_overhanging_plane_acts_as_far_as_the_block(kind: str, lower: float) 
     _, constraints = locate_contacts(block_on_a_plane(kind, lower))
     (part,) = constraints.parts
     boundary, dim = part.boundary, dimension(kind)
-    assert boundary.terms is not None
+    assert boundary.quadrature is not None
     low = np.array([0.0 if kind == "axisymmetric" else lower] * (dim - 1))
-    along = boundary.terms.reference[:, : dim - 1]
+    along = boundary.quadrature.reference[:, : dim - 1]
     beyond = np.maximum(low - along, along - low - 2.0).max(axis=1)
     touched = np.isin(np.arange(len(along)), part.chosen)
     assert touched[beyond < 1e-12].all()
@@ -158,9 +158,9 @@ def test_a_turned_block_is_touched_all_along(angle: float) -> None:
     simulation = block_on_a_plane("plane_strain", 0.3, angle)
     _, constraints = locate_contacts(simulation)
     (part,) = constraints.parts
-    terms = part.boundary.terms
-    assert terms is not None
-    along = (terms.reference - 0.3) @ rotation(angle)[:, 0]
+    quadrature = part.boundary.quadrature
+    assert quadrature is not None
+    along = (quadrature.reference - 0.3) @ rotation(angle)[:, 0]
     touched = np.isin(np.arange(len(along)), part.chosen)
     assert touched[(along > 0.0) & (along < 2.0)].all()
     assert not touched[(along < -0.5) | (along > 2.5)].any()

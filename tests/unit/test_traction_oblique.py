@@ -24,10 +24,10 @@ LOWER = [(0.0, 0.0), (0.1, 0.2), (0.37, 0.05), (0.03, 0.11)]
 
 def variation(boundary: Implicit) -> float:
     """Coefficient of variation of the normal traction where the boundary bears [-]."""
-    assert boundary.terms is not None
-    normal: Floats = (boundary.carried * boundary.terms.normal).sum(axis=1)
+    assert boundary.quadrature is not None
+    normal: Floats = (boundary.carried * boundary.quadrature.normal).sum(axis=1)
     bears = normal != 0.0
-    traction, weight = normal[bears], boundary.terms.weight[bears]
+    traction, weight = normal[bears], boundary.quadrature.weight[bears]
     mean = np.average(traction, weights=weight)
     return float(np.sqrt(np.average((traction - mean) ** 2, weights=weight)) / abs(mean))
 

@@ -93,8 +93,8 @@ def _compare_with_nodes(
 
 
 def _at_rest(part: ImplicitConstraint) -> Floats:
-    assert part.boundary.terms is not None
-    return part.boundary.terms.reference[part.chosen]
+    assert part.boundary.quadrature is not None
+    return part.boundary.quadrature.reference[part.chosen]
 
 
 def _prescribed(part: ImplicitConstraint, place: Floats, time: float) -> Floats:

@@ -44,16 +44,16 @@ class BandConstraint(ImplicitConstraint):
         )
 
     @cached_property
-    def _terms(self) -> tuple[Floats, Floats, Floats, Floats]:
+    def _at_points(self) -> tuple[Floats, Floats, Floats, Floats]:
         """d', Pi, D and m in three dimensions: (n,), (n, 3, 3), (n, 3, 3), (n, 3)."""
         n, dim = self.pose.place.shape
-        assert self.boundary.terms is not None
+        assert self.boundary.quadrature is not None
         projector, normal = np.zeros((n, 3, 3)), np.zeros((n, 3))
         projector[:, :dim, :dim] = self.pose.projector
         normal[:, :dim] = self.pose.normal
-        d = self.boundary.terms.d[self.chosen]
+        d = self.boundary.quadrature.d[self.chosen]
         net = np.eye(3) - (1.0 - d)[:, None, None] * projector
-        return self.boundary.terms.d_prime[self.chosen], projector, net, normal
+        return self.boundary.quadrature.d_prime[self.chosen], projector, net, normal
 
     @cached_property
     def _gradient(self) -> Floats:
@@ -69,7 +69,7 @@ class BandConstraint(ImplicitConstraint):
 
     def _carried(self, slip: Floats, gradient: Floats) -> Floats:
         """Returns t and the stress of the slip, (n, ..., dim + 9), of slips (n, ..., dim)."""
-        d_prime, projector, net, normal = self._terms
+        d_prime, projector, net, normal = self._at_points
         dim = slip.shape[-1]
         extra = (None,) * (slip.ndim - 2)
         at = (slice(None), *extra)
@@ -87,7 +87,7 @@ class BandConstraint(ImplicitConstraint):
 
     def _force(self, carried: Floats) -> Floats:
         """Returns the nodal forces of carried quantities, (n, ..., dim + 9) -> (n, 2^dim, ...)."""
-        _, _, net, _ = self._terms
+        _, _, net, _ = self._at_points
         dim = self.pose.place.shape[1]
         extra = (None,) * (carried.ndim - 2)
         stress = carried[..., dim:].reshape(*carried.shape[:-1], 3, 3)

@@ -31,8 +31,8 @@ LONG_FACETS = 4.0
 
 
 @dataclass(frozen=True)
-class Terms:
-    """Where and how strongly a boundary acts; n quadrature points, of its surface or its band.
+class BoundaryQuadrature:
+    """Where and how strongly a boundary acts: n quadrature points, of its surface or its band.
 
     With the distance s from the boundary, d = 1 - (1 - s / delta)^2 the Dirichlet function and d'
     its derivative.
@@ -63,10 +63,10 @@ class Terms:
     patch: Integers
 
 
-def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
+def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
     """Returns the limit of a narrow band: K3 alone, with the integral 4 / (3 delta) of d'^2."""
     n = len(points.weight)
-    return Terms(
+    return BoundaryQuadrature(
         reference=points.position,
         normal=points.normal,
         weight=points.weight,
@@ -81,7 +81,7 @@ def surface_terms(points: QuadraturePoints, delta: float) -> Terms:
     )
 
 
-def band_terms(points: QuadraturePoints, delta: float) -> Terms:
+def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
     """Returns all three parts of the stiffness, by Gauss's three points across the band."""
     n = len(points.weight)
     share, weight = SEGMENT
@@ -89,7 +89,7 @@ def band_terms(points: QuadraturePoints, delta: float) -> Terms:
     s = np.tile(share, n)
     d_prime = 2.0 * (1.0 - s) / delta
     normal = points.normal[surface]
-    return Terms(
+    return BoundaryQuadrature(
         reference=points.position[surface] + (delta * s)[:, None] * normal,
         normal=normal,
         weight=points.weight[surface] * delta * np.tile(weight, n),
@@ -106,7 +106,7 @@ def band_terms(points: QuadraturePoints, delta: float) -> Terms:
 
 @dataclass(frozen=True)
 class Pose:
-    """A boundary's terms in one step: places at its start, directions in its middle.
+    """Quadrature points of a boundary in one step: places at its start, directions in its middle.
 
     Attributes:
         place: at the start of the step [length], shape (n, dim).
@@ -143,7 +143,7 @@ class Implicit:
         geometry: the boundary at rest; signed distance, > 0 in the soil.
         motion: where its places are at a given factor.
         delta: width of the band [length].
-        terms: its quadrature points; none before the first `cover`.
+        quadrature: its quadrature points; none before the first `cover`.
         carried: what each of them carries to the next step, shape (n, columns): the traction
             on the soil's force side [stress], with the paper's full form also the stress that
             the slip leaves in the band (tensor, 9 entries).
@@ -161,7 +161,7 @@ class Implicit:
         dim = model.dimension
         self._columns = dim if declared.form == "surface" else dim + 9
         self._lower, self._upper = np.full(dim, np.inf), np.full(dim, -np.inf)
-        self.terms: Terms | None = None
+        self.quadrature: BoundaryQuadrature | None = None
         self.carried: Floats = np.zeros((0, self._columns))
 
     def factor(self, time: float) -> float:
@@ -170,24 +170,24 @@ class Implicit:
             return 0.0
         return self._model.factor(self.declared, time)
 
-    def cover(self, lower: Floats, upper: Floats) -> Terms:
+    def cover(self, lower: Floats, upper: Floats) -> BoundaryQuadrature:
         """Makes sure that quadrature points exist wherever the boundary meets a box; returns them.
 
         lower, upper: corners in the boundary's own frame [length], shape (dim,).
         """
         within = (lower >= self._lower).all() and (upper <= self._upper).all()
-        if self.terms is not None and (self.geometry.bounded or within):
-            return self.terms
+        if self.quadrature is not None and (self.geometry.bounded or within):
+            return self.quadrature
         cell = np.array(self._model.cell_size)
         margin = 0.1 * (upper - lower) + 2.0 * cell
         self._lower = np.minimum(self._lower, lower - margin)
         self._upper = np.maximum(self._upper, upper + margin)
         self._make_points()
-        assert self.terms is not None
-        return self.terms
+        assert self.quadrature is not None
+        return self.quadrature
 
     def _make_points(self) -> None:
-        before, carried = self.terms, self.carried
+        before, carried = self.quadrature, self.carried
         cell = np.array(self._model.cell_size)
         least = float(cell.min())
         piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
@@ -204,11 +204,11 @@ class Implicit:
         )
         if self._model.analysis.kind == "axisymmetric":  # a circle around the axis is there twice
             points = points.of(points.position[:, 0] > 0.0)
-        make = surface_terms if self.declared.form == "surface" else band_terms
-        self.terms = make(points, self.delta)
-        self.carried = np.zeros((len(self.terms.weight), self._columns))
+        make = surface_quadrature if self.declared.form == "surface" else band_quadrature
+        self.quadrature = make(points, self.delta)
+        self.carried = np.zeros((len(self.quadrature.weight), self._columns))
         if before is not None:
-            old, new = _numbered(before.patch), _numbered(self.terms.patch)
+            old, new = _numbered(before.patch), _numbered(self.quadrature.patch)
             _, from_old, to_new = np.intersect1d(old, new, assume_unique=True, return_indices=True)
             assert len(from_old) == len(old), "a larger region lost a part of the boundary"
             self.carried[to_new] = carried[from_old]
@@ -218,16 +218,16 @@ class Implicit:
 
         The third: the parts that they stand for [length], shape (n, dim, dim).
         """
-        terms = self.terms
-        assert terms is not None
+        quadrature = self.quadrature
+        assert quadrature is not None
         factor = self.factor(time)
-        normal, part = terms.surface_normal, terms.part
+        normal, part = quadrature.surface_normal, quadrature.part
         if self.declared.is_moving:
-            gradient = self.motion.gradient(terms.surface, factor)
+            gradient = self.motion.gradient(quadrature.surface, factor)
             normal = _transformed(cofactor(gradient), normal)
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
             part = part @ _transposed(gradient)
-        return self._places(terms.surface, factor), normal, part
+        return self._places(quadrature.surface, factor), normal, part
 
     def _places(self, reference: Floats, factor: float) -> Floats:
         return self.motion.place(reference, factor) if self.declared.is_moving else reference
@@ -239,18 +239,18 @@ class Implicit:
         return self.motion.reference(place, self.factor(time))
 
     def places(self, time: float, chosen: Integers) -> Floats:
-        """Returns where some of the terms are at `time` [length], shape (n, dim)."""
-        assert self.terms is not None
-        return self._places(self.terms.reference[chosen], self.factor(time))
+        """Returns where some quadrature points are at `time` [length], shape (n, dim)."""
+        assert self.quadrature is not None
+        return self._places(self.quadrature.reference[chosen], self.factor(time))
 
     def pose(self, before: float, after: float, chosen: Integers) -> Pose:
-        """Returns where some of the terms are in the step from time `before` to `after`."""
-        terms = self.terms
-        assert terms is not None
+        """Returns where some quadrature points are in the step from time `before` to `after`."""
+        quadrature = self.quadrature
+        assert quadrature is not None
         start, end = self.factor(before), self.factor(after)
         middle = 0.5 * (start + end)
-        reference, normal = terms.reference[chosen], terms.normal[chosen]
-        weight = terms.weight[chosen]
+        reference, normal = quadrature.reference[chosen], quadrature.normal[chosen]
+        weight = quadrature.weight[chosen]
         place = self._places(reference, start)
         increment = np.zeros(place.shape)
         gradient = np.zeros((*place.shape, place.shape[1]))
@@ -331,15 +331,15 @@ class Implicit:
         at_rest = self.at_rest(place, time)
         distance = self.geometry.distance(at_rest)
         behind = np.flatnonzero(distance < 0.0)
-        if self.terms is None or len(behind) == 0:
+        if self.quadrature is None or len(behind) == 0:
             return 0.0
         if self.geometry.flat:
             away = self.geometry.gradient(at_rest[behind])
             foot = at_rest[behind] - distance[behind, None] * away
             from scipy.spatial import cKDTree
 
-            _, nearest = cKDTree(self.terms.reference).query(foot)
-            along = np.einsum("ni,ni->n", away, self.terms.normal[nearest])
+            _, nearest = cKDTree(self.quadrature.reference).query(foot)
+            along = np.einsum("ni,ni->n", away, self.quadrature.normal[nearest])
             behind = behind[along > 1.0 - 1e-9]
         return float(-distance[behind].min(initial=0.0))
 

@@ -37,7 +37,7 @@ class ImplicitConstraint:
 
     Attributes:
         boundary: the boundary.
-        chosen: numbers of its terms, shape (n,).
+        chosen: numbers of its quadrature points, shape (n,).
         at: the cells that they act on.
         pose: their place and direction.
         moduli: constrained modulus (capped) and shear modulus of the soil there [stress], (n, 2).
@@ -56,13 +56,13 @@ class ImplicitConstraint:
     @cached_property
     def penalty(self) -> Floats:
         """P, the stress per slip [stress/length], shape (n, dim, dim)."""
-        assert self.boundary.terms is not None
+        assert self.boundary.quadrature is not None
         return np.asarray(
             _core.boundary_penalty(
                 np.ascontiguousarray(self.pose.normal),
                 np.ascontiguousarray(self.pose.projector),
                 self.moduli,
-                self.boundary.terms.square[self.chosen],
+                self.boundary.quadrature.square[self.chosen],
             )
         )
 

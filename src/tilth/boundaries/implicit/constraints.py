@@ -89,9 +89,9 @@ class ImplicitConstraints:
         parts: list[ImplicitConstraint] = []
         untouched = []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
-            assert boundary.terms is not None
+            assert boundary.quadrature is not None
             own = slice(end - len(places), end)
-            point = nearest[own][boundary.terms.on_surface]
+            point = nearest[own][boundary.quadrature.on_surface]
             chosen = np.flatnonzero(point >= 0)
             if len(chosen) == 0:
                 untouched.append(boundary)
@@ -101,7 +101,7 @@ class ImplicitConstraints:
             chosen = chosen[order]
             body = np.searchsorted(stops, point[chosen], side="right")
             pose = boundary.pose(before, after, chosen)
-            covered = share[own][boundary.terms.on_surface[chosen]]
+            covered = share[own][boundary.quadrature.on_surface[chosen]]
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
             parts.append(
                 make(
