@@ -28,6 +28,7 @@ from matplotlib.figure import Figure
 from scipy.linalg import cholesky_banded, solve_triangular
 
 from tilth import Model, _core
+from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.grid import ActiveGrid, Buffers, locate
@@ -39,8 +40,6 @@ from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.terms.weak_springs import WeakSprings
-
-Floats = npt.NDArray[np.float64]
 
 MODULUS, POISSON = 1000.0, 0.3
 """Young's modulus [stress] and Poisson's ratio [-] of the soil."""

@@ -17,14 +17,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import Model, _core
+from tilth.arrays import Floats
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, Multigrid, linear_solver
 
-Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-8
 SUPERLU_UP_TO = 30_000  # unknowns in 3D: beyond, one factorisation takes minutes
 

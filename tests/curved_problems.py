@@ -47,8 +47,9 @@ from typing import Any
 import numpy as np
 from curved_shapes import Frame, Random, Round, floor_of, pieces
 from implicit_blocks import flat, implicit
-from small_problems import BASES, Floats
+from small_problems import BASES
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
 
 YOUNG = 1000.0

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from small_problems import Floats
+
+from tilth.arrays import Floats
 
 Random = np.random.Generator
 

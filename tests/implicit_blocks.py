@@ -6,9 +6,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from small_problems import Floats, block_entries, dimension
+from small_problems import block_entries, dimension
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 

@@ -8,9 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from small_problems import Floats, block_entries, dimension
+from small_problems import block_entries, dimension
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from small_problems import Floats
+
+from tilth.arrays import Floats
 
 DIMENSION = {"triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
 """Types of elements, as meshio calls them, and the number of directions of their meshes."""

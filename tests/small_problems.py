@@ -16,13 +16,12 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from tilth import Model, _core
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
 from tilth.soil import Soil
 from tilth.timers import Timers
-
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("plane_strain", "axisymmetric", "3d")
 BASES = tuple(_core.basis_names())

@@ -14,14 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import Model
+from tilth.arrays import Floats, Integers
 from tilth.loads import nearest_points
 from tilth.simulation import initial_points
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 GRID, BODY, MATERIALS, PARAMETERS, TASK = (
     "grid.mdpa", "body.mdpa", "materials.json", "parameters.json", "task.json",

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.clock import Clock
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.interrupt import InterruptKey
@@ -22,8 +22,6 @@ from tilth.points import MaterialPoints
 from tilth.record import Recorder
 from tilth.simulation import Simulation
 from tilth.state import MissingState
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

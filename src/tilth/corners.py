@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from tilth.arrays import Floats
 
 
 def corner_signs(dim: int) -> Floats:

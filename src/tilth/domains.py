@@ -4,14 +4,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.corners import mean_half_edges
 from tilth.grid import Grid
 from tilth.points import MaterialPoints
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 LEAST_HALF_LENGTH = 1e-3
 """Half lengths stay above this share of a cell; only a degenerate update comes so far."""

@@ -14,11 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid, Grid, Stencil
 from tilth.points import MaterialPoints
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 FLOW = 0.03
 """Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""

@@ -8,17 +8,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers, Shorts
 from tilth.errors import StepFailed
 from tilth.groups import Groups, group
 from tilth.pattern import Elements, Pattern
 from tilth.points import MaterialPoints
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Shorts = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)

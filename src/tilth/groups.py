@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Integers
 from tilth.errors import StepFailed
 from tilth.points import MaterialPoints, PointRange
 
 if TYPE_CHECKING:
     from tilth.grid import Grid
 
-Integers = npt.NDArray[np.int64]
 
 _REACH, _WIDTH = -1, -2  # SupportFailure of kernel/corners.hpp
 

@@ -6,11 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.model import BodyForce, Model, PointForce
 from tilth.points import MaterialPoints
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TIE = 1e-6
 """Points whose distances to a place differ by less than this share of a cell are equally near."""

@@ -7,13 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Shorts = npt.NDArray[np.int32]
+from tilth.arrays import Integers, Shorts
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid, find_keys, lattice_keys
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

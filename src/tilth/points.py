@@ -9,10 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.corners import corner_signs, mean_half_edges, parallelepiped
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid, find_keys
 from tilth.soil import Soil
 from tilth.terms.weak_springs import well_supported
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 LARGEST_MOTION = 0.25
 """Motion in the last load step, in cells, up to which the nodes still stand at the same soil."""

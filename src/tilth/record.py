@@ -32,8 +32,6 @@ from tilth.output.snapshot import FieldsOnDemand
 from tilth.simulation import Simulation, StepResult, initial_points
 from tilth.track import Tracker
 
-Floats = npt.NDArray[np.float64]
-
 
 @dataclass
 class Recorder:

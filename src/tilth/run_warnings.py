@@ -7,16 +7,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import SMALL, depth_behind
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.points import MaterialPoints
-
-Floats = npt.NDArray[np.float64]
 
 JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.bodies import discretise
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
@@ -43,8 +44,6 @@ from tilth.terms.protocol import Term, supported_nodes
 from tilth.terms.soil_forces import SoilForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
-
-Floats = npt.NDArray[np.float64]
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""

@@ -12,14 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.domains import keep_off_axis
 from tilth.errors import StepFailed
 from tilth.f_bar import Centres
 from tilth.grid import ActiveGrid
 from tilth.points import MaterialPoints, PointRange
 from tilth.timers import Timers
-
-Floats = npt.NDArray[np.float64]
 
 _FAILURES = {
     1: "a material point inverted (det F <= 0)",

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries import Conditions
 from tilth.comm import SERIAL, Communicator, norm
 from tilth.errors import StepFailed
@@ -17,9 +17,6 @@ from tilth.grid import ActiveGrid
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
 from tilth.terms.balance import Balance, Forces
 from tilth.timers import Timers
-
-Floats = npt.NDArray[np.float64]
-
 
 ITERATIONS_BEFORE_ROUND_OFF = 3
 """Iterations that are always done before a small residual is put down to round-off.

@@ -6,16 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.domains import upper_edges
 from tilth.loads import nearest_points
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult
-
-Floats = npt.NDArray[np.float64]
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 

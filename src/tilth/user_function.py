@@ -12,12 +12,10 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.problems import suggestion
-
-Floats = npt.NDArray[np.float64]
 
 
 def load_function(

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from small_problems import BASES, CORNER_BASES, Floats
+from small_problems import BASES, CORNER_BASES
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.grid import Buffers, Grid, locate
 from tilth.points import MaterialPoints, PointRange
 

@@ -11,7 +11,6 @@ import scipy.linalg
 from small_problems import (
     CORNER_BASES,
     KINDS,
-    Floats,
     Laboratory,
     assert_same_bits,
     block_entries,
@@ -23,6 +22,7 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.grid import Buffers, Grid, locate
 from tilth.points import MaterialPoints, PointRange

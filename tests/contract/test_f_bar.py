@@ -14,7 +14,6 @@ from small_problems import (
     KINDS,
     MATERIALS,
     TYPICAL,
-    Floats,
     Laboratory,
     block_entries,
     by_number,
@@ -24,6 +23,7 @@ from small_problems import (
 )
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

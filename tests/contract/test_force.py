@@ -10,13 +10,14 @@ from small_problems import (
     BASES,
     KINDS,
     MATERIALS,
-    Floats,
     Laboratory,
     by_number,
     deformed_laboratory,
     dimension,
     tensor,
 )
+
+from tilth.arrays import Floats
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from mesh_bodies import DIMENSION, distorted_mesh
 from scipy.linalg import expm
-from small_problems import Floats, affine, block_entries
+from small_problems import affine, block_entries
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries.affine import outer_nodes
 from tilth.simulation import StepResult
 from tilth.verification.closed_forms import full_deformation_gradient, hencky_cauchy_stress

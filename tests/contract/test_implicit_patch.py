@@ -17,8 +17,9 @@ from implicit_problems import (
     rotation,
     stress_error,
 )
-from small_problems import BASES, Floats
+from small_problems import BASES
 
+from tilth.arrays import Floats
 from tilth.simulation import initial_points
 
 STRETCH = np.array([1.001, 0.9995, 1.0007])

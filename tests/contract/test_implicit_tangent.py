@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from implicit_problems import implicit, line, locate_contacts, of_part, rotation
-from small_problems import BASES, KINDS, Floats, block_entries, dimension, material_entries, weight
+from small_problems import BASES, KINDS, block_entries, dimension, material_entries, weight
 
 import tilth.simulation
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation
 from tilth.solvers import LinearSystem
 from tilth.step import Equilibrium, solve_step

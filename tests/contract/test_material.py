@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from small_problems import MATERIALS, Floats, parameters
+from small_problems import MATERIALS, parameters
 
 from tilth import _core
+from tilth.arrays import Floats
 
 every_material = pytest.mark.parametrize("material", MATERIALS)
 

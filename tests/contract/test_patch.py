@@ -14,7 +14,6 @@ from small_problems import (
     BASES,
     KINDS,
     MATERIALS,
-    Floats,
     affine,
     block_entries,
     by_number,
@@ -25,6 +24,7 @@ from small_problems import (
 )
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

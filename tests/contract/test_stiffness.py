@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_problems import BASES, KINDS, MATERIALS, Floats, Laboratory, deformed_laboratory
+from small_problems import BASES, KINDS, MATERIALS, Laboratory, deformed_laboratory
+
+from tilth.arrays import Floats
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)

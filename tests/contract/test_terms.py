@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_blocks import flat, implicit
-from small_problems import Floats, material_entries
+from small_problems import material_entries
 
 import tilth.simulation
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.grid import Buffers, locate
 from tilth.simulation import Simulation
 from tilth.terms.balance import Balance

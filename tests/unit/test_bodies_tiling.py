@@ -12,17 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 from mesh_bodies import DIMENSION, distorted_mesh, write
-from small_problems import (
-    CORNER_BASES,
-    Floats,
-    assert_same_bits,
-    block_entries,
-    plane,
-    rollers,
-    weight,
-)
+from small_problems import CORNER_BASES, assert_same_bits, block_entries, plane, rollers, weight
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.bodies import BodyPoints, discretise
 from tilth.corners import corner_signs, mean_half_edges
 from tilth.errors import BadInput

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_problems import Floats, Laboratory
+from small_problems import Laboratory
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.place import locate_places
 from tilth.solvers.system import LinearSystem

@@ -24,10 +24,11 @@ from implicit_blocks import (
     steps_of,
 )
 from implicit_problems import ghost_force
-from small_problems import BASES, Floats, dimension
+from small_problems import BASES, dimension
 
 import tilth.simulation
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.terms.weak_springs import WeakSprings

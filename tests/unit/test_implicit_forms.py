@@ -21,9 +21,10 @@ from implicit_problems import (
     locate_contacts,
     of_part,
 )
-from small_problems import KINDS, Floats, block_entries, dimension
+from small_problems import KINDS, block_entries, dimension
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.grid import ActiveGrid
 from tilth.simulation import Simulation

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from small_problems import Floats, block_entries, dimension
+from small_problems import block_entries, dimension
 
 from tilth import BadInput, Model
+from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit, Pose
 from tilth.boundaries.implicit.constraint import turned

@@ -26,10 +26,11 @@ from implicit_blocks import (
     steps_of,
 )
 from implicit_problems import ghost_force
-from small_problems import BASES, CORNER_BASES, KINDS, Floats, dimension, plane, tensor
+from small_problems import BASES, CORNER_BASES, KINDS, dimension, plane, tensor
 
 import tilth.terms.ghost
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.simulation import Simulation, StepResult

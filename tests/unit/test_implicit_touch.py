@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_problems import implicit, line, locate_contacts, rotation, take_steps
-from small_problems import BASES, KINDS, Floats, block_entries, dimension, plane
+from small_problems import BASES, KINDS, block_entries, dimension, plane
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.place import locate_places
 from tilth.simulation import Simulation
 

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_problems import KINDS, Floats, affine, block_entries, dimension
+from small_problems import KINDS, affine, block_entries, dimension
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.loads import Loads, nearest_points
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points

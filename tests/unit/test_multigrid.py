@@ -14,6 +14,7 @@ from implicit_blocks import squeezed
 from small_problems import BASES, KINDS, block_entries, dimension, plane, rollers, weight
 
 from tilth import Model, _core
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, initial_points
@@ -23,7 +24,6 @@ from tilth.solvers import multigrid as multigrid_module
 from tilth.step import _share_left
 from tilth.verification.cases import example, varied
 
-Floats = npt.NDArray[np.float64]
 TOLERANCE = 1e-8
 
 

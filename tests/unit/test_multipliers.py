@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_problems import implicit, line, locate_contacts, rotation
-from small_problems import KINDS, Floats, block_entries, dimension
+from small_problems import KINDS, block_entries, dimension
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import Multipliers

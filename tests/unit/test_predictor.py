@@ -13,7 +13,6 @@ from small_problems import (
     BASES,
     KINDS,
     MATERIALS,
-    Floats,
     assert_same_bits,
     block_entries,
     by_number,
@@ -26,6 +25,7 @@ from test_resume import assert_same_results, entries_of, run_until
 from test_step_newton import leaning_block
 
 from tilth import Model, resume, run
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid, Buffers, find_keys, locate
 from tilth.predictor import LARGEST_MOTION, Predictor
 from tilth.simulation import Simulation

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_blocks import flat, implicit
-from small_problems import CORNER_BASES, Floats
+from small_problems import CORNER_BASES
 
 from tilth import AnalysisFailed, BadInput, Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 

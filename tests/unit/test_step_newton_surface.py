@@ -6,15 +6,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from small_problems import BASES, material_entries, plane
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.simulation import Simulation
 from tilth.surface.loads import SurfaceLoads
-
-Floats = npt.NDArray[np.float64]
 
 every_kind = pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric"])
 every_basis = pytest.mark.parametrize("basis", BASES)

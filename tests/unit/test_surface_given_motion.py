@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.protocol import Prescribed
 from tilth.grid import ActiveGrid
@@ -18,8 +18,6 @@ from tilth.surface import Chain
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.march import march
 from tilth.verification.pressure_cantilever import mean_distance
-
-Floats = npt.NDArray[np.float64]
 
 ROTATION = np.array([[0.0, -1.0], [1.0, 0.0]])
 SHEAR = np.array([[1.0, 2.0], [0.0, 1.0]])

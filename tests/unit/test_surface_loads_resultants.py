@@ -7,18 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from small_problems import affine, material_entries
 
 from tilth import Model
+from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.simulation import Simulation
 from tilth.surface import LocalCubicSpline
 from tilth.surface.loads import SurfaceLoads
-
-Floats = npt.NDArray[np.float64]
 
 PRESSURE = 3.0
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, polar
 from scipy.spatial.transform import Rotation
-from small_problems import KINDS, Floats, dimension, parameters, tensor
+from small_problems import KINDS, dimension, parameters, tensor
 
 from tilth import _core
+from tilth.arrays import Floats
 
 RULES = ("determinant", "deformation_gradient", "right_stretch", "left_stretch")
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from implicit_blocks import flat, implicit, model_of, steps_of
-from small_problems import Floats
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.verification.cases import varied

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.bodies.pieces import Element
-from tilth.bodies.request import FloatArray, Request
+from tilth.bodies.request import Request
 from tilth.errors import BadInput
 
 
@@ -23,7 +24,7 @@ class Block:
     """
 
     element: Element
-    corners: FloatArray
+    corners: Floats
     nodes: npt.NDArray[np.int64]
     first: int
 

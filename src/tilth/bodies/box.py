@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.bodies.lattice import full_lattice
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.request import BodyPoints, Request
 from tilth.model import Box
 
 # A side is taken to lie on a line of sub-cells within this fraction of the sub-cell.
@@ -40,16 +41,14 @@ def box_points(shape: Box, request: Request) -> BodyPoints:
     return BodyPoints(position, volume, half_length, frame)
 
 
-def _number(side: FloatArray, request: Request) -> FloatArray:
+def _number(side: Floats, request: Request) -> Floats:
     """Points along each side, whole numbers as floats, shape (d,)."""
     if request.points is not None:
         return request.points
     return np.maximum(np.rint(side / request.wanted_spacing()), 1.0)
 
 
-def _on_grid(
-    axes: list[FloatArray], lower: FloatArray, upper: FloatArray, request: Request
-) -> list[FloatArray]:
+def _on_grid(axes: list[Floats], lower: Floats, upper: Floats, request: Request) -> list[Floats]:
     """The axes, with those whose ends lie on lines of sub-cells counted from the grid's origin.
 
     This only removes round-off: cells far from the box's corner hold the same lattice.

@@ -9,12 +9,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.arrays import Floats
+from tilth.bodies.request import BodyPoints, Request
 
 Scalar = TypeVar("Scalar", np.float64, np.bool_)
 
 
-def anchored_axes(request: Request, lower: FloatArray, upper: FloatArray) -> list[FloatArray]:
+def anchored_axes(request: Request, lower: Floats, upper: Floats) -> list[Floats]:
     """Centres, per direction, of the sub-cells that cover `lower` to `upper` (d,).
 
     The sub-cells have the wanted spacing and are counted from the grid's origin, so that with
@@ -35,7 +36,7 @@ def spread(axis: npt.NDArray[Scalar], direction: int) -> npt.NDArray[Scalar]:
     return axis.reshape((-1,) + (1,) * direction)
 
 
-def full_lattice(axes: Sequence[FloatArray]) -> FloatArray:
+def full_lattice(axes: Sequence[Floats]) -> Floats:
     """All crossings of the axes' values, shape (n, d), x fastest, then y, then z."""
     position = np.empty((*(len(axis) for axis in reversed(axes)), len(axes)))
     for i, axis in enumerate(axes):
@@ -44,7 +45,7 @@ def full_lattice(axes: Sequence[FloatArray]) -> FloatArray:
 
 
 def cut_lattice(
-    request: Request, axes: Sequence[FloatArray], inside: npt.NDArray[np.bool_], volume: float
+    request: Request, axes: Sequence[Floats], inside: npt.NDArray[np.bool_], volume: float
 ) -> BodyPoints:
     """The sub-cells of an anchored lattice whose centre is `inside`, as the points of a body.
 

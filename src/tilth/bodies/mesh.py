@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.bodies.block import Block
 from tilth.bodies.pieces import ELEMENTS
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import tile_points
 from tilth.model import Mesh
 
@@ -57,7 +58,7 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     return BodyPoints(position, measure * request.circumference(position), half_length)
 
 
-def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
     """Centroids (n, d) and volumes (n,) of all pieces, elements in order; `cuts` per element."""
     dimension = block.corners.shape[2]
     number = cuts**dimension
@@ -72,7 +73,7 @@ def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatAr
     return centroid, measure
 
 
-def _measure(block: Block, request: Request) -> FloatArray:
+def _measure(block: Block, request: Request) -> Floats:
     """Signed areas or volumes of the elements, shape (n,); refuses degenerate elements."""
     dimension = block.corners.shape[2]
     jacobian = block.element.corner_jacobians(block.corners)
@@ -85,7 +86,7 @@ def _measure(block: Block, request: Request) -> FloatArray:
     return pieces[:, 0]
 
 
-def _check_orientation(block: Block, measure: FloatArray, request: Request) -> None:
+def _check_orientation(block: Block, measure: Floats, request: Request) -> None:
     inverted = np.flatnonzero(measure < 0.0)
     if len(inverted):
         raise block.refused(int(inverted[0]), "is inverted against most of the mesh", request)

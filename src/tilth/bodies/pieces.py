@@ -10,12 +10,9 @@ from functools import cache
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
-from tilth.bodies.request import FloatArray
+from tilth.arrays import Floats, Integers
 from tilth.corners import corner_signs
-
-IntArray = npt.NDArray[np.int64]
 
 
 class Element(Protocol):
@@ -32,7 +29,7 @@ class Element(Protocol):
         ...
 
     @property
-    def edges(self) -> IntArray:
+    def edges(self) -> Integers:
         """Pairs of corners, the edges that are cut into equally many segments in a row each.
 
         Shape (rows, edges, 2): a row for each direction of a quadrilateral or hexahedron, one in
@@ -45,27 +42,25 @@ class Element(Protocol):
         """Tiles need a multiple of so many segments along an edge."""
         ...
 
-    def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+    def pieces(self, corners: Floats, cuts: int) -> tuple[Floats, Floats]:
         """Centroids (n, cuts^d, d) and signed volumes (n, cuts^d) of the elements' pieces.
 
         corners: shape (n, corners, d).
         """
         ...
 
-    def wanted_segments(
-        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
-    ) -> FloatArray:
+    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
         """How many segments along each row of edges give tiles of the spacing, (n, rows), > 0.
 
         corners: shape (n, corners, d). volume: shape (n,). spacing: shape (d,).
         """
         ...
 
-    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+    def number_of_tiles(self, segments: Floats) -> Floats:
         """Number of tiles with so many segments along each row of edges, (n, rows) -> (n,)."""
         ...
 
-    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+    def tiles(self, segments: tuple[int, ...]) -> Floats:
         """Weights of the element's corners in the corners of its tiles.
 
         segments: along the edges of each row.
@@ -75,7 +70,7 @@ class Element(Protocol):
         """
         ...
 
-    def corner_jacobians(self, corners: FloatArray) -> FloatArray:
+    def corner_jacobians(self, corners: Floats) -> Floats:
         """Determinants of the map from the reference element at its corners, shape (n, corners).
 
         For an affine map one of them, shape (n, 1).
@@ -91,7 +86,7 @@ class Simplex:
     mirror: list[int]
 
     @property
-    def edges(self) -> IntArray:
+    def edges(self) -> Integers:
         """As `Element.edges`."""
         return np.array([list(itertools.combinations(range(len(self.mirror)), 2))])
 
@@ -100,7 +95,7 @@ class Simplex:
         """As `Element.least_segments`: the tiles of a piece have corners in the edges' middles."""
         return 2
 
-    def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+    def pieces(self, corners: Floats, cuts: int) -> tuple[Floats, Floats]:
         """As `Element.pieces`."""
         dimension = corners.shape[2]
         weight = simplex_weights(dimension, cuts)
@@ -108,25 +103,23 @@ class Simplex:
         centroid = np.einsum("qc,nci->nqi", weight, corners)
         return centroid, np.repeat(volume, len(weight), axis=1)
 
-    def corner_jacobians(self, corners: FloatArray) -> FloatArray:
+    def corner_jacobians(self, corners: Floats) -> Floats:
         """As `Element.corner_jacobians`."""
-        jacobian: FloatArray = np.linalg.det(corners[:, 1:] - corners[:, :1])
+        jacobian: Floats = np.linalg.det(corners[:, 1:] - corners[:, :1])
         return jacobian[:, None]
 
-    def wanted_segments(
-        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
-    ) -> FloatArray:
+    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
         """As `Element.wanted_segments`, by the volume of the tiles."""
         dimension = corners.shape[2]
         pieces = volume / np.prod(spacing) / (dimension + 1)
         return np.asarray(2.0 * pieces[:, None] ** (1.0 / dimension))
 
-    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+    def number_of_tiles(self, segments: Floats) -> Floats:
         """As `Element.number_of_tiles`."""
         vertices = len(self.mirror)
         return np.asarray(vertices * (segments[:, 0] / self.least_segments) ** (vertices - 1))
 
-    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+    def tiles(self, segments: tuple[int, ...]) -> Floats:
         """As `Element.tiles`: each piece is cut into what is nearest to each of its vertices.
 
         Nearest is where the vertex has the largest barycentric coordinate: a quadrilateral or
@@ -141,10 +134,10 @@ class Brick:
 
     name: str
     mirror: list[int]
-    corner: IntArray
+    corner: Integers
 
     @property
-    def edges(self) -> IntArray:
+    def edges(self) -> Integers:
         """As `Element.edges`."""
         rows = []
         for axis in range(self.corner.shape[1]):
@@ -157,7 +150,7 @@ class Brick:
         """As `Element.least_segments`."""
         return 1
 
-    def pieces(self, corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+    def pieces(self, corners: Floats, cuts: int) -> tuple[Floats, Floats]:
         """As `Element.pieces`."""
         # The Jacobian times the position has degree 3 along each reference axis: two Gauss
         # points per piece and direction integrate volume and centroid exactly.
@@ -175,25 +168,23 @@ class Brick:
         centroid = moment.reshape(len(corners), -1, dimension) / volume[..., None]
         return centroid, volume / cuts**dimension
 
-    def corner_jacobians(self, corners: FloatArray) -> FloatArray:
+    def corner_jacobians(self, corners: Floats) -> Floats:
         """As `Element.corner_jacobians`."""
         _, gradient = self._shape(self.corner.astype(float))
-        jacobian: FloatArray = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
+        jacobian: Floats = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
         return jacobian
 
-    def wanted_segments(
-        self, corners: FloatArray, volume: FloatArray, spacing: FloatArray
-    ) -> FloatArray:
+    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
         """As `Element.wanted_segments`, by the mean of the edges of each direction."""
         start, end = np.moveaxis(self.edges, 2, 0)
         edge = (corners[:, end] - corners[:, start]).mean(axis=2)
         return np.asarray(np.linalg.norm(edge / spacing, axis=2))
 
-    def number_of_tiles(self, segments: FloatArray) -> FloatArray:
+    def number_of_tiles(self, segments: Floats) -> Floats:
         """As `Element.number_of_tiles`."""
         return np.asarray(segments.prod(axis=1))
 
-    def tiles(self, segments: tuple[int, ...]) -> FloatArray:
+    def tiles(self, segments: tuple[int, ...]) -> Floats:
         """As `Element.tiles`: the multilinear map of equal boxes."""
         dimension = len(segments)
         box = np.indices(segments).reshape(dimension, -1).T
@@ -201,7 +192,7 @@ class Brick:
         weight, _ = self._shape(place.reshape(-1, dimension))
         return weight.reshape(len(box), 2**dimension, -1)
 
-    def _shape(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _shape(self, place: Floats) -> tuple[Floats, Floats]:
         """Shape functions (q, corners) and gradients (q, corners, d) at reference places (q, d)."""
         factor = 0.5 * (1.0 + self.corner * place[:, None, :])
         gradient = np.empty_like(factor)
@@ -212,12 +203,12 @@ class Brick:
 
 
 @cache
-def simplex_weights(dimension: int, cuts: int) -> FloatArray:
+def simplex_weights(dimension: int, cuts: int) -> Floats:
     """Barycentric coordinates of the centroids of a simplex's pieces, shape (cuts^d, d + 1)."""
     return _barycentric(_simplex_pieces(dimension, cuts)[0] / cuts)
 
 
-def simplex_tiles(dimension: int, cuts: int) -> FloatArray:
+def simplex_tiles(dimension: int, cuts: int) -> Floats:
     """Barycentric coordinates of the corners of its tiles, d + 1 in each of cuts^d pieces.
 
     Shape ((d + 1) cuts^d, 2^d, d + 1). Corner c of the tile at a vertex is the mean of this vertex
@@ -237,7 +228,7 @@ def simplex_tiles(dimension: int, cuts: int) -> FloatArray:
     return tiles.reshape(-1, 2**dimension, dimension + 1)
 
 
-def _simplex_pieces(dimension: int, cuts: int) -> tuple[FloatArray, FloatArray]:
+def _simplex_pieces(dimension: int, cuts: int) -> tuple[Floats, Floats]:
     """Centroids (cuts^d, d) and vertices (cuts^d, d + 1, d) of pieces of equal volume.
 
     The simplex cuts >= x_1 >= x_2 >= ... >= 0 is the union of those pieces of the unit cubes'
@@ -261,7 +252,7 @@ def _simplex_pieces(dimension: int, cuts: int) -> tuple[FloatArray, FloatArray]:
     return centroid[sort], np.concatenate(vertices)[sort]
 
 
-def _barycentric(place: FloatArray) -> FloatArray:
+def _barycentric(place: Floats) -> Floats:
     """Barycentric coordinates (..., d + 1) in the simplex 1 >= x_1 >= x_2 >= ... >= 0."""
     end = [(0, 0)] * (place.ndim - 1)
     padded = np.pad(np.pad(place, [*end, (1, 0)], constant_values=1.0), [*end, (0, 1)])

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.bodies.lattice import anchored_axes, cut_lattice
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.request import BodyPoints, Request
 from tilth.model import Polygon
 
 # Centres within this fraction of a sub-cell of the outline count as inside, on all sides alike.
@@ -30,7 +31,7 @@ def polygon_points(shape: Polygon, request: Request) -> BodyPoints:
     return cut_lattice(request, axes, inside_polygon(vertices, axes, margin), volume)
 
 
-def area_and_centroid(vertices: FloatArray) -> tuple[float, FloatArray]:
+def area_and_centroid(vertices: Floats) -> tuple[float, Floats]:
     """Area (positive for either orientation) and centroid (2,) of the polygon `vertices` (m, 2)."""
     start = vertices - vertices[0]
     end = np.roll(start, -1, axis=0)
@@ -40,9 +41,7 @@ def area_and_centroid(vertices: FloatArray) -> tuple[float, FloatArray]:
     return 0.5 * abs(double_area), vertices[0] + moment / (3.0 * double_area)
 
 
-def inside_polygon(
-    vertices: FloatArray, axes: list[FloatArray], margin: float
-) -> npt.NDArray[np.bool_]:
+def inside_polygon(vertices: Floats, axes: list[Floats], margin: float) -> npt.NDArray[np.bool_]:
     """Which crossings of the two axes lie inside the polygon or within `margin` of it, (ny, nx).
 
     Each row is cut with the outline a margin above and a margin below, and the intervals between
@@ -55,9 +54,7 @@ def inside_polygon(
     )
 
 
-def _rows_inside(
-    vertices: FloatArray, x: FloatArray, y: FloatArray, margin: float
-) -> npt.NDArray[np.bool_]:
+def _rows_inside(vertices: Floats, x: Floats, y: Floats, margin: float) -> npt.NDArray[np.bool_]:
     start, end = vertices, np.roll(vertices, -1, axis=0)
     straddles = (start[:, 1] <= y[:, None]) != (end[:, 1] <= y[:, None])
     row, edge = np.nonzero(straddles)

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
-
-FloatArray = npt.NDArray[np.float64]
 
 MAXIMUM_POINTS = 1_000_000_000
 # Largest distance of the points, in cells. One point per cell of a body that does not fit the grid
@@ -38,13 +36,13 @@ class BodyPoints:
         they are boxes with the half lengths.
     """
 
-    position: FloatArray
-    volume: FloatArray
-    half_length: FloatArray
-    frame: FloatArray | None = None
-    corner: FloatArray | None = None
+    position: Floats
+    volume: Floats
+    half_length: Floats
+    frame: Floats | None = None
+    corner: Floats | None = None
 
-    def corners(self) -> FloatArray:
+    def corners(self) -> Floats:
         """Corners of the domains, also of boxes, seen from the points, shape (n, 2^d, d)."""
         if self.corner is not None:
             return self.corner
@@ -64,11 +62,11 @@ class Request:
 
     name: str
     axisymmetric: bool
-    grid_origin: FloatArray
-    cell_size: FloatArray
-    points_per_cell: FloatArray | None = None
-    points: FloatArray | None = None
-    spacing: FloatArray | None = None
+    grid_origin: Floats
+    cell_size: Floats
+    points_per_cell: Floats | None = None
+    points: Floats | None = None
+    spacing: Floats | None = None
     basis: str = "linear"
 
     @property
@@ -76,14 +74,14 @@ class Request:
         """Whether the domains of the points have corners (CPDI)."""
         return self.basis in _core.corner_basis_names()
 
-    def wanted_spacing(self) -> FloatArray:
+    def wanted_spacing(self) -> Floats:
         """Distance of the points along each direction, shape (d,); needs no shape's size."""
         if self.points_per_cell is not None:
             return self.cell_size / self.points_per_cell
         assert self.spacing is not None, "a Body takes `points` for a box only"
         return self.spacing
 
-    def circumference(self, position: FloatArray) -> FloatArray:
+    def circumference(self, position: Floats) -> Floats:
         """Volume per area at `position` (n, d): 2 pi r in axisymmetry, otherwise 1; shape (n,)."""
         if self.axisymmetric:
             return 2.0 * np.pi * position[:, 0]
@@ -151,7 +149,7 @@ class Request:
         )
 
 
-def per_direction(value: float | Sequence[float] | None, dimension: int) -> FloatArray | None:
+def per_direction(value: float | Sequence[float] | None, dimension: int) -> Floats | None:
     """A number, or one per direction, as an array of shape (dimension,); None stays None."""
     if value is None:
         return None

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.bodies.lattice import anchored_axes, cut_lattice, spread
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.request import BodyPoints, Request
 from tilth.model import Circle, Cylinder, Sphere
 from tilth.model.shapes import side_signs
 
@@ -75,8 +76,8 @@ def _share(shape: Cylinder | Sphere) -> float:
 
 
 def _between_radii(
-    axes: list[FloatArray],
-    centre: FloatArray,
+    axes: list[Floats],
+    centre: Floats,
     shape: Cylinder | Sphere,
     directions: tuple[int, ...],
 ) -> npt.NDArray[np.bool_]:
@@ -91,7 +92,7 @@ def _between_radii(
 
 
 def _within(
-    axes: list[FloatArray], centre: FloatArray, radius: float, directions: tuple[int, ...]
+    axes: list[Floats], centre: Floats, radius: float, directions: tuple[int, ...]
 ) -> npt.NDArray[np.bool_]:
     """Which lattice centres lie within `radius` of `centre`, measured along `directions`."""
     squared = np.zeros((1,) * len(axes))

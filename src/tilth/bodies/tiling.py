@@ -7,22 +7,18 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.pieces import Brick
-from tilth.bodies.request import BodyPoints, FloatArray, Request
+from tilth.bodies.request import BodyPoints, Request
 from tilth.corners import corner_signs, mean_half_edges, parallelepiped
-
-IntArray = npt.NDArray[np.int64]
 
 # Tiles that are made at a time, to bound the memory.
 BATCH = 250_000
 
 
-def tile_points(
-    blocks: Sequence[Block], volumes: Sequence[FloatArray], request: Request
-) -> BodyPoints:
+def tile_points(blocks: Sequence[Block], volumes: Sequence[Floats], request: Request) -> BodyPoints:
     """Points of a mesh whose elements are cut into quadrilaterals or hexahedra: their domains.
 
     Quadrilaterals and hexahedra are cut into equal parts along their edges. Triangles and
@@ -62,7 +58,7 @@ def tile_points(
     return BodyPoints(position, volume * request.circumference(position), half_length, None, corner)
 
 
-def _tiles(block: Block, segments: FloatArray) -> Iterator[tuple[IntArray, FloatArray]]:
+def _tiles(block: Block, segments: Floats) -> Iterator[tuple[Integers, Floats]]:
     """Corners of the tiles, some elements (m,) at a time, x fastest: (m, tiles, 2^d, d)."""
     for cuts in np.unique(segments, axis=0):
         weight = block.element.tiles(tuple(int(cut) for cut in cuts))
@@ -76,7 +72,7 @@ def _domain(dimension: int) -> Brick:
     return Brick("domain", [], corner_signs(dimension).astype(np.int64))
 
 
-def _check_folding(block: Block, element: IntArray, places: FloatArray, request: Request) -> None:
+def _check_folding(block: Block, element: Integers, places: Floats, request: Request) -> None:
     """Refuses domains that are folded at a corner or in the middle.
 
     element: rows in the block of the elements that have the domains, as many each.
@@ -92,14 +88,12 @@ def _check_folding(block: Block, element: IntArray, places: FloatArray, request:
         raise block.refused(row, "is degenerate: it folds between its corners", request)
 
 
-def _box_volumes(half_edge: FloatArray) -> FloatArray:
+def _box_volumes(half_edge: Floats) -> Floats:
     """Volumes of parallelepipeds with these half edges, (n, d, d) -> (n,)."""
     return np.asarray(2.0 ** half_edge.shape[2] * np.linalg.det(half_edge))
 
 
-def _segments(
-    blocks: Sequence[Block], volumes: Sequence[FloatArray], spacing: FloatArray
-) -> list[FloatArray]:
+def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], spacing: Floats) -> list[Floats]:
     """Numbers of segments along each row of edges of the elements, (n, rows) for each block."""
     classes = _edge_classes(blocks)
     every = np.concatenate([own.ravel() for own in classes])
@@ -119,7 +113,7 @@ def _segments(
     return [segments[own] for own in classes]
 
 
-def _edge_classes(blocks: Sequence[Block]) -> list[IntArray]:
+def _edge_classes(blocks: Sequence[Block]) -> list[Integers]:
     """Classes of edges that must have the same number of segments, (n, rows) for each block.
 
     Two edges are of one class if they lie in the same row of an element, or each with a third.

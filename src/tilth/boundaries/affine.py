@@ -13,7 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core
-from tilth.boundaries.protocol import Flags, Floats, Prescribed
+from tilth.arrays import Flags, Floats
+from tilth.boundaries.protocol import Prescribed
 from tilth.grid import ActiveGrid
 from tilth.model import AffineBoundary, Model
 

@@ -7,9 +7,10 @@ from itertools import permutations
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
-from tilth.boundaries.protocol import Boundary, Floats
+from tilth.boundaries.protocol import Boundary
 from tilth.boundaries.together import NOBODY, Conditions
 from tilth.errors import BadInput
 from tilth.model import Model

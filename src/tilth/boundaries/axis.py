@@ -16,16 +16,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.boundaries.axis_rows import AxisRows
-from tilth.boundaries.protocol import Floats
 from tilth.boundaries.together import NOBODY, Conditions
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid, Grid
 from tilth.model import Model
 from tilth.points import MaterialPoints
 from tilth.terms.linear import Coupling
-
-Integers = npt.NDArray[np.int64]
 
 ON_LINE = 1e-6
 """A grid line lies on the axis within this share of a cell."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.arrays import Flags, Floats
 from tilth.boundaries.agreement import TOLERANCE, turning_times
 from tilth.boundaries.axis import Axis, leaves_the_axis
-from tilth.boundaries.protocol import Boundary, Flags, Floats
+from tilth.boundaries.protocol import Boundary
 from tilth.boundaries.together import Conditions
 from tilth.grid import ActiveGrid
 from tilth.model import Model

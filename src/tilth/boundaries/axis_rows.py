@@ -13,14 +13,11 @@ away only: of a hole that closes, the last ring is far wider inside than outside
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from tilth.boundaries.protocol import Flags, Floats
+from tilth.arrays import Flags, Floats, Integers
 from tilth.grid import ActiveGrid
 from tilth.model import Model
 from tilth.points import MaterialPoints
-
-Integers = npt.NDArray[np.int64]
 
 GAP = 0.05
 """Radius of a hole, in cells, up to which it counts as none."""

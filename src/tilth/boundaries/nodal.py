@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from tilth import _core
-from tilth.boundaries.protocol import Flags, Prescribed
+from tilth.arrays import Flags
+from tilth.boundaries.protocol import Prescribed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Flags, Floats
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
-from tilth.boundaries.protocol import Boundary, Flags, Floats
+from tilth.boundaries.protocol import Boundary
 from tilth.errors import BadInput
 from tilth.grid import ActiveGrid
 

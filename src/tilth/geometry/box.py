@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.geometry.flat import Flat, join, split_rectangle, split_segments
-from tilth.geometry.protocol import Facets, Floats
+from tilth.geometry.protocol import Facets
 
 
 class Box(Flat):

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 
-from tilth.geometry.protocol import Facets, Floats, Integers
+from tilth.arrays import Floats, Integers
+from tilth.geometry.protocol import Facets
 
 
 class Flat:

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats
 from tilth.geometry.flat import (
     Flat,
     left_normal,
@@ -14,9 +14,7 @@ from tilth.geometry.flat import (
     split_segments,
     unit,
 )
-from tilth.geometry.protocol import Facets, Floats
-
-Flags = npt.NDArray[np.bool_]
+from tilth.geometry.protocol import Facets
 
 
 class Footing(Flat):

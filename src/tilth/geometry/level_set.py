@@ -7,11 +7,9 @@ from collections.abc import Callable
 from itertools import permutations, product
 
 import numpy as np
-import numpy.typing as npt
 
-from tilth.geometry.protocol import Facets, Floats, Integers
-
-Flags = npt.NDArray[np.bool_]
+from tilth.arrays import Flags, Floats, Integers
+from tilth.geometry.protocol import Facets
 
 # Step of the central differences of the function, in cells: its error, the square of this, is
 # below the round-off of the differences.

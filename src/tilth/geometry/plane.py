@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.geometry.flat import Flat, box_corners, pack, perpendicular, unit
-from tilth.geometry.protocol import Facets, Floats
+from tilth.geometry.protocol import Facets
 
 
 class Plane(Flat):

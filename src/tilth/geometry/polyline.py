@@ -4,12 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats
 from tilth.geometry.flat import Flat, left_normal, split_segments, unit
-from tilth.geometry.protocol import Facets, Floats
-
-Flags = npt.NDArray[np.bool_]
+from tilth.geometry.protocol import Facets
 
 
 class Polyline(Flat):

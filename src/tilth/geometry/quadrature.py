@@ -8,8 +8,9 @@ import math
 import numpy as np
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.geometry.flat import split_segments
-from tilth.geometry.protocol import Floats, Geometry, Integers, QuadraturePoints
+from tilth.geometry.protocol import Geometry, QuadraturePoints
 
 SEGMENT = (0.5 * (1.0 + np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])), np.array([5, 8, 5]) / 18)
 """Gauss's three points on [0, 1], exact to degree 5: place and weight."""

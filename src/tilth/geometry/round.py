@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
+from tilth.arrays import Floats, Integers
 from tilth.geometry.flat import box_corners, pack, perpendicular, unit
-from tilth.geometry.protocol import Facets, Floats, Integers
+from tilth.geometry.protocol import Facets
 
 
 class _Round:

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.arrays import Flags, Floats
 from tilth.geometry.flat import left_normal, unit
-from tilth.geometry.protocol import Facets, Floats
-from tilth.surface.chain import Flags
+from tilth.geometry.protocol import Facets
 from tilth.surface.nearest import Nearest, NearestPlaces
 from tilth.surface.spline import LocalCubicSpline
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.arrays import Floats, Integers
 from tilth.errors import NOT_GIVEN, BadInput
-from tilth.geometry.protocol import Facets, Floats, Integers
+from tilth.geometry.protocol import Facets
 
 # Corners nearer than this, as a fraction of the largest extent or coordinate, are the same: the
 # precision of a binary file.

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tilth.arrays import Floats
+
 from ..errors import BadInput
 from .files import write_durably
-from .snapshot import FloatArray
 
 FIRST_COLUMNS = ("step", "time", "iterations")
 
@@ -66,7 +67,7 @@ class HistoryWriter:
         self._file.close()
 
 
-def read_history(path: Path | str) -> dict[str, FloatArray]:
+def read_history(path: Path | str) -> dict[str, Floats]:
     """All columns by heading (``name [unit]``), each of shape (rows,); the first is ``step``."""
     path = Path(path)
     lines = _complete_lines(path)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from tilth.arrays import Floats, Integers
 
 
 @dataclass(frozen=True)
@@ -38,9 +37,9 @@ class SurfaceShape:
     """
 
     name: str
-    position: FloatArray
+    position: Floats
     """Place of the vertices [length], shape (n, dim)."""
-    cells: IntArray
+    cells: Integers
     """Rows of ``position``: in 2D the segments of polylines, shape (m, 2), in order along the curve
     with the soil on their left; in 3D triangles, shape (m, 3), whose normals by the right-hand rule
     point into the soil."""
@@ -49,7 +48,7 @@ class SurfaceShape:
     ``arc_length`` [length], shape (n,)."""
 
     @property
-    def polylines(self) -> list[IntArray]:
+    def polylines(self) -> list[Integers]:
         """Vertices along each chain of a surface in 2D; a closed one ends with its first vertex."""
         if len(self.cells) == 0:
             return []
@@ -74,9 +73,9 @@ class Snapshot:
     """Number of the load step that was completed; 0 is the initial state."""
     time: float
     """Time of the schedule (argument of the load factor)."""
-    position: FloatArray
+    position: Floats
     """Current place of the points [length], shape (n, dim)."""
-    body_id: IntArray
+    body_id: Integers
     """Number of the body each point belongs to, shape (n,)."""
     point_fields: Mapping[str, NDArray[Any]]
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
@@ -84,9 +83,9 @@ class Snapshot:
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
     of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], seen from
     the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-]."""
-    node_position: FloatArray
+    node_position: Floats
     """Place of the active nodes [length], shape (m, dim)."""
-    cells: IntArray
+    cells: Integers
     """Rows of ``node_position`` that span each active cell, shape (c, 2**dim), in the order of
     VTK's quadrilateral (2D) or hexahedron (3D)."""
     node_fields: Mapping[str, NDArray[Any]] = field(default_factory=dict)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.arrays import Floats
+
 from ..output.history import FIRST_COLUMNS
-from ..output.snapshot import FloatArray
 from .fields import with_unit
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 LINE = "#1d3557"
 
 
-def draw_curves(history: Mapping[str, FloatArray], time_unit: str) -> Figure | None:
+def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
     """Every tracked quantity against time; None where nothing was tracked."""
     from matplotlib.figure import Figure
 
@@ -49,7 +50,7 @@ def draw_curves(history: Mapping[str, FloatArray], time_unit: str) -> Figure | N
 
 
 def draw_newton(
-    steps: FloatArray, iterations: FloatArray, residuals: Sequence[float], last_step: int
+    steps: Floats, iterations: Floats, residuals: Sequence[float], last_step: int
 ) -> Figure:
     """Iterations of every step, shape (rows,), and the residuals of the last step."""
     from matplotlib.figure import Figure

@@ -5,23 +5,24 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.arrays import Floats, Integers
+
 from ..corners import corner_signs
-from ..output.snapshot import FloatArray, IntArray
 
 
-def corners_of_boxes(half_lengths: FloatArray) -> FloatArray:
+def corners_of_boxes(half_lengths: Floats) -> Floats:
     """Corners of boxes with these half lengths, shape (n, dim) -> (n, 2**dim, dim)."""
     return corner_signs(half_lengths.shape[1]) * half_lengths[:, None, :]
 
 
-def outlines(position: FloatArray, corners: FloatArray) -> FloatArray:
+def outlines(position: Floats, corners: Floats) -> Floats:
     """Places of the corners of plane domains along their outline, shape (n, 4, 2)."""
     return position[:, None, :] + corners[:, [0, 1, 3, 2]]
 
 
 def sides_towards(
-    position: FloatArray, corners: FloatArray, viewer: FloatArray
-) -> tuple[FloatArray, FloatArray, IntArray]:
+    position: Floats, corners: Floats, viewer: Floats
+) -> tuple[Floats, Floats, Integers]:
     """The sides of domains in space that face the viewer, domain by domain.
 
     ``viewer`` is the direction to the viewer, shape (3,). Returns places of the sides' corners,
@@ -38,7 +39,7 @@ def sides_towards(
     return places, normals[number, side], number
 
 
-def _normal(side: FloatArray) -> FloatArray:
+def _normal(side: Floats) -> Floats:
     """Unit normals of sides (n, 4, 3), right-handed with the order of their corners, (n, 3)."""
     across = np.cross(side[:, 2] - side[:, 0], side[:, 3] - side[:, 1])
     return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))

@@ -7,14 +7,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from tilth.arrays import Floats
+
 from ..errors import BadInput
-from ..output.snapshot import FloatArray, Snapshot
+from ..output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 AXES = ("x", "y", "z")
 
 
-def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tuple[FloatArray, str]:
+def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tuple[Floats, str]:
     """Values of a point field, shape (n,), and its full name with the unit.
 
     ``name`` is a field, or a field and a component: ``displacement`` (its magnitude),
@@ -50,7 +52,7 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _component(values: FloatArray, component: str) -> FloatArray | None:
+def _component(values: Floats, component: str) -> Floats | None:
     """One number per point; None where the field has no such component."""
     if values.ndim == 1:
         return values if component == "" else None

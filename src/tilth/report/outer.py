@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..output.snapshot import FloatArray, IntArray
+from tilth.arrays import Floats, Integers
 
 _SAME_PLACE = 0.5
 """Sides are shared if their centres are closer than this share of their distance to the point."""
 
 
-def free_sides(position: FloatArray, corners: FloatArray) -> IntArray:
+def free_sides(position: Floats, corners: Floats) -> Integers:
     """Numbers of the points with a side that is not shared with another point's domain, (k,).
 
     ``position`` has the shape (n, 3), ``corners`` of the domains, x fastest and seen from the
@@ -28,7 +28,7 @@ def free_sides(position: FloatArray, corners: FloatArray) -> IntArray:
     return np.flatnonzero(free.any(axis=1)).astype(np.int64)
 
 
-def outer_points(position: FloatArray, half_lengths: FloatArray | None) -> IntArray:
+def outer_points(position: Floats, half_lengths: Floats | None) -> Integers:
     """Numbers of the points with a free side, shape (k,).
 
     The points, shape (n, 3), are sorted into boxes as large as a point's domain (``half_lengths``,

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..output.snapshot import FloatArray, Snapshot
+from tilth.arrays import Floats
+
+from ..output.snapshot import Snapshot
 from .domains import corners_of_boxes, outlines
 from .fields import field_values, with_unit
 from .space import draw_space
@@ -103,7 +105,7 @@ def draw_frames(
     return figure
 
 
-def _colours(values: Sequence[FloatArray]) -> ScalarMappable:
+def _colours(values: Sequence[Floats]) -> ScalarMappable:
     """One scale for all frames: diverging about zero where the values really have both signs."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -119,9 +121,7 @@ def _colours(values: Sequence[FloatArray]) -> ScalarMappable:
     return ScalarMappable(Normalize(low, high), "viridis")
 
 
-def _extent(
-    snapshots: Sequence[Snapshot], places: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
+def _extent(snapshots: Sequence[Snapshot], places: Sequence[Floats]) -> tuple[Floats, Floats]:
     """Corners that hold all frames and ``places``, each (n, dim), with a small margin."""
     corners = list(places)
     for snapshot in snapshots:
@@ -143,8 +143,8 @@ def _arrangement(count: int, ratio: float) -> tuple[int, int]:
 
 def _set_axes(
     axes: Axes,
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     stretch: float,
     unit: str,
     axisymmetric: bool,
@@ -160,9 +160,7 @@ def _set_axes(
     axes.set_facecolor("0.97")
 
 
-def _draw_plane(
-    axes: Axes, snapshot: Snapshot, values: FloatArray, colours: ScalarMappable
-) -> None:
+def _draw_plane(axes: Axes, snapshot: Snapshot, values: Floats, colours: ScalarMappable) -> None:
     """Filled domains; dots of the points' spacing where there are none or too many."""
     from matplotlib.collections import EllipseCollection, PolyCollection
 

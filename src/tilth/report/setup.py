@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..output.snapshot import FloatArray
+from tilth.arrays import Floats
+
 from .setup_data import Condition, Load, Setup, Surface
 from .setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from .surface_view import LINE_STYLES, LINE_WIDTH
@@ -65,7 +66,7 @@ def draw_setup(setup: Setup) -> Figure:
     return figure
 
 
-def _draw_elongated(setup: Setup, lower: FloatArray, upper: FloatArray, notes: list[str]) -> Figure:
+def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) -> Figure:
     """The whole and its two ends enlarged, everything to scale."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..output.snapshot import FloatArray
+from tilth.arrays import Floats
+
 from .setup_data import Setup
 from .setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
 from .space import draw_space
@@ -48,7 +49,7 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     return figure
 
 
-def _draw_surfaces(axes: Any, setup: Setup, lower: FloatArray, upper: FloatArray) -> None:
+def _draw_surfaces(axes: Any, setup: Setup, lower: Floats, upper: Floats) -> None:
     """What lies between two corners of the space, so pale that the soil is seen through it."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray, IntArray, SurfaceShape
+from tilth.arrays import Floats, Integers
+
+from ..output.snapshot import SurfaceShape
 from .surface_lines import clip_segments, clip_triangles, moved_corners
 
 _NEAR = 0.08
@@ -23,11 +25,11 @@ class Condition:
     name: str
     kind: str
     """roller, fixed, prescribed or affine"""
-    position: FloatArray
+    position: Floats
     """Places of the nodes [length], shape (k, dim)."""
     constrained: NDArray[np.bool_]
     """Which components are prescribed, shape (k, dim)."""
-    displacement: FloatArray | None = None
+    displacement: Floats | None = None
     """Prescribed displacement at the end [length], shape (k, dim); None for zero."""
 
 
@@ -36,8 +38,8 @@ class Load:
     """Forces on k places, shapes (k, dim)."""
 
     name: str
-    position: FloatArray
-    force: FloatArray
+    position: Floats
+    force: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +49,16 @@ class Surface:
     name: str
     kind: str
     """roller, fixed, tangential or direction"""
-    corner: FloatArray
+    corner: Floats
     """Segments in 2D, triangles in 3D [length], shape (n, dim, dim): facet, corner, coordinate."""
-    normal: FloatArray
+    normal: Floats
     """Unit normals into the soil, shape (n, dim)."""
-    displacement: FloatArray | None = None
+    displacement: Floats | None = None
     """Displacement of the facets' centres at the end [length], (n, dim); None for zero."""
     bounded: bool = False
     """Of finite size, so that it is seen whole where it is not larger than the soil."""
 
-    def places(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    def places(self, lower: Floats, upper: Floats) -> Floats:
         """Corners of what lies between two corners of the space at start and end; (k, dim)."""
         corners = [self.corner]
         if self.displacement is not None:
@@ -78,28 +80,28 @@ class Setup:
     title: str
     dim: int
     length_unit: str
-    position: FloatArray
+    position: Floats
     """Points [length], shape (n, dim)."""
-    half_lengths: FloatArray | None
+    half_lengths: Floats | None
     """Half lengths of the points' domains [length], shape (n, dim), or None."""
-    body_id: IntArray
+    body_id: Integers
     """Body of each point, shape (n,)."""
     body_names: Sequence[str]
-    cell_size: FloatArray
+    cell_size: Floats
     """Shape (dim,)."""
-    origin: FloatArray
+    origin: Floats
     """A node of the grid, shape (dim,)."""
     conditions: Sequence[Condition] = field(default_factory=tuple)
     loads: Sequence[Load] = field(default_factory=tuple)
     surfaces: Sequence[Surface] = ()
     tracked: Sequence[SurfaceShape] = ()
     """Surfaces of bodies that are tracked."""
-    body_force: FloatArray | None = None
+    body_force: Floats | None = None
     """Acceleration at factor 1, shape (dim,), or None."""
     force_unit: str = ""
     kind: str = ""
     """Kind of analysis: plane_strain, axisymmetric or 3d; names the axes."""
-    corners: FloatArray | None = None
+    corners: Floats | None = None
     """Corners of the domains [length], seen from the points, x fastest, shape (n, 2**dim, dim);
     None where domains are boxes with the half lengths."""
     warnings: Sequence[str] = ()
@@ -110,7 +112,7 @@ class Setup:
         """Names of the axes; r instead of x in axisymmetry."""
         return ("r" if self.kind == "axisymmetric" else "x", "y", "z")
 
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
+    def bounds(self) -> tuple[Floats, Floats]:
         """Corners of what must be seen: soil, conditions and about one cell around them.
 
         Of surfaces, which may reach far away, what is near everything else is seen.
@@ -125,7 +127,7 @@ class Setup:
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         longest = float((upper - lower).max())
         near = np.maximum(0.5 * self.cell_size, _NEAR * longest)
-        around: list[FloatArray] = []
+        around: list[Floats] = []
         for surface in self.surfaces:
             seen = surface.places(lower - longest, upper + longest)
             small = len(seen) > 0 and float(np.ptp(seen, axis=0).max()) <= longest

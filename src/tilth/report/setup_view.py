@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray, IntArray
+from tilth.arrays import Floats, Integers
+
 from .domains import corners_of_boxes, outlines, sides_towards
 from .fields import with_unit
 from .setup_data import Condition, Setup
@@ -33,8 +34,8 @@ def draw_view(
     axes: Axes,
     setup: Setup,
     plane: tuple[int, int],
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     notes: list[str],
     symbols: bool = True,
 ) -> None:
@@ -75,7 +76,7 @@ def draw_view(
         arrows(axes, position[keep], force[keep], LOAD_COLOUR, pivot="tip")
 
 
-def inside(position: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
+def inside(position: Floats, lower: Floats, upper: Floats) -> NDArray[np.bool_]:
     """Which places, shape (k, dim), lie between the corners, shape (k,)."""
     return np.asarray(np.all((position >= lower) & (position <= upper), axis=1))
 
@@ -84,8 +85,8 @@ def _draw_grid(
     axes: Axes,
     setup: Setup,
     chosen: list[int],
-    low: FloatArray,
-    high: FloatArray,
+    low: Floats,
+    high: Floats,
     notes: list[str],
 ) -> None:
     from matplotlib.collections import LineCollection
@@ -110,8 +111,8 @@ def _draw_bodies(
     axes: Axes,
     setup: Setup,
     chosen: list[int],
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     notes: list[str],
 ) -> None:
     """Filled domains, with the points on top where these are large enough to be told apart."""
@@ -175,7 +176,7 @@ def _draw_bodies(
     )
 
 
-def _sides(setup: Setup, seen: IntArray, chosen: list[int]) -> tuple[FloatArray, IntArray]:
+def _sides(setup: Setup, seen: Integers, chosen: list[int]) -> tuple[Floats, Integers]:
     """Outlines of the sides of domains in space that are seen, the farthest first, and bodies."""
     assert setup.corners is not None
     right, up = np.eye(3)[chosen]
@@ -185,9 +186,7 @@ def _sides(setup: Setup, seen: IntArray, chosen: list[int]) -> tuple[FloatArray,
     return sides[..., chosen], setup.body_id[seen[number]]
 
 
-def _patches(
-    place: FloatArray, half: FloatArray, body: IntArray
-) -> tuple[FloatArray, FloatArray, IntArray]:
+def _patches(place: Floats, half: Floats, body: Integers) -> tuple[Floats, Floats, Integers]:
     """Few rectangles that cover the domains of many points: centres, half sides and bodies."""
     least = (place - half).min(axis=0)
     extent = (place + half).max(axis=0) - least
@@ -199,7 +198,7 @@ def _patches(
 
 
 def _draw_body_force(
-    axes: Axes, setup: Setup, chosen: list[int], lower: FloatArray, upper: FloatArray
+    axes: Axes, setup: Setup, chosen: list[int], lower: Floats, upper: Floats
 ) -> None:
     """An arrow at the middle of what is seen of each body, unless it is seen end on."""
     if setup.body_force is None or not np.any(setup.body_force[chosen]):
@@ -215,9 +214,9 @@ def _draw_condition(
     axes: Axes,
     condition: Condition,
     chosen: list[int],
-    lower: FloatArray,
-    upper: FloatArray,
-    middle: FloatArray,
+    lower: Floats,
+    upper: Floats,
+    middle: Floats,
     colour: str,
     notes: list[str],
 ) -> None:
@@ -262,7 +261,7 @@ def _draw_condition(
         )
 
 
-def _outward(nodes: FloatArray, mask: NDArray[np.bool_], middle: FloatArray) -> tuple[int, int]:
+def _outward(nodes: Floats, mask: NDArray[np.bool_], middle: Floats) -> tuple[int, int]:
     """Axis and sign of the side on which the symbols of a group of nodes are drawn."""
     if np.count_nonzero(mask) == 1:
         axis = int(np.flatnonzero(mask)[0])

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..output.snapshot import FloatArray
+from tilth.arrays import Floats
+
 from .domains import corners_of_boxes, sides_towards
 from .fields import with_unit
 from .outer import free_sides, outer_points
@@ -25,14 +26,14 @@ _ZOOM = 0.82
 
 def draw_space(
     axes: Any,
-    position: FloatArray,
-    half_lengths: FloatArray | None,
-    colours: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
+    position: Floats,
+    half_lengths: Floats | None,
+    colours: Floats,
+    lower: Floats,
+    upper: Floats,
     unit: str,
     thinnest: float,
-    corners: FloatArray | None = None,
+    corners: Floats | None = None,
 ) -> None:
     """Draw what is seen of a body from outside, from the front and a little above.
 
@@ -75,7 +76,7 @@ def draw_space(
     )
 
 
-def marker_area(diameter: FloatArray, shown: FloatArray, inches: float) -> float:
+def marker_area(diameter: Floats, shown: Floats, inches: float) -> float:
     """Area in square points of a marker that covers a domain with sides ``diameter``, shape (3,).
 
     ``shown`` are the sides of the space, shape (3,), that a panel ``inches`` wide shows.
@@ -91,7 +92,7 @@ def _inches(axes: Any) -> float:
     return float(min(box.width * figure[0], box.height * figure[1]))
 
 
-def _draw_sides(axes: Any, position: FloatArray, corners: FloatArray, colours: FloatArray) -> None:
+def _draw_sides(axes: Any, position: Floats, corners: Floats, colours: Floats) -> None:
     """The sides of each domain that face the viewer, shaded by their direction."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 

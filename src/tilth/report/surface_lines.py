@@ -4,11 +4,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray, IntArray
-
-Mask = NDArray[np.bool_]
+from tilth.arrays import Flags, Floats, Integers
 
 _EDGE_ON = 0.005
 """Largest part of a facet's normal along the line of sight with which it is seen as a line."""
@@ -16,9 +13,7 @@ _CREASE = 0.8
 """Cosine of the angle between normals below which the edge between two facets is drawn."""
 
 
-def clip_segments(
-    segment: FloatArray, lower: FloatArray, upper: FloatArray
-) -> tuple[FloatArray, IntArray]:
+def clip_segments(segment: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Integers]:
     """Parts of segments, shape (n, 2, dim), between two corners of the space, shape (dim,).
 
     Returns the m parts, shape (m, 2, dim), and the segments they belong to, shape (m,).
@@ -36,16 +31,14 @@ def clip_segments(
     return start[seen, None, :] + part * step[seen, None, :], seen
 
 
-def clip_triangles(
-    corner: FloatArray, lower: FloatArray, upper: FloatArray
-) -> tuple[list[FloatArray], IntArray]:
+def clip_triangles(corner: Floats, lower: Floats, upper: Floats) -> tuple[list[Floats], Integers]:
     """Parts of triangles, shape (n, 3, 3), between two corners of the space, shape (3,).
 
     Returns the m parts, polygons of shape (k, 3), and the triangles they belong to, shape (m,).
     """
     near = np.all((corner.max(axis=1) >= lower) & (corner.min(axis=1) <= upper), axis=1)
     within = np.all((corner >= lower) & (corner <= upper), axis=(1, 2))
-    parts: list[FloatArray] = []
+    parts: list[Floats] = []
     seen: list[int] = []
     for index in np.flatnonzero(near):
         polygon = corner[index]
@@ -59,9 +52,9 @@ def clip_triangles(
     return parts, np.array(seen, dtype=np.int64)
 
 
-def _cut(polygon: FloatArray, height: FloatArray) -> FloatArray:
+def _cut(polygon: Floats, height: Floats) -> Floats:
     """The part of a convex polygon, shape (k, 3), where ``height``, shape (k,), is not negative."""
-    kept: list[FloatArray] = []
+    kept: list[Floats] = []
     for k in range(len(polygon)):
         following = (k + 1) % len(polygon)
         if height[k] >= 0.0:
@@ -72,7 +65,7 @@ def _cut(polygon: FloatArray, height: FloatArray) -> FloatArray:
     return np.array(kept).reshape(-1, 3)
 
 
-def moved_corners(corner: FloatArray, displacement: FloatArray) -> FloatArray:
+def moved_corners(corner: Floats, displacement: Floats) -> Floats:
     """Corners, shape (n, dim, dim), after the displacements of the facets' centres, (n, dim).
 
     A motion that is linear in the place, as translation, rotation and change of radius are, is
@@ -89,21 +82,19 @@ def moved_corners(corner: FloatArray, displacement: FloatArray) -> FloatArray:
     total = np.zeros((int(vertex.max()) + 1, corner.shape[2]))
     np.add.at(total, vertex, rest[:, None, :])
     average = total / np.bincount(vertex.reshape(-1))[:, None]
-    moved: FloatArray = corner + mean + (corner - middle) / size @ gradient + average[vertex]
+    moved: Floats = corner + mean + (corner - middle) / size @ gradient + average[vertex]
     return moved
 
 
-def _shared(corner: FloatArray, tolerance: float) -> IntArray:
+def _shared(corner: Floats, tolerance: float) -> Integers:
     """Number of the place at each corner, shape (n, k) for corners of shape (n, k, dim)."""
     # The offset keeps round numbers away from where rounding jumps.
     whole = np.round(corner.reshape(-1, corner.shape[2]) / tolerance + 0.123)
-    number: IntArray = np.unique(whole, axis=0, return_inverse=True)[1]
+    number: Integers = np.unique(whole, axis=0, return_inverse=True)[1]
     return number.reshape(corner.shape[:2])
 
 
-def seen_edge_on(
-    corner: FloatArray, normal: FloatArray, chosen: list[int]
-) -> tuple[FloatArray, FloatArray, Mask]:
+def seen_edge_on(corner: Floats, normal: Floats, chosen: list[int]) -> tuple[Floats, Floats, Flags]:
     """Edges of triangles that are drawn in the view of two axes.
 
     These are the outline, the border, the creases, and facets seen edge on. Returns the m edges in
@@ -139,7 +130,7 @@ def seen_edge_on(
     return place[first[drawn]], along[drawn], edge_on[drawn]
 
 
-def join_collinear(segment: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+def join_collinear(segment: Floats, normal: Floats) -> tuple[Floats, Floats]:
     """Segments of one view, shapes (n, 2, 2) and (n, 2), where those upon each other are one."""
     if len(segment) == 0:
         return segment, normal
@@ -148,8 +139,8 @@ def join_collinear(segment: FloatArray, normal: FloatArray) -> tuple[FloatArray,
     height = np.einsum("ij,ij->i", segment.mean(axis=1), normal)
     key = np.round(np.column_stack([normal, height / size]) * 1e4 + 0.123)
     group = np.unique(key, axis=0, return_inverse=True)[1].reshape(-1)
-    joined: list[FloatArray] = []
-    normals: list[FloatArray] = []
+    joined: list[Floats] = []
+    normals: list[Floats] = []
     for line in range(int(group.max()) + 1):
         own = np.flatnonzero(group == line)
         n, t, h = normal[own[0]], tangent[own[0]], height[own[0]]
@@ -159,7 +150,7 @@ def join_collinear(segment: FloatArray, normal: FloatArray) -> tuple[FloatArray,
     return np.array(joined).reshape(-1, 2, 2), np.array(normals).reshape(-1, 2)
 
 
-def _union(span: FloatArray, tolerance: float) -> list[list[float]]:
+def _union(span: Floats, tolerance: float) -> list[list[float]]:
     """Intervals, shape (n, 2), where those that touch are one and points are left out."""
     result: list[list[float]] = []
     for low, high in span[np.argsort(span[:, 0])]:
@@ -172,14 +163,14 @@ def _union(span: FloatArray, tolerance: float) -> list[list[float]]:
     return result
 
 
-def oriented(segment: FloatArray, normal: FloatArray) -> FloatArray:
+def oriented(segment: Floats, normal: Floats) -> Floats:
     """Segments, shape (n, 2, 2), turned so that their normals, shape (n, 2), point to the left."""
     step = segment[:, 1] - segment[:, 0]
     wrong = normal[:, 1] * step[:, 0] - normal[:, 0] * step[:, 1] < 0.0
     return np.where(wrong[:, None, None], segment[:, ::-1], segment)
 
 
-def chains(segment: FloatArray) -> list[IntArray]:
+def chains(segment: Floats) -> list[Integers]:
     """Segments, shape (n, 2, 2), of which each begins where the one before it ends, in order."""
     if len(segment) == 0:
         return []
@@ -205,7 +196,7 @@ def chains(segment: FloatArray) -> list[IntArray]:
     return result
 
 
-def polyline(segment: FloatArray, chain: IntArray) -> FloatArray:
+def polyline(segment: Floats, chain: Integers) -> Floats:
     """Places, shape (k, 2), along one of :func:`chains`; ends that differ a little are averaged."""
     own = segment[chain]
     inner = 0.5 * (own[:-1, 1] + own[1:, 0])

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..output.snapshot import FloatArray, IntArray
+from tilth.arrays import Floats, Integers
+
 from .setup_data import Surface
 from .surface_lines import (
     chains,
@@ -38,8 +39,8 @@ def draw_surface(
     axes: Axes,
     surface: Surface,
     chosen: list[int],
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     colour: str,
     symbols: bool = True,
 ) -> None:
@@ -73,8 +74,8 @@ def _draw_faces(
     axes: Axes,
     surface: Surface,
     chosen: list[int],
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     stroke: float,
     colour: str,
     symbols: bool,
@@ -103,8 +104,8 @@ def _draw_faces(
 def _draw_rigid(
     axes: Axes,
     kind: str,
-    segment: FloatArray,
-    normal: FloatArray,
+    segment: Floats,
+    normal: Floats,
     stroke: float,
     colour: str,
     symbols: bool,
@@ -172,9 +173,7 @@ _ROLLER = [
 ]
 
 
-def _sites(
-    segment: FloatArray, normal: FloatArray, spacing: float
-) -> tuple[FloatArray, FloatArray]:
+def _sites(segment: Floats, normal: Floats, spacing: float) -> tuple[Floats, Floats]:
     """Places at equal distances along a chain of segments, and the normals there; shapes (k, 2)."""
     length = np.linalg.norm(segment[:, 1] - segment[:, 0], axis=1)
     ends = np.concatenate([[0.0], np.cumsum(length)])
@@ -185,7 +184,7 @@ def _sites(
     return segment[own, 0] + part[:, None] * (segment[own, 1] - segment[own, 0]), normal[own]
 
 
-def _crosses(strokes: FloatArray, segment: FloatArray) -> FloatArray:
+def _crosses(strokes: Floats, segment: Floats) -> Floats:
     """Which strokes, shape (k, s, 2, 2), cross one of the lines, shape (n, 2, 2)."""
     start, step = strokes[..., 0, :], strokes[..., 1, :] - strokes[..., 0, :]
     result = np.zeros(start.shape[:2], dtype=bool)
@@ -202,7 +201,7 @@ def _crosses(strokes: FloatArray, segment: FloatArray) -> FloatArray:
     return result
 
 
-def _draw_ghost(axes: Axes, segment: FloatArray, normal: FloatArray, colour: str) -> None:
+def _draw_ghost(axes: Axes, segment: Floats, normal: Floats, colour: str) -> None:
     """Dashed lines, shape (n, 2, 2), with the normals (n, 2)."""
     segment = oriented(segment, normal)
     for chain in chains(segment):
@@ -213,8 +212,8 @@ def _draw_motion(
     axes: Axes,
     surface: Surface,
     chosen: list[int],
-    lower: FloatArray,
-    upper: FloatArray,
+    lower: Floats,
+    upper: Floats,
     colour: str,
 ) -> None:
     """A few arrows of the displacement at the centres of facets."""
@@ -234,17 +233,17 @@ def _draw_motion(
         arrows(axes, centre[pick[long]][:, chosen], shown[long], colour, pivot="tail")
 
 
-def _spread(place: FloatArray) -> IntArray:
+def _spread(place: Floats) -> Integers:
     """Few of many places of a view, shape (n, 2), that lie all over it."""
     low, extent = place.min(axis=0), np.ptp(place, axis=0)
     part = np.array([1.0, 3.0, 5.0]) / 6.0
     wanted = low + extent * np.stack(np.meshgrid(part, part), axis=-1).reshape(-1, 2)
     distance = np.linalg.norm(place[:, None, :] - wanted, axis=2)
-    picked: IntArray = np.unique(distance.argmin(axis=0))
+    picked: Integers = np.unique(distance.argmin(axis=0))
     return picked
 
 
-def _anticlockwise(polygon: FloatArray) -> FloatArray:
+def _anticlockwise(polygon: Floats) -> Floats:
     """Corners of a polygon of a view, shape (k, 2), in that order, the first again at the end."""
     x, y = (polygon - polygon[0]).T
     area = float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
@@ -252,20 +251,20 @@ def _anticlockwise(polygon: FloatArray) -> FloatArray:
     return np.concatenate([turned, turned[:1]])
 
 
-def _normals(corner: FloatArray, surface: Surface) -> FloatArray:
+def _normals(corner: Floats, surface: Surface) -> Floats:
     """Unit normals of moved triangles, shape (n, 3), on the side of the soil."""
 
-    def cross(c: FloatArray) -> FloatArray:
-        product: FloatArray = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
+    def cross(c: Floats) -> Floats:
+        product: Floats = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
         return product
 
     sign = np.sign(np.einsum("ij,ij->i", cross(surface.corner), surface.normal))
     vector = cross(corner) * sign[:, None]
-    unit: FloatArray = vector / np.maximum(np.linalg.norm(vector, axis=1), 1e-300)[:, None]
+    unit: Floats = vector / np.maximum(np.linalg.norm(vector, axis=1), 1e-300)[:, None]
     return unit
 
 
-def _across(segment: FloatArray) -> FloatArray:
+def _across(segment: Floats) -> Floats:
     """Unit vectors across lines of one view, shape (n, 2); the same for collinear ones."""
     step = segment[:, 1] - segment[:, 0]
     vector = np.column_stack([-step[:, 1], step[:, 0]])
@@ -274,5 +273,5 @@ def _across(segment: FloatArray) -> FloatArray:
         (np.abs(vector[:, 1]) <= 1e-9 * length) & (vector[:, 0] < 0.0)
     )
     scale = np.where(down, -1.0, 1.0) / np.maximum(length, 1e-300)
-    unit: FloatArray = scale[:, None] * vector
+    unit: Floats = scale[:, None] * vector
     return unit

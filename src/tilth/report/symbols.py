@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..output.snapshot import FloatArray
+from tilth.arrays import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +64,7 @@ def hatching() -> Path:
     return Path.make_compound_path(*strokes, frame)
 
 
-def arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, pivot: str) -> None:
+def arrows(axes: Axes, position: Floats, vectors: Floats, colour: str, pivot: str) -> None:
     """Arrows of at most 0.45 inch; ``pivot`` is the part at the places: tip, tail or middle."""
     longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     if longest == 0.0:
@@ -91,7 +91,7 @@ def arrows(axes: Axes, position: FloatArray, vectors: FloatArray, colour: str, p
     )
 
 
-def _turn(vertices: FloatArray, axis: int, sign: int) -> FloatArray:
+def _turn(vertices: Floats, axis: int, sign: int) -> Floats:
     """Turn a shape that hangs below the origin to the side (axis, sign)."""
     x, y = vertices[:, 0], vertices[:, 1]
     if axis == 1:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..output.snapshot import FloatArray, IntArray, Snapshot, SurfaceShape
+from tilth.arrays import Floats, Integers
+
+from ..output.snapshot import Snapshot, SurfaceShape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +35,7 @@ def colour_of(number: int) -> str:
     return TRACKED_COLOURS[number % len(TRACKED_COLOURS)]
 
 
-def tracked_places(snapshots: Sequence[Snapshot]) -> list[FloatArray]:
+def tracked_places(snapshots: Sequence[Snapshot]) -> list[Floats]:
     """Vertices of all tracked surfaces, those that have any, shapes (n, dim)."""
     shapes = [shape for snapshot in snapshots for shape in snapshot.surfaces]
     return [shape.position for shape in shapes if len(shape.position)]
@@ -145,7 +147,7 @@ def _draw_lines(axes: Axes, shape: SurfaceShape, **style: Any) -> None:
         axes.plot(*shape.position[line].T, solid_capstyle="round", solid_joinstyle="round", **style)
 
 
-def _faces_viewer(axes: Any, corner: FloatArray) -> NDArray[np.bool_]:
+def _faces_viewer(axes: Any, corner: Floats) -> NDArray[np.bool_]:
     """Which triangles, shape (n, 3, 3), are seen from outside the soil; shape (n,)."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
 
@@ -156,7 +158,7 @@ def _faces_viewer(axes: Any, corner: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0.0)
 
 
-def _edges(position: FloatArray, cells: IntArray) -> tuple[IntArray, NDArray[np.bool_]]:
+def _edges(position: Floats, cells: Integers) -> tuple[Integers, NDArray[np.bool_]]:
     """Edges of triangles, shape (m, 3), as pairs of vertices, shape (k, 2).
 
     The second array says which are strong, shape (k,): edges of one triangle only, and creases.

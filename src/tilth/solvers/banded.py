@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
+from tilth.arrays import Floats
+from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 
 
 class BandedLU:

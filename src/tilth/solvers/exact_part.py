@@ -4,14 +4,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Flags, Floats
 from tilth.grid import ActiveGrid
 from tilth.solvers.protocol import SolveFailed
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 
 class ExactPart:

@@ -11,12 +11,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.solvers.protocol import Solution, SolveFailed
 
-Floats = npt.NDArray[np.float64]
 Operator = Callable[[Floats, Floats], None]
 """Fills its second argument with what it makes of the first."""
 

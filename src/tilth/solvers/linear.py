@@ -7,14 +7,11 @@ from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.protocol import SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
-
-Floats = npt.NDArray[np.float64]
-
 
 MOST_OF_BAND = 64
 """Half the width of a band up to which its LU factors are found sooner than sparse ones."""

@@ -9,12 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid
 from tilth.solvers.exact_part import ExactPart
 from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
 from tilth.solvers.protocol import Solution, SolveFailed
-
-Floats = npt.NDArray[np.float64]
 
 ITERATIONS = 100
 """Iterations after which a direct solver is quicker."""

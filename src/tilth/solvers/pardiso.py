@@ -6,7 +6,8 @@ from __future__ import annotations
 import importlib.util
 from typing import ClassVar
 
-from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
+from tilth.arrays import Floats
+from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 
 REAL_UNSYMMETRIC = 11
 

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Shorts
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
-
-Floats = npt.NDArray[np.float64]
-Shorts = npt.NDArray[np.int32]
 
 
 class SolveFailed(Exception):

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from tilth.solvers.protocol import Floats, Matrix, Solution, SolveFailed, refined
+from tilth.arrays import Floats
+from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 
 
 class SuperLU:

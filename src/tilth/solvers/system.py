@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 class LinearSystem:

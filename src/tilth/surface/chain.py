@@ -8,9 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
+from tilth.arrays import Flags, Floats, Integers
 
 # Neighbours nearer than this many roundings of the largest coordinate are the same point.
 ROUNDINGS = 16.0

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.arrays import Flags, Floats, Integers
 from tilth.errors import BadInput
-from tilth.surface.chain import Chain, Flags, Floats, Integers
+from tilth.surface.chain import Chain
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth import _core
+from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
 from tilth.pattern import Elements, same_starts
 from tilth.place import Place, locate_places, near_soil
-from tilth.surface.chain import Floats
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term

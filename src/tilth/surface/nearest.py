@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.surface.chain import Flags, Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.surface.spline import LocalCubicSpline
 
 # Samples of a segment; between two of them the distance has one minimum.

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.model import Body, Box, Circle, Mesh, Polygon
-from tilth.surface.chain import Chain, Flags, Floats, Integers, sharp_corners
+from tilth.surface.chain import Chain, sharp_corners
 
 # Places with a radius below this, in cells, are on the axis of symmetry.
 ON_AXIS = 1e-9

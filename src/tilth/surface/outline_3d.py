@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.model import Body, Box, Cylinder, Mesh, Sphere
 from tilth.model.shapes import side_signs
-from tilth.surface.chain import Floats, Integers
 from tilth.surface.patches import (
     Patch,
     arc,

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from tilth.surface.chain import Floats, Integers
+from tilth.arrays import Floats, Integers
 from tilth.surface.triangles import Triangles
 
 # Vertices of patches nearer than this, in the shortest edge, are the same one.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.surface.chain import Floats, Integers
+from tilth.arrays import Floats, Integers
 from tilth.surface.spline import LocalCubicSpline, left
 
 # Places nearer to a grid line than this, in cells, lie on it. So a segment along a line or one

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid
 from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints
-from tilth.surface.chain import Floats, Integers
 from tilth.surface.quadrature import SurfaceQuadrature
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tilth.surface.chain import Floats, Integers
+from tilth.arrays import Floats, Integers
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from tilth.surface.chain import Chain, Floats, Integers
+from tilth.arrays import Floats, Integers
+from tilth.surface.chain import Chain
 from tilth.surface.tangents import tangents
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.surface.chain import Floats, Integers
+from tilth.arrays import Floats, Integers
 from tilth.surface.triangles import Triangles
 
 

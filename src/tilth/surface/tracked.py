@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats, Integers
 from tilth.errors import BadInput, StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Body, Model, SurfaceLoad
 from tilth.output.snapshot import SurfaceShape
 from tilth.place import locate_places, near_soil
 from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface, Chain, Flags, Floats, Integers, sharp_corners
+from tilth.surface.chain import BadSurface, Chain, sharp_corners
 from tilth.surface.crossing import find_crossings, require_no_crossing
 from tilth.surface.nearest import NearestPlaces
 from tilth.surface.outline import ON_AXIS, outline

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.errors import BadInput, StepFailed
 from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.problems import unknown_name
 from tilth.output.snapshot import SurfaceShape
 from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface, Floats, Integers
+from tilth.surface.chain import BadSurface
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide

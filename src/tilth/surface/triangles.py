@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tilth.surface.chain import BadSurface, Flags, Floats, Integers, listed
+from tilth.arrays import Flags, Floats, Integers
+from tilth.surface.chain import BadSurface, listed
 
 # A triangle lower than this many roundings of the largest coordinate has no normal.
 ROUNDINGS = 16.0

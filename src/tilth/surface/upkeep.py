@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.surface.chain import Chain, Flags, Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
+from tilth.surface.chain import Chain
 from tilth.surface.spline import LocalCubicSpline
 
 # Points below which a chain keeps those it has: a closed curve needs three, one more is a margin.

@@ -7,14 +7,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, norm
 from tilth.grid import ActiveGrid
 from tilth.terms.protocol import Role, Term
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

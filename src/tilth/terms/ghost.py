@@ -35,12 +35,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.grid import ActiveGrid, find_keys, lattice_keys
 from tilth.pattern import Elements, same_starts
 from tilth.soil import Soil
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 FILL_WITHOUT_PENALTY = 0.5
 """Share of a cell from which on it is not stabilised."""

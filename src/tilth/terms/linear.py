@@ -11,12 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Flags, Floats, Integers
 from tilth.grid import ActiveGrid
 from tilth.pattern import Elements, same_starts
-from tilth.terms.protocol import AssembledTerm, Flags, NodeLists, Term
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from tilth.terms.protocol import AssembledTerm, NodeLists, Term
 
 
 class LinearElements(Protocol):

@@ -6,15 +6,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid
 from tilth.loads import Loads
 from tilth.pattern import Elements
 from tilth.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Role, Term
-
-Floats = npt.NDArray[np.float64]
 
 
 class PointLoads(Term, AssembledTerm):

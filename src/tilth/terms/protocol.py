@@ -18,11 +18,10 @@ from enum import Enum, auto
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Flags, Floats
 from tilth.grid import ActiveGrid
 from tilth.pattern import Elements
 
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 """First entry of each element, shape (elements + 1,), among node numbers, shape (entries,)."""
 

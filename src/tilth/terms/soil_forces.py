@@ -5,15 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
+from tilth.arrays import Flags, Floats
 from tilth.grid import ActiveGrid
 from tilth.pattern import Elements
 from tilth.soil import Soil
-from tilth.terms.protocol import AssembledTerm, Flags, Role, Term
-
-Floats = npt.NDArray[np.float64]
+from tilth.terms.protocol import AssembledTerm, Role, Term
 
 
 class SoilForces(Term):

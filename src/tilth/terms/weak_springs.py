@@ -22,12 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.grid import ActiveGrid
 from tilth.pattern import Elements
 from tilth.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Term
-
-Floats = npt.NDArray[np.float64]
 
 RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""

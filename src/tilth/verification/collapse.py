@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.model import Model
 from tilth.verification.cases import example, varied
@@ -16,8 +17,6 @@ from tilth.verification.comparison import Comparison, absolute, at_least, relati
 from tilth.verification.march import initial_position, march
 from tilth.verification.reference import collapse_by_ample
 from tilth.verification.turned import ALIGNED, aligned, copies
-
-Floats = npt.NDArray[np.float64]
 
 FIGURE = "AMPLE, figure"
 AMPLE = "AMPLE 1.1, run"

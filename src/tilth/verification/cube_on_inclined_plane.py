@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth.model import BodyForce, Box, HenckyElastic, ImplicitBoundary, Model, SphereGeometry
 from tilth.simulation import Simulation, StepResult
@@ -15,8 +14,6 @@ from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import HeldBall, Moduli
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import initial_position, march
-
-Floats = npt.NDArray[np.float64]
 
 BALANCE = "equilibrium"
 BALL = "(a^2 - r^2) b / (2 (lambda + 4 mu))"

@@ -7,13 +7,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import ImplicitBoundary, Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

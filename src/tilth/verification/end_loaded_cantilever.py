@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.loads import nearest_points
 from tilth.model import Model
@@ -18,8 +19,6 @@ from tilth.verification.comparison import Comparison, at_least, relative, vanish
 from tilth.verification.march import march
 from tilth.verification.reference import end_loaded_cantilever
 from tilth.verification.turned import ALIGNED, aligned, copies
-
-Floats = npt.NDArray[np.float64]
 
 LENGTH = 10.0
 TIP = (10.0, 0.5)

@@ -10,15 +10,13 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, vanishing
 from tilth.verification.march import march
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "footing_on_spline"
 RADIUS, CENTRE = 0.5, (0.0, 1.5)

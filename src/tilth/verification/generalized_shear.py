@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.errors import AnalysisFailed
 from tilth.model import AffineBoundary, HenckyElastic, Model, VonMises
@@ -32,8 +32,6 @@ from tilth.verification.homogeneous import (
 )
 from tilth.verification.march import march
 from tilth.verification.rate_form import linear_path, von_mises_response
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "generalized_shear"
 CORNERS = ("cpdi1", "cpdi2")

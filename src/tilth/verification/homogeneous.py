@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from typing import get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import AffineBoundary, Body, Model
 from tilth.model.bodies import DomainUpdate
 from tilth.points import MaterialPoints
 from tilth.verification.cases import varied
 from tilth.verification.closed_forms import components, full_deformation_gradient
-
-Floats = npt.NDArray[np.float64]
 
 
 def with_each_basis(model: Model) -> Iterator[tuple[str, list[Model]]]:

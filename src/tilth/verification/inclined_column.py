@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import BodyForce, Box, Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied, with_basis
@@ -17,8 +17,6 @@ from tilth.verification.comparison import Comparison, at_least, relative, vanish
 from tilth.verification.convergence import log_slope
 from tilth.verification.march import initial_position, march
 from tilth.verification.reference import AMPLE_COLUMN_ERROR
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "inclined_column"
 HEIGHT = 50.0

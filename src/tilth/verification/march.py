@@ -5,16 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
-
+from tilth.arrays import Floats
 from tilth.clock import Clock
 from tilth.errors import AnalysisFailed, StepFailed
 from tilth.model import Model
 from tilth.points import MaterialPoints
 from tilth.simulation import Simulation, StepResult
-
-Floats = npt.NDArray[np.float64]
 
 
 def march(

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import Model, SurfaceLoad
 from tilth.simulation import Simulation, StepResult
 from tilth.surface import Chain, LocalCubicSpline
@@ -19,8 +19,6 @@ from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.comparison import Comparison, absolute, at_least, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "pressure_cantilever"
 LENGTH = 10.0

@@ -11,8 +11,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed
 from tilth.model import HenckyElastic, Model, SurfaceLoad, VonMises
 from tilth.simulation import Simulation, StepResult
@@ -21,8 +21,6 @@ from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import PlasticRing, WidenedCylinder
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import initial_position, march
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "pressurised_ring"
 ELASTIC = "equilibrium of rings of Hencky material"

@@ -14,13 +14,13 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 from scipy.optimize import brentq
 
+from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed
 from tilth.model import VonMises
 from tilth.verification.closed_forms.homogeneous import hencky_strain
 from tilth.verification.closed_forms.moduli import Moduli
 
-FloatArray = npt.NDArray[np.float64]
-Path = Callable[[float], tuple[FloatArray, FloatArray]]
+Path = Callable[[float], tuple[Floats, Floats]]
 """A motion: time to the deformation gradient F and its rate dF/dt, shape (3, 3) each."""
 
 RELATIVE_TOLERANCE = 1e-12
@@ -36,9 +36,9 @@ class Response:
     strain, shape (n,).
     """
 
-    kirchhoff_stress: FloatArray
-    cauchy_stress: FloatArray
-    plastic_strain: FloatArray
+    kirchhoff_stress: Floats
+    cauchy_stress: Floats
+    plastic_strain: Floats
 
 
 def linear_path(end: npt.ArrayLike) -> Path:
@@ -51,7 +51,7 @@ def exponential_path(end: npt.ArrayLike) -> Path:
     """F(t) = exp(t ln F_end), from a 3x3 `end` with a real logarithm."""
     generator = np.real(logm(np.asarray(end, dtype=float)))
 
-    def path(time: float) -> tuple[FloatArray, FloatArray]:
+    def path(time: float) -> tuple[Floats, Floats]:
         gradient = expm(time * generator)
         return gradient, generator @ gradient
 
@@ -98,13 +98,13 @@ class _Body:
     path: Path
     material: VonMises
 
-    def kirchhoff(self, time: float, metric: FloatArray) -> FloatArray:
+    def kirchhoff(self, time: float, metric: Floats) -> Floats:
         strain, moduli = self._elastic_strain(time, metric), Moduli.of(self.material)
-        volumetric: FloatArray = np.trace(strain) * np.eye(3)
+        volumetric: Floats = np.trace(strain) * np.eye(3)
         return moduli.bulk * volumetric + 2.0 * moduli.shear * (strain - volumetric / 3.0)
 
     def onset(
-        self, start: float, end: float, metric: FloatArray, hardening: float, step: float
+        self, start: float, end: float, metric: Floats, hardening: float, step: float
     ) -> float | None:
         """The first time of an elastic stretch at which the yield surface is reached, or None."""
         count = max(2, math.ceil((end - start) / step) + 1)
@@ -121,16 +121,16 @@ class _Body:
         return None
 
     def flow(
-        self, start: float, end: float, metric: FloatArray, hardening: float
-    ) -> tuple[float, FloatArray, float, bool]:
+        self, start: float, end: float, metric: Floats, hardening: float
+    ) -> tuple[float, Floats, float, bool]:
         """Time, G, p where plastic flow stops or `end` is reached, and whether it still flows."""
 
-        def rate(time: float, state: FloatArray) -> FloatArray:
+        def rate(time: float, state: Floats) -> Floats:
             normal, multiplier, gradient = self._rates(time, state[:9].reshape(3, 3))
             mixed = np.linalg.solve(gradient, normal @ gradient) @ state[:9].reshape(3, 3)
             return np.append(-2.0 * multiplier * mixed.ravel(), multiplier)
 
-        def unloading(time: float, state: FloatArray) -> float:
+        def unloading(time: float, state: Floats) -> float:
             return self._rates(time, state[:9].reshape(3, 3))[1]
 
         unloading.terminal, unloading.direction = True, -1.0  # type: ignore[attr-defined]
@@ -148,10 +148,10 @@ class _Body:
         state = solution.y[:, -1]
         return float(solution.t[-1]), state[:9].reshape(3, 3), float(state[9]), solution.status == 0
 
-    def _elastic_strain(self, time: float, metric: FloatArray) -> FloatArray:
+    def _elastic_strain(self, time: float, metric: Floats) -> Floats:
         return hencky_strain(self.path(time)[0] @ np.linalg.cholesky(0.5 * (metric + metric.T)))
 
-    def _excess(self, time: float, metric: FloatArray, hardening: float) -> float:
+    def _excess(self, time: float, metric: Floats, hardening: float) -> float:
         """Mises stress above the current yield stress [stress]."""
         strain = self._elastic_strain(time, metric)
         deviator = strain - np.trace(strain) / 3.0 * np.eye(3)
@@ -159,7 +159,7 @@ class _Body:
         limit = self.material.initial_yield_stress + self.material.hardening_modulus * hardening
         return float(mises - limit)
 
-    def _rates(self, time: float, metric: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    def _rates(self, time: float, metric: Floats) -> tuple[Floats, float, Floats]:
         """Flow direction n, dp/dt (negative: unloading) and F."""
         gradient, gradient_rate = self.path(time)
         strain, shear = self._elastic_strain(time, metric), Moduli.of(self.material).shear

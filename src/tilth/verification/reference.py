@@ -9,9 +9,8 @@ from importlib import resources
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from tilth.arrays import Floats
 
 AMPLE_COLUMN_ERROR: Mapping[int, float] = MappingProxyType(
     {4: 4.1e-2, 8: 1.3e-2, 16: 3.7e-3, 32: 1.05e-3, 64: 4.4e-4, 128: 2.0e-4, 256: 1.0e-4}
@@ -29,16 +28,16 @@ density 80, g 10, height 50 m, 40 steps, 2x2 GIMP points per cell. The measure i
 class CantileverCurve:
     """load_fraction: share of the full load, shape (n,); displacement: x, y [m], shape (n, 2)."""
 
-    load_fraction: FloatArray
-    displacement: FloatArray
+    load_fraction: Floats
+    displacement: Floats
 
 
 @dataclass(frozen=True)
 class CollapsePoints:
     """initial_position, final_position: of the same material points [m], shape (n, 2) each."""
 
-    initial_position: FloatArray
-    final_position: FloatArray
+    initial_position: Floats
+    final_position: Floats
 
 
 def end_loaded_cantilever() -> CantileverCurve:
@@ -55,8 +54,8 @@ def end_loaded_cantilever() -> CantileverCurve:
 class FootingCurve:
     """settlement [m], shape (n,); force: of the half model over Young's modulus [m], shape (n,)."""
 
-    settlement: FloatArray
-    force: FloatArray
+    settlement: Floats
+    force: Floats
 
 
 def rigid_footing_elastic() -> FootingCurve:
@@ -73,8 +72,8 @@ def rigid_footing_elastic() -> FootingCurve:
 class PressureCurve:
     """settlement [m], shape (n,); pressure: over the shear strength [-], shape (n,)."""
 
-    settlement: FloatArray
-    pressure: FloatArray
+    settlement: Floats
+    pressure: Floats
 
 
 def strip_footing(cell_size: float) -> PressureCurve:
@@ -127,9 +126,9 @@ class PressureCantilever:
         outlines: load fraction -> places along the bottom, the end face and the top [m], (m, 2).
     """
 
-    load_fraction: FloatArray
-    displacement: FloatArray
-    outlines: Mapping[float, FloatArray]
+    load_fraction: Floats
+    displacement: Floats
+    outlines: Mapping[float, Floats]
 
 
 def pressure_cantilever(young_modulus: float) -> PressureCantilever:
@@ -146,7 +145,7 @@ def pressure_cantilever(young_modulus: float) -> PressureCantilever:
     return PressureCantilever(table[:, 0], table[:, 1:].reshape(-1, 2, 2), outlines)
 
 
-def _table(name: str) -> FloatArray:
+def _table(name: str) -> Floats:
     """The numbers of a data file, below its comments and the line of column names."""
     return np.loadtxt(_lines(name), delimiter=",", ndmin=2)
 

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.comparison import Comparison, relative, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import FootingCurve, rigid_footing_elastic
-
-FloatArray = npt.NDArray[np.float64]
 
 PROBLEM = "rigid_footing_elastic"
 SOURCE = "body-fitted elements"
@@ -72,7 +70,7 @@ def with_other(basis: str, long: bool) -> Iterator[Comparison]:
 
 
 def worst_of_curve(
-    at: str, settlement: FloatArray, force: FloatArray, exact: FootingCurve, tolerance: float
+    at: str, settlement: Floats, force: Floats, exact: FootingCurve, tolerance: float
 ) -> Comparison:
     """The force where it is farthest from the reference."""
     reference = np.interp(settlement, exact.settlement, exact.force)
@@ -132,7 +130,7 @@ def spread_over_a_cell(model: Model, h: float) -> float:
 
 def press(
     model: Model, h: float, end: float, share: float = 0.0, points: int = 2
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[Floats, Floats, float]:
     """Presses the footing to the settlement `end` on cells of about `h` [m].
 
     share: how far its edge is beyond a grid line, in cells, unless the grid follows it.

@@ -6,14 +6,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative
 from tilth.verification.march import march
-
-FloatArray = npt.NDArray[np.float64]
 
 PROBLEM = "slope"
 SOURCE = "aligned with the grid"
@@ -42,7 +40,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield at_least(quantity, mean[0] / mean[-1], 1.0, 0.0, "falls with the grid")
 
 
-def press(file: str, h: float) -> tuple[FloatArray, FloatArray]:
+def press(file: str, h: float) -> tuple[Floats, Floats]:
     """Presses the footing into the crest on cells of about `h` [m], four points a cell.
 
     Returns the settlements [m] and the loads of the half model [N/m].

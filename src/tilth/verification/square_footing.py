@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import initial_position, march
 from tilth.verification.reference import square_footing
 from tilth.verification.strip_footing import PLATEAU, SETTLEMENT, relative_slope
-
-FloatArray = npt.NDArray[np.float64]
 
 PROBLEM = "square_footing"
 SIDE = 5.0
@@ -50,10 +49,10 @@ class Press:
             to the axis at the start, from the footing down, shape (points,).
     """
 
-    settlement: FloatArray
-    pressure: FloatArray
+    settlement: Floats
+    pressure: Floats
     iterations: npt.NDArray[np.int64]
-    column: FloatArray
+    column: Floats
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -130,13 +129,13 @@ def stress_under_the_footing(f_bar: Press, standard: Press, name: str) -> Iterat
     yield at_least(quantity, without / with_it, 5.0, 0.0, "a chequerboard of pressure")
 
 
-def oscillation(stress: FloatArray) -> float:
+def oscillation(stress: Floats) -> float:
     """RMS of the deviation from the mean of the neighbours over the mean magnitude [-]."""
     deviation = stress[1:-1] - 0.5 * (stress[:-2] + stress[2:])
     return float(np.sqrt((deviation**2).mean()) / np.abs(stress).mean())
 
 
-def turns(stress: FloatArray) -> int:
+def turns(stress: Floats) -> int:
     """How often the slope of the stress changes its sign from point to point."""
     sign = np.sign(np.diff(stress))
     return int((sign[1:] * sign[:-1] < 0.0).sum())

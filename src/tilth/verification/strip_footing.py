@@ -8,16 +8,14 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import BASES, example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import strip_footing
 from tilth.verification.turned import ALIGNED, ANGLE, ANGLES, aligned, off, reactions, turned
-
-FloatArray = npt.NDArray[np.float64]
 
 PROBLEM = "strip_footing"
 LIMIT = 2.0 + np.pi
@@ -88,7 +86,7 @@ def fine_with(basis: str) -> Iterator[Comparison]:
 
 
 def limit_load(
-    at: str, settlement: FloatArray, pressure: FloatArray, tolerance: float
+    at: str, settlement: Floats, pressure: Floats, tolerance: float
 ) -> Iterator[Comparison]:
     """The load at the end against the limit load, and its plateau."""
     yield relative(f"P / c at 2 mm, {at}", pressure[-1], LIMIT, tolerance, "2 + pi")
@@ -96,9 +94,7 @@ def limit_load(
     yield vanishing(f"slope at 2 mm over that at the start, {at}", slope, PLATEAU, "a limit load")
 
 
-def against_elements(
-    settlement: FloatArray, pressure: FloatArray, of: str = ""
-) -> Iterator[Comparison]:
+def against_elements(settlement: Floats, pressure: Floats, of: str = "") -> Iterator[Comparison]:
     """The curve on cells of 0.1 m against elements of the same size, and its worst place."""
     reference = strip_footing(0.1)
     exact = np.interp(settlement, reference.settlement, reference.pressure)
@@ -158,7 +154,7 @@ def edge_in_cell(long: bool) -> Iterator[Comparison]:
     yield vanishing(quantity, rest, 1e-3, "no edge inside a cell")
 
 
-def over_a_cell(h: float, count: int, *, follow: bool = False) -> FloatArray:
+def over_a_cell(h: float, count: int, *, follow: bool = False) -> Floats:
     """Returns P / c at 2 mm for `count` positions of the grid along x, cells of about `h` [m]."""
     edge = {"boundary": "footing", "place": [HALF_WIDTH, 5.0], "axes": ["x"]}
     limits = []
@@ -192,16 +188,14 @@ def towards_the_limit() -> Iterator[Comparison]:
     yield at_least("order from h 0.1, 0.05 and 0.025 m", order, 0.8, 0.0, "first order")
 
 
-def relative_slope(settlement: FloatArray, pressure: FloatArray) -> float:
+def relative_slope(settlement: Floats, pressure: Floats) -> float:
     """Returns the slope over the last quarter of the settlement over that of the first step."""
     end = settlement[-1]
     last = (pressure[-1] - np.interp(0.75 * end, settlement, pressure)) / (0.25 * end)
     return float(last * settlement[0] / pressure[0])
 
 
-def press(
-    file: str, changes: Mapping[str, Any] = MappingProxyType({})
-) -> tuple[FloatArray, FloatArray]:
+def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> tuple[Floats, Floats]:
     """Presses the footing into the clay, a case file with other values at dotted keys.
 
     Returns the settlements [m] and the pressures over the shear strength [-].

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.grid import Buffers, locate
 from tilth.model import Circle, Model, SurfaceLoad
 from tilth.simulation import Simulation, StepResult
@@ -20,8 +20,6 @@ from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, vanishing
 from tilth.verification.march import march
-
-Floats = npt.NDArray[np.float64]
 
 PROBLEM = "submerged_block"
 SOURCE = "Archimedes"

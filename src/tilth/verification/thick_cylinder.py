@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import Box, HenckyElastic, Model, PlaneBoundary
 from tilth.simulation import Simulation, StepResult
 from tilth.verification import widened_cylinder
@@ -18,8 +18,6 @@ from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.closed_forms import ThickCylinder, hencky_cauchy_stress
 from tilth.verification.comparison import Comparison, absolute, relative, vanishing
 from tilth.verification.march import initial_position, march
-
-FloatArray = npt.NDArray[np.float64]
 
 SOURCE = "Lame's closed form"
 UNIFORM = "uniform strain"
@@ -40,8 +38,8 @@ class Outcome:
     stress_error: float
     pressure: float
     exact_pressure: float
-    displacement: FloatArray
-    stress: FloatArray
+    displacement: Floats
+    stress: Floats
 
     @property
     def pressure_error(self) -> float:

@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
 from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
-
-Floats = npt.NDArray[np.float64]
 
 ANGLE = 30.0
 """By which the problems of the files `turned.toml` are turned against those beside them [deg]."""

@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth.model import ImplicitBoundary, Model
 from tilth.simulation import Simulation, StepResult
@@ -18,8 +17,6 @@ from tilth.verification.comparison import Comparison, at_least, relative, vanish
 from tilth.verification.curves import Curve
 from tilth.verification.march import march
 from tilth.verification.turned import ALIGNED, aligned, copies, implicit, off, reactions
-
-FloatArray = npt.NDArray[np.float64]
 
 PROBLEM = "upsetting"
 YIELDED = 0.05

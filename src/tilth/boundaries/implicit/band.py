@@ -17,8 +17,8 @@ from functools import cached_property
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
-from tilth.boundaries.protocol import Floats
 from tilth.terms.linear import Coupling
 
 ALONG = 1.0 - 1e-9

@@ -16,15 +16,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats, Integers
 from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_part
-from tilth.boundaries.protocol import Floats
 from tilth.errors import BadInput
 from tilth.geometry.protocol import QuadraturePoints
 from tilth.geometry.quadrature import SEGMENT, make_quadrature
 from tilth.model import ImplicitBoundary, Model
-
-Integers = npt.NDArray[np.int64]
-
 
 LONG_FACETS = 4.0
 """Length of the facets of a flat boundary at rest, in cells: fewer edges, fewer points."""

@@ -18,17 +18,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
+from tilth.arrays import Floats, Integers
 from tilth.boundaries.implicit.multipliers import Multipliers, held_directions
-from tilth.boundaries.protocol import Floats
 from tilth.place import Place
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit, Pose
-
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

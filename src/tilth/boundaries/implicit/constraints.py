@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth import _core
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.implicit.band import BandConstraint
-from tilth.boundaries.implicit.constraint import ImplicitConstraint, Integers, SurfaceConstraint
+from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import (
     choose_multipliers,
     joined_cells,
     multiplier_coupling,
 )
-from tilth.boundaries.protocol import Flags, Floats
 from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
 from tilth.grid import ActiveGrid

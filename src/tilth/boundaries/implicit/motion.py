@@ -8,7 +8,7 @@ from typing import Protocol, cast
 
 import numpy as np
 
-from tilth.boundaries.protocol import Floats
+from tilth.arrays import Floats
 from tilth.geometry.protocol import Geometry, RoundGeometry
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.fields import AXES

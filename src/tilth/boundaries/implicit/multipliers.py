@@ -22,14 +22,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.boundaries.protocol import Flags, Floats
+from tilth.arrays import Flags, Floats, Integers
 from tilth.grid import ActiveGrid
 from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
-
-Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -13,16 +13,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from tilth.boundaries.protocol import Floats
+from tilth.arrays import Floats, Integers
 from tilth.domains import half_edges
 from tilth.points import MaterialPoints
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
 
-Integers = npt.NDArray[np.int64]
 
 SMALL = 0.02
 """Depth behind a boundary, in cells, that needs no word."""

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic
 from tilth.verification.closed_forms.moduli import Moduli
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class HeldBall:
     body_force: Sequence[float]
     material: HenckyElastic
 
-    def displacement(self, place: npt.ArrayLike) -> FloatArray:
+    def displacement(self, place: npt.ArrayLike) -> Floats:
         """Returns the displacement at places in the ball [length], shape (n, 3)."""
         moduli = Moduli.of(self.material)
         arm = np.asarray(place, dtype=float) - np.asarray(self.centre)
@@ -63,7 +62,7 @@ class PressurisedShell:
     pressure: float
     material: HenckyElastic
 
-    def displacement(self, radius: npt.ArrayLike) -> FloatArray:
+    def displacement(self, radius: npt.ArrayLike) -> Floats:
         """Returns the radial displacement at distances from the centre [length]."""
         moduli, r = Moduli.of(self.material), np.asarray(radius, dtype=float)
         bulk = moduli.lame + 2.0 / 3.0 * moduli.shear

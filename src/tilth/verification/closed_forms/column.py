@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import wrightomega
 
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms.moduli import Moduli
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,33 +56,33 @@ class SelfWeightColumn:
         """Height of the compressed column [length]."""
         return float(self.position(self.height))
 
-    def vertical_stress(self, level: npt.ArrayLike) -> FloatArray:
+    def vertical_stress(self, level: npt.ArrayLike) -> Floats:
         """Cauchy stress sigma_yy [stress], tension positive, at the initial heights `level`."""
         return -self._load(level)
 
-    def lateral_stress(self, level: npt.ArrayLike) -> FloatArray:
+    def lateral_stress(self, level: npt.ArrayLike) -> Floats:
         """Cauchy stress sigma_xx = sigma_zz [stress] at the initial heights `level`."""
         e, moduli = self.compression(level), Moduli.of(self.material)
         mises = 2.0 * moduli.shear * e - 3.0 * moduli.shear * self.plastic_strain(level)
         return np.asarray(-(moduli.bulk * e - mises / 3.0) * np.exp(e))
 
-    def compression(self, level: npt.ArrayLike) -> FloatArray:
+    def compression(self, level: npt.ArrayLike) -> Floats:
         """Compressive logarithmic strain e = -ln(stretch) at the initial heights `level`."""
         load = self._load(level)
         log_load = np.log(load, where=load > 0.0, out=np.full_like(load, -np.inf))
 
-        def on_branch(a: float, b: float) -> FloatArray:
+        def on_branch(a: float, b: float) -> Floats:
             # wrightomega(x) is W(exp(x)), without the overflow of exp(a/b)
             return np.asarray(wrightomega(log_load - math.log(b) + a / b) - a / b)
 
         e = on_branch(0.0, Moduli.of(self.material).constrained)
         return np.where(e > self._yield_strain, on_branch(*self._plastic_branch()), e)
 
-    def stretch(self, level: npt.ArrayLike) -> FloatArray:
+    def stretch(self, level: npt.ArrayLike) -> Floats:
         """Vertical stretch, current over initial length, at the initial heights `level`."""
         return np.exp(-self.compression(level))
 
-    def plastic_strain(self, level: npt.ArrayLike) -> FloatArray:
+    def plastic_strain(self, level: npt.ArrayLike) -> Floats:
         """Equivalent plastic strain at the initial heights `level`; zero if elastic."""
         if isinstance(self.material, HenckyElastic):
             return np.zeros_like(self._load(level))
@@ -91,14 +90,12 @@ class SelfWeightColumn:
         excess = 2.0 * shear * self.compression(level) - self.material.initial_yield_stress
         return np.maximum(excess, 0.0) / (3.0 * shear + hardening)
 
-    def position(self, level: npt.ArrayLike) -> FloatArray:
+    def position(self, level: npt.ArrayLike) -> Floats:
         """Heights y [length], after compression, of the levels that were at `level`."""
         base = self._potential(self.compression(0.0))
         return (base - self._potential(self.compression(level))) / self._weight
 
-    def stress_error(
-        self, vertical_stress: FloatArray, level: FloatArray, volume: FloatArray
-    ) -> float:
+    def stress_error(self, vertical_stress: Floats, level: Floats, volume: Floats) -> float:
         """AMPLE's error: volume-weighted mean |sigma_yy - exact| over the base stress [-].
 
         vertical_stress, level, volume: Cauchy stress, initial height and initial volume of the
@@ -128,10 +125,10 @@ class SelfWeightColumn:
         a = 2.0 * moduli.shear * self.material.initial_yield_stress / both
         return a, moduli.bulk + 4.0 * moduli.shear * hardening / (3.0 * both)
 
-    def _load(self, level: npt.ArrayLike) -> FloatArray:
+    def _load(self, level: npt.ArrayLike) -> Floats:
         return self._weight * (self.height - np.asarray(level, dtype=float))
 
-    def _potential(self, e: FloatArray) -> FloatArray:
+    def _potential(self, e: Floats) -> Floats:
         """Integral of exp(-e) dT from no load to the compression e."""
         a, b = self._plastic_branch()
         elastic = np.minimum(e, self._yield_strain)

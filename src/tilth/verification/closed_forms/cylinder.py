@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic
 from tilth.verification.closed_forms.moduli import Moduli
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,13 @@ class ThickCylinder:
         """Pressure on the inner face [stress], positive outwards, -sigma_rr(a)."""
         return -float(self.stress(self.inner_radius)[0])
 
-    def radial_displacement(self, radius: npt.ArrayLike) -> FloatArray:
+    def radial_displacement(self, radius: npt.ArrayLike) -> Floats:
         """u [length] at the initial radii `radius`."""
         r = np.asarray(radius, dtype=float)
         linear, inverse = self._coefficients()
         return linear * r + inverse / r
 
-    def stress(self, radius: npt.ArrayLike) -> FloatArray:
+    def stress(self, radius: npt.ArrayLike) -> Floats:
         """Radial, axial and hoop stress (xx, yy, zz in axisymmetry) [stress], shape (..., 3)."""
         r = np.asarray(radius, dtype=float)
         linear, inverse = self._coefficients()

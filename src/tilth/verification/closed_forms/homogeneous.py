@@ -8,13 +8,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms.moduli import Moduli
 
-FloatArray = npt.NDArray[np.float64]
 
-
-def full_deformation_gradient(deformation_gradient: npt.ArrayLike, kind: str) -> FloatArray:
+def full_deformation_gradient(deformation_gradient: npt.ArrayLike, kind: str) -> Floats:
     """The 3x3 deformation gradients, shape (..., 3, 3), of an analysis of the given kind.
 
     Plane strain adds F_zz = 1; axisymmetry the hoop stretch of x = F X, which is F_rr. In three
@@ -29,12 +28,12 @@ def full_deformation_gradient(deformation_gradient: npt.ArrayLike, kind: str) ->
     return full
 
 
-def components(tensor: npt.ArrayLike) -> FloatArray:
+def components(tensor: npt.ArrayLike) -> Floats:
     """xx yy zz xy yz xz, shape (..., 6), of symmetric tensors (..., 3, 3)."""
     return np.asarray(tensor)[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
 
 
-def hencky_strain(deformation_gradient: npt.ArrayLike) -> FloatArray:
+def hencky_strain(deformation_gradient: npt.ArrayLike) -> Floats:
     """Logarithmic strain 1/2 ln(F F^T) of deformation gradients F, shape (..., 3, 3) both."""
     gradient = np.asarray(deformation_gradient, dtype=float)
     stretch, direction = np.linalg.eigh(gradient @ np.swapaxes(gradient, -1, -2))
@@ -44,7 +43,7 @@ def hencky_strain(deformation_gradient: npt.ArrayLike) -> FloatArray:
 
 def hencky_cauchy_stress(
     deformation_gradient: npt.ArrayLike, material: HenckyElastic | VonMises
-) -> FloatArray:
+) -> Floats:
     """Cauchy stress [stress], shape (..., 3, 3), of the elastic material at F (..., 3, 3).
 
     sigma = (lambda tr(eps) I + 2 mu eps) / J with eps = 1/2 ln(F F^T): the Kirchhoff stress is
@@ -56,9 +55,7 @@ def hencky_cauchy_stress(
     return np.asarray(kirchhoff * np.exp(-trace))
 
 
-def proportional_von_mises(
-    log_strain: npt.ArrayLike, material: VonMises
-) -> tuple[FloatArray, FloatArray]:
+def proportional_von_mises(log_strain: npt.ArrayLike, material: VonMises) -> tuple[Floats, Floats]:
     """Kirchhoff stress (..., 3, 3) and equivalent plastic strain (...) under proportional strain.
 
     log_strain: shape (..., 3, 3), the logarithmic strain eps = t E reached along

@@ -11,10 +11,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic
 from tilth.verification.closed_forms.moduli import Moduli
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -49,13 +48,13 @@ class WidenedCylinder:
         """Displacement of the outer face [length]."""
         return float(self.radial_displacement(np.array([self.outer_radius]))[0])
 
-    def radial_displacement(self, radius: npt.ArrayLike) -> FloatArray:
+    def radial_displacement(self, radius: npt.ArrayLike) -> Floats:
         """Returns the displacement of what was at these radii [length], of their shape."""
         at = np.asarray(radius, dtype=float)
         return np.asarray(self._solution(at)[0] - at)
 
     @cached_property
-    def _solution(self) -> Callable[[FloatArray], FloatArray]:
+    def _solution(self) -> Callable[[Floats], Floats]:
         from scipy.integrate import solve_bvp
 
         a, b = self.inner_radius, self.outer_radius
@@ -65,7 +64,7 @@ class WidenedCylinder:
         for part in range(parts):
             inner = a + (part + 1) / parts * self.displacement
 
-            def ends(left: FloatArray, right: FloatArray, inner: float = inner) -> FloatArray:
+            def ends(left: Floats, right: Floats, inner: float = inner) -> Floats:
                 return np.array([left[0] - inner, right[1]])
 
             solution = solve_bvp(self._slope, ends, at, state, tol=1e-9, max_nodes=20000)
@@ -73,7 +72,7 @@ class WidenedCylinder:
             at, state = solution.x, solution.y
         return solution.sol  # type: ignore[no-any-return]
 
-    def _slope(self, at: FloatArray, state: FloatArray) -> FloatArray:
+    def _slope(self, at: Floats, state: Floats) -> Floats:
         moduli = Moduli.of(self.material)
         unit = self.material.young_modulus
         hoop = np.log(state[0] / at)
