@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 import pytest
-from test_model_implicit import boundary, entries, refused
+from implicit_entries import boundary, entries, refused
 
 from tilth.model import Model
 

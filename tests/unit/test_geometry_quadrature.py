@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from test_geometry import AXIS, FLAT, GEOMETRIES, STAR, TURNED_2D, TURNED_3D
+from geometries import AXIS, FLAT, GEOMETRIES, STAR, TURNED_2D, TURNED_3D
 
 from tilth import _core
 from tilth.geometry.box import Box

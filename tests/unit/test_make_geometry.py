@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_model_implicit import (
+from implicit_entries import (
     BOX,
     CIRCLE,
     CUBE,

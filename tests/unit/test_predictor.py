@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from newton_problems import leaning_block
+from resumed_runs import assert_same_results, entries_of, run_until
 from small_problems import (
     BASES,
     KINDS,
@@ -21,8 +23,6 @@ from small_problems import (
     rollers,
     weight,
 )
-from test_resume import assert_same_results, entries_of, run_until
-from test_step_newton import leaning_block
 
 from tilth import Model, resume, run
 from tilth.arrays import Floats

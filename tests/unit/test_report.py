@@ -16,58 +16,20 @@ import numpy as np
 import pytest
 from matplotlib.collections import EllipseCollection, PolyCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
+from report_setups import UNITS, lattice, make_setup, snapshot
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from tilth.bodies.pieces import simplex_tiles
 from tilth.errors import BadInput
-from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot
+from tilth.output import HistoryWriter, ResultsWriter, RunLog
 from tilth.report.domains import corners_of_boxes, sides_towards
 from tilth.report.fields import field_values
 from tilth.report.html import write_report
 from tilth.report.outer import free_sides, outer_points
 from tilth.report.pictures import draw_frames
-from tilth.report.setup import Condition, Load, Setup, draw_setup
+from tilth.report.setup import Load, draw_setup
 from tilth.report.tables import model_tables
-
-UNITS = {"length": "m", "force": "kN", "stress": "kPa", "mass": "t", "time": "d"}
-
-
-def lattice(counts: tuple[int, ...], spacing: float) -> np.ndarray:
-    axes = [spacing * (np.arange(count) + 0.5) for count in counts]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(counts))
-
-
-def make_setup(counts: tuple[int, ...], spacing: float = 0.5) -> Setup:
-    dim = len(counts)
-    position = lattice(counts, spacing)
-    corners = np.zeros((3, dim))
-    corners[:, 0] = [0.0, spacing, 2 * spacing]
-    held = np.zeros((3, dim), dtype=bool)
-    held[:, -1] = True
-    push = np.zeros((3, dim))
-    push[:, -1] = -0.2
-    force = np.zeros((1, dim))
-    force[0, 0] = 7.0
-    return Setup(
-        title="Test set-up",
-        dim=dim,
-        length_unit="m",
-        position=position,
-        half_lengths=np.full_like(position, spacing / 2),
-        body_id=np.zeros(len(position), dtype=np.int64),
-        body_names=["clay"],
-        cell_size=np.full(dim, 2 * spacing),
-        origin=np.zeros(dim),
-        conditions=[
-            Condition("base", "roller", corners, held),
-            Condition("corner", "fixed", corners[:1], np.ones((1, dim), dtype=bool)),
-            Condition("plate", "prescribed", corners + 1.0, held, push),
-        ],
-        loads=[Load("pull", position[-1:], force)],
-        body_force=np.eye(dim)[-1] * -9.81,
-        force_unit="kN",
-    )
 
 
 @pytest.mark.parametrize("counts", [(8, 6), (2, 100), (100, 2), (5, 4, 6), (2, 2, 60)])
@@ -146,32 +108,6 @@ def test_vectors_that_vanish_draw_without_warnings(dim: int, tmp_path: Path) -> 
     texts = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
     assert "nothing 0 kN in total" in texts
     assert "along y 2 kN in total" in texts
-
-
-def snapshot(dim: int = 2, step: int = 1) -> Snapshot:
-    position = lattice((6, 4, 3)[:dim], 1.0)
-    n = len(position)
-    stress = np.zeros((n, 6))
-    stress[:, 1] = -10.0 * step * (1.0 + position[:, 1])
-    stress[:, 3] = 3.0 * step * (position[:, 0] - 3.0)
-    displacement = 0.1 * step * position
-    return Snapshot(
-        step=step,
-        time=0.25 * step,
-        position=position + displacement,
-        body_id=np.zeros(n, dtype=np.int64),
-        point_fields={
-            "displacement": displacement,
-            "cauchy_stress": stress,
-            "plastic_strain": np.zeros(n),
-            "volume": np.ones(n),
-            "domain": np.full((n, dim), 0.5),
-            "deformation_gradient": np.tile(1.1 * np.eye(3), (n, 1, 1)),
-        },
-        node_position=np.zeros((0, dim)),
-        cells=np.zeros((0, 2**dim), dtype=np.int64),
-        node_fields={"displacement": np.zeros((0, dim)), "reaction": np.zeros((0, dim))},
-    )
 
 
 def test_field_values_have_their_definitions() -> None:

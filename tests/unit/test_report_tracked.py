@@ -13,7 +13,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
-from test_report import UNITS, make_setup, snapshot
+from report_setups import UNITS, make_setup, snapshot
 from tracked_shapes import circle, line, octahedron
 
 import tilth.report.html

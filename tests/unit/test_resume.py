@@ -13,18 +13,19 @@ import time
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
+from resumed_runs import (
+    Stopped,
+    assert_same_results,
+    checkpoint_of,
+    entries_of,
+    run_until,
+)
 from small_problems import (
     BASES,
     CORNER_BASES,
     KINDS,
-    block_entries,
-    material_entries,
-    plane,
-    rollers,
-    weight,
 )
 
 import tilth.analysis
@@ -33,68 +34,6 @@ from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_results, write_checkpoint
 from tilth.record import Recorder
 from tilth.simulation import StepResult
-
-STEPS = 8
-
-
-def entries_of(kind: str = "plane_strain", basis: str = "gimp") -> dict[str, Any]:
-    """A plastic block that is squeezed, with one step that has to be cut on the way.
-
-    Standard points need more iterations where they cross cells, however small the step.
-    """
-    few = 8 if basis == "linear" else 3
-    entries = block_entries(
-        kind, basis, "von_mises", cells=1, loads=[weight(kind, 2.0)],
-        boundaries=[*rollers(kind, sides=False), plane(
-            "top", "z" if kind == "3d" else "y", 1.0, condition="prescribed",
-            displacement={"z" if kind == "3d" else "y": -0.2},
-        )],
-        schedule={"steps": STEPS, "output_times": [0.2, 0.5, 0.6]},
-    )  # fmt: skip
-    entries["grid"]["cell_size"] = 0.25 if kind != "3d" else 0.5
-    entries["materials"]["soil"] = material_entries("von_mises", yield_stress=25.0)
-    entries["analysis"] |= {"tolerance": 1e-9, "maximum_iterations": few}
-    entries["output"] = {"report": False, "deformation_gradient": True}
-    entries["track"] = [
-        {"name": "top", "quantity": "reaction", "boundary": "top", "component": "y"},
-        {"name": "work", "quantity": "energy", "kind": "external_work"},
-        {"name": "lost", "quantity": "energy", "kind": "plastic_dissipation"},
-        {"name": "side", "quantity": "run_out", "axis": "x", "of": "domains"},
-    ]
-    return entries
-
-
-def datasets(file: Path) -> dict[str, bytes]:
-    """Every data set of a results file."""
-    found: dict[str, bytes] = {}
-
-    def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset):
-            found[name] = np.asarray(item[()]).tobytes()
-
-    with h5py.File(file) as results:
-        results.visititems(take)
-    return found
-
-
-def assert_same_results(one: Path, other: Path) -> None:
-    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
-    first, second = datasets(one / "results.vtkhdf"), datasets(other / "results.vtkhdf")
-    assert first.keys() == second.keys()
-    for name, content in first.items():
-        assert content == second[name], f"{name} differs"
-    arrays, meta = read_checkpoint(checkpoint_of(one))
-    again, meta_again = read_checkpoint(checkpoint_of(other))
-    assert meta == meta_again
-    assert arrays.keys() == again.keys()
-    for name, array in arrays.items():
-        assert array.tobytes() == again[name].tobytes(), f"{name} differs"
-
-
-def checkpoint_of(folder: Path) -> Path:
-    from tilth.output.folder import CHECKPOINT
-
-    return folder / CHECKPOINT
 
 
 @pytest.fixture(scope="module")
@@ -108,25 +47,6 @@ def uninterrupted(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Pat
     result = run(model, folder, quiet=True)
     assert result.points.plastic[:, 0].max() > 1e-2
     return folder
-
-
-class Stopped(Exception):
-    """Stands for whatever ends a run from outside."""
-
-
-def run_until(model: Model, folder: Path, step: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs and stops right after `step` is recorded."""
-    record = Recorder.step
-
-    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
-        record(self, clock, size, result)
-        if clock.step == step:
-            raise Stopped
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Recorder, "step", stop)
-        with pytest.raises(Stopped):
-            run(model, folder, quiet=True)
 
 
 def number_of_steps(folder: Path) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from test_results_file import UNITS, assert_same, make_snapshot, opened_by_vtk, write
+from result_snapshots import UNITS, assert_same, make_snapshot, opened_by_vtk, write
 from tracked_shapes import circle, octahedron
 
 from tilth.output import ResultsWriter, SurfaceShape, read_results

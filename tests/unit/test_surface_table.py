@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from result_snapshots import make_snapshot
 from small_problems import block_entries, rollers, weight
-from test_results_file import make_snapshot
 from tracked_shapes import circle, line, octahedron, with_surfaces
 
 from tilth import BadInput, Model, resume, run

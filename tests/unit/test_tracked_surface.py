@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from resumed_runs import assert_same_results, run_until
 from small_problems import BASES
-from test_resume import assert_same_results, run_until
 
 from tilth import Model, resume, run
 from tilth.errors import BadInput, StepFailed
