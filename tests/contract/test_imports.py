@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The rooms of the house stand one above the other: no room imports from a higher one."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2] / "src" / "tilth"
+
+ROOMS = [
+    "__main__",
+    "cli",
+    "verification",
+    "summary",
+    "analysis",
+    "present",
+    "report",
+    "record",
+    "track",
+    "simulation",
+    "step",
+    "solvers predictor run_warnings state",
+    "boundaries",
+    "geometry",
+    "user_function",
+    "surface",
+    "place",
+    "terms",
+    "loads",
+    "soil",
+    "f_bar",
+    "domains",
+    "bodies",
+    "grid",
+    "groups pattern",
+    "points",
+    "corners output",
+    "case clock",
+    "model",
+    "arrays comm errors interrupt timers",
+    "_core __init__",
+]
+"""From the top down; those of one line do not import each other."""
+
+LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms.split()}
+
+
+def room_of(module: str) -> str:
+    """The room of a module by its full name, or of a name that the package itself offers."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] in LEVEL else "__init__"
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Full names of the modules of tilth that a file imports when it runs."""
+    package = ("tilth", *path.relative_to(ROOT).parts[:-1])
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for_types = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if id(node) in for_types:
+            continue
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names if name.name.startswith("tilth"))
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) + 1 - node.level] if node.level else ()
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            if module == "tilth":
+                yield from (f"tilth.{name.name}" for name in node.names)
+            elif module.startswith("tilth."):
+                yield module
+
+
+def test_every_module_has_a_room() -> None:
+    found = {path.relative_to(ROOT).parts[0].removesuffix(".py") for path in ROOT.rglob("*.py")}
+    assert found | {"_core"} == set(LEVEL)
+
+
+def test_no_room_imports_from_a_higher_one() -> None:
+    wrong = []
+    for path in sorted(ROOT.rglob("*.py")):
+        name = path.relative_to(ROOT)
+        room = name.parts[0].removesuffix(".py")
+        if room == "__init__":
+            continue  # offers the public names of all rooms, when they are asked for
+        for module in imports(path):
+            other = room_of(module)
+            if other != room and LEVEL[other] <= LEVEL[room]:
+                wrong.append(f"{name} imports {module}")
+    assert wrong == []
