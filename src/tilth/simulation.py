@@ -315,7 +315,7 @@ class Simulation:
         held = on_axis.conditions.held
         with self.timers.measure("boundaries"):
             boundaries = LinearForces(
-                constraints.couplings(), constraints.carried_force(), constraints.reached()
+                constraints.couplings(), constraints.carried_force, constraints.reached()
             )
         with self.timers.measure("basis"):
             ghost = LinearForces(

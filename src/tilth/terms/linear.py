@@ -142,9 +142,9 @@ class LinearForces(Term):
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledLinearForces:
         """As `Term.assembled`."""
         parts = list(zip(self._couplings, elements, strict=True))
-        constant = self._constant
-        if constant is None:
-            constant = np.zeros((active.nodes, active.grid.dim))
+        constant = np.zeros((active.nodes, active.grid.dim))
+        if self._constant is not None:
+            constant += self._constant
         return AssembledLinearForces(parts, constant)
 
 

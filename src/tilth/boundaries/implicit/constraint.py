@@ -13,6 +13,7 @@ tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ImplicitConstraint:
+class ImplicitConstraint(ABC):
     """The quadrature points of a boundary that touch soil in one step, ordered by cell.
 
     Attributes:
@@ -68,9 +69,9 @@ class ImplicitConstraint:
         """What the points carry from the last step, turned into the middle of this one."""
         return turned(self.boundary.carried[self.chosen], self.pose, 0)
 
+    @abstractmethod
     def after(self, displacement: Floats) -> Floats:
         """Returns what the points carry at the end of a step with this nodal displacement."""
-        raise NotImplementedError
 
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
         """Returns the boundary's internal force of what its points carry, shape (nodes, dim)."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -191,8 +192,9 @@ class ImplicitConstraints:
             default=0.0,
         )
 
+    @cached_property
     def carried_force(self) -> Floats:
-        """Returns the boundaries' internal force of what they carry from before, (nodes, dim)."""
+        """The boundaries' internal force of what they carry from before, (nodes, dim)."""
         force = np.zeros((self.active.nodes, self.active.grid.dim))
         for part in self.parts:
             force += part.nodal_force(part.before, self.active.nodes)
@@ -205,7 +207,7 @@ class ImplicitConstraints:
         `constant`, the force by which implicit boundaries begin to move the soil; what acted before
         the step is what they carry.
         """
-        carried = self.carried_force()
+        carried = self.carried_force
         return np.asarray(initial - np.where(held, constant - carried, 0.0) - carried)
 
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:
