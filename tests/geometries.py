@@ -2,7 +2,6 @@
 """Geometries of every kind."""
 
 import numpy as np
-import pytest
 
 from tilth.geometry.box import Box
 from tilth.geometry.footing import Footing
@@ -56,8 +55,3 @@ GEOMETRIES = {
 
 
 FLAT = [name for name, geometry in GEOMETRIES.items() if geometry.flat]
-
-
-@pytest.fixture(params=GEOMETRIES)
-def geometry(request):
-    return GEOMETRIES[request.param]

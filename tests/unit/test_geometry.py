@@ -13,6 +13,11 @@ from tilth.geometry.polyline import Polyline
 from tilth.geometry.round import Circle, Cylinder, Sphere
 
 
+@pytest.fixture(params=GEOMETRIES)
+def geometry(request):
+    return GEOMETRIES[request.param]
+
+
 def places(dim, n=400, reach=1.5):
     return reach * np.random.default_rng(7).uniform(-1.0, 1.0, (n, dim))
 
