@@ -40,7 +40,7 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
 from tilth.terms.point_loads import PointLoads
-from tilth.terms.protocol import Term, supported_nodes
+from tilth.terms.protocol import Term, union
 from tilth.terms.soil_forces import SoilForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
@@ -211,7 +211,7 @@ class Simulation:
             ) from failure
         first = self.model.schedule.regular_time(1)
         conditions = self._conditions(active, 0.0, first).conditions
-        constraints = self._contacts(active, conditions.held, 0.0, first)
+        constraints = self._constraints(active, conditions.held, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
         require_agreement(self.model, self.boundaries, constraints)
@@ -226,7 +226,7 @@ class Simulation:
         declared = Conditions.gather(self.boundaries, active, before, after)
         return self.axis.hold(active, declared)
 
-    def _contacts(
+    def _constraints(
         self, active: ActiveGrid, held: npt.NDArray[np.bool_], before: float, after: float
     ) -> ImplicitConstraints:
         with self.timers.measure("boundaries"):
@@ -255,7 +255,7 @@ class Simulation:
             active = locate(self.points, self.grid, self._buffers)
         on_axis = self._conditions(active, before, after)
         conditions = on_axis.conditions
-        constraints = self._contacts(active, conditions.held, before, after)
+        constraints = self._constraints(active, conditions.held, before, after)
         self.run_warnings.places(conditions, constraints)
         terms = self._gather(active, on_axis, constraints, before, after)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
@@ -280,7 +280,7 @@ class Simulation:
         if not is_least:
             self._require_in_front(moved, equilibrium, before, after)
         corners = self._moved_corners(active, equilibrium)
-        self._move_surfaces(active, equilibrium)
+        self._move_surfaces(active, equilibrium, moved)
         self._ghost.commit(active, equilibrium.displacement)
         self.soil.advance(active, equilibrium.displacement, corners)
         self._predictor.commit(active, equilibrium.displacement, after - before)
@@ -330,7 +330,8 @@ class Simulation:
                 PointLoads(self.loads, self.soil, active, before, after),
                 SurfaceLoads(self.model, self.surfaces, active, before, after),
             ]
-            return [*terms, WeakSprings.of(self.soil, active, supported_nodes(active, terms))]
+            supported = union(active.nodes, (term.supported_nodes() for term in terms))
+            return [*terms, WeakSprings.of(self.soil, active, supported)]
 
     def _grid_at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`: it may follow a boundary."""
@@ -344,12 +345,15 @@ class Simulation:
         origin[axes] = place[axes]
         return replace(self.grid, origin=origin)
 
-    def _move_surfaces(self, active: ActiveGrid, equilibrium: Equilibrium) -> None:
+    def _move_surfaces(
+        self, active: ActiveGrid, equilibrium: Equilibrium, moved_by: Floats
+    ) -> None:
+        """Moves tracked surfaces with the grid; moved_by: of the points in the step, (n, dim)."""
         surfaces = list(self.surfaces.values())
         if not surfaces:
             return
         displacement = equilibrium.displacement
-        position = self.points.position + self.soil.interpolate(active, displacement)
+        position = self.points.position + moved_by
         moved = [surface.moved(active, displacement, self.points, position) for surface in surfaces]
         for surface, (state, warning) in zip(surfaces, moved, strict=True):
             surface.commit(state)

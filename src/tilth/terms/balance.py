@@ -11,7 +11,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, norm
 from tilth.grid import ActiveGrid
-from tilth.terms.protocol import Role, Term
+from tilth.terms.protocol import Role, Term, union
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,8 @@ class Balance:
         Those of material that yields and those that terms couple beyond their cells, then the
         latter alone; nothing where no material yields.
         """
-        yielding, joined = np.zeros((2, self.active.nodes), dtype=bool)
-        for term in self.terms:
-            for total, nodes in (
-                (yielding, term.yielding_nodes()),
-                (joined, term.joined_nodes()),
-            ):
-                if nodes is not None:
-                    total |= nodes
-        return [yielding | joined, joined] if yielding.any() else []
+        yielding = union(self.active.nodes, (term.yielding_nodes() for term in self.terms))
+        if not yielding.any():
+            return []
+        joined = union(self.active.nodes, (term.joined_nodes() for term in self.terms))
+        return [yielding | joined, joined]

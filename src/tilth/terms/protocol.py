@@ -12,7 +12,7 @@ Newton's iteration is the sum of their derivatives. A step has three phases:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import Enum, auto
 
 import numpy as np
@@ -113,11 +113,10 @@ class Term(ABC):
         """
 
 
-def supported_nodes(active: ActiveGrid, terms: Sequence[Term]) -> Flags:
-    """Returns the nodes that any of the terms supports, shape (nodes,)."""
-    total = np.zeros(active.nodes, dtype=bool)
-    for term in terms:
-        nodes = term.supported_nodes()
-        if nodes is not None:
-            total |= nodes
+def union(nodes: int, parts: Iterable[Flags | None]) -> Flags:
+    """Returns which of so many nodes any of the parts has, shape (nodes,)."""
+    total = np.zeros(nodes, dtype=bool)
+    for part in parts:
+        if part is not None:
+            total |= part
     return total
