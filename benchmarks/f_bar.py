@@ -15,8 +15,8 @@ import time
 import numpy as np
 
 from tilth import Model, _core
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 
 PROBLEMS = {
     "2D linear": ("plane_strain", "linear", 100, 2),

@@ -18,7 +18,7 @@ from solvers import by_multigrid, last_system, slope_points
 from threads import ratios
 
 from tilth import _core
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 from tilth.verification.cases import example
 
 GROWTH = [16, 25, 32]

@@ -13,7 +13,7 @@ import os
 import sys
 
 from tilth import Model, _core
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 
 CELLS = int(sys.argv[1]) if len(sys.argv) > 1 else 25
 LOWER = (0.37, 0.21, 0.43)

@@ -15,9 +15,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.boundaries import ImplicitConstraints
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import ghost_faces
 from tilth.terms.linear import LinearForces

@@ -28,12 +28,13 @@ from matplotlib.figure import Figure
 from scipy.linalg import cholesky_banded, solve_triangular
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.solvers import LinearSystem
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost

@@ -12,9 +12,9 @@ from measure import machine, machine_rates
 from problems import block, cantilever
 
 from tilth import _core
-from tilth.grid import ActiveGrid, Buffers, Stencil, locate
-from tilth.simulation import Simulation
-from tilth.soil import Soil
+from tilth.analysis.simulation import Simulation
+from tilth.mpm.grid import ActiveGrid, Buffers, Stencil, locate
+from tilth.mpm.soil import Soil
 from tilth.verification.cases import varied
 
 BASES = ("linear", "gimp", "cpdi1")  # the kernels see no difference between cpdi1 and cpdi2

@@ -18,7 +18,7 @@ from own_process import peak_memory, user_seconds
 
 import tilth
 from tilth import Model
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 from tilth.solvers import Multigrid
 
 

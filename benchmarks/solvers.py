@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, Multigrid, linear_solver
 
 TOLERANCE = 1e-8

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from problems import block, cantilever
 
 from tilth import Model, _core
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 from tilth.verification.cases import varied
 
 ROUNDS, CALLS = 15, 6

@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from tilth.curves import Chain, LocalCubicSpline
 from tilth.geometry.box import Box
 from tilth.geometry.footing import Footing
 from tilth.geometry.plane import Plane
@@ -10,7 +11,6 @@ from tilth.geometry.polyline import Polyline
 from tilth.geometry.round import Circle, Cylinder, Sphere
 from tilth.geometry.spline import SplineGeometry
 from tilth.model.shapes import box_axes
-from tilth.surface import Chain, LocalCubicSpline
 
 STAR = np.array([[1, 0.1], [0.35, 0.4], [0.1, 1], [-0.3, 0.2], [-1, -0.2], [0.1, -0.25]])
 

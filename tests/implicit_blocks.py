@@ -9,8 +9,8 @@ import numpy as np
 from small_problems import block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 
 MODULUS, DENSITY, GRAVITY = 1000.0, 2.0, 9.0

@@ -11,14 +11,15 @@ import numpy as np
 from small_problems import block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import multiplier_coupling
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, StepResult, initial_points
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.terms.ghost import FaceCoupling
 from tilth.terms.linear import Coupling
 

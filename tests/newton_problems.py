@@ -14,7 +14,7 @@ from small_problems import (
 )
 
 from tilth import Model
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 
 
 def leaning_block(

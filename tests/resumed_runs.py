@@ -18,9 +18,9 @@ from small_problems import (
 )
 
 from tilth import Model, run
+from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import StepResult
 from tilth.output import read_checkpoint
-from tilth.record import Recorder
-from tilth.simulation import StepResult
 
 STEPS = 8
 

@@ -16,11 +16,12 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid, Buffers, Grid, locate
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.soil import Soil
 from tilth.timers import Timers
 
 KINDS = ("plane_strain", "axisymmetric", "3d")

@@ -17,8 +17,8 @@ import numpy as np
 
 from tilth import Model
 from tilth.arrays import Floats, Integers
-from tilth.loads import nearest_points
-from tilth.simulation import initial_points
+from tilth.mpm.initial_points import initial_points
+from tilth.terms.loads import nearest_points
 
 GRID, BODY, MATERIALS, PARAMETERS, TASK = (
     "grid.mdpa", "body.mdpa", "materials.json", "parameters.json", "task.json",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from tilth.analysis import resume, run
+    from tilth.analysis.run import resume, run
     from tilth.case import load_case
     from tilth.errors import AnalysisFailed, BadInput, Interrupted, TilthError
     from tilth.model import (
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     )
 
 _MODULES = {
-    "tilth.analysis": ("resume", "run"),
+    "tilth.analysis.run": ("resume", "run"),
     "tilth.case": ("load_case",),
     "tilth.errors": ("AnalysisFailed", "BadInput", "Interrupted", "TilthError"),
     "tilth.model": (

@@ -78,7 +78,7 @@ def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quie
             f"the results cannot go into {folder}, the folder of the case file itself",
             "choose another folder with --out",
         )
-    from tilth import analysis
+    from tilth.analysis import run as analysis
 
     try:
         analysis.run(model, folder, threads=threads, overwrite=overwrite, quiet=quiet)
@@ -101,10 +101,10 @@ def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quie
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up."""
     from tilth.case import load_case
-    from tilth.summary import print_summary
+    from tilth.report.summary import print_summary
 
     model = load_case(case)
-    from tilth.present import setup_of
+    from tilth.analysis.setup import setup_of
     from tilth.report.setup import draw_setup
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -134,7 +134,7 @@ def resume(folder: Path, threads: int | None, quiet: bool) -> None:
     The result has the same bits as that of an uninterrupted run.
     """
     _must_be_folder(folder)
-    from tilth import analysis
+    from tilth.analysis import run as analysis
 
     try:
         analysis.resume(folder, threads=threads, quiet=quiet)
@@ -149,7 +149,7 @@ def resume(folder: Path, threads: int | None, quiet: bool) -> None:
 def report(folder: Path) -> None:
     """Write report.html anew from the results of a run."""
     _must_be_folder(folder)
-    from tilth.present import write_report
+    from tilth.analysis.setup import write_report
 
     click.echo(f"report written to {write_report(folder)}")
 

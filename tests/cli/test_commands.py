@@ -19,7 +19,7 @@ from tilth.case import load_case
 from tilth.errors import AnalysisFailed, TilthError
 from tilth.output.folder import CHECKPOINT
 from tilth.report.setup import Setup
-from tilth.summary import print_summary
+from tilth.report.summary import print_summary
 
 from .conftest import Outcome
 
@@ -29,8 +29,8 @@ Tilth = Callable[..., Outcome]
 
 @pytest.fixture
 def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
-    """Stands in for `tilth.analysis`: records its calls, and raises what `fails` holds."""
-    module: Any = types.ModuleType("tilth.analysis")
+    """Stands in for `tilth.analysis.run`: records its calls, and raises what `fails` holds."""
+    module: Any = types.ModuleType("tilth.analysis.run")
     module.calls = []
     module.fails = None
 
@@ -40,8 +40,8 @@ def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
             raise module.fails
 
     module.run = module.resume = record
-    monkeypatch.setitem(sys.modules, "tilth.analysis", module)
-    monkeypatch.setattr("tilth.analysis", module, raising=False)
+    monkeypatch.setitem(sys.modules, "tilth.analysis.run", module)
+    monkeypatch.setattr("tilth.analysis.run", module, raising=False)
     return module
 
 
@@ -85,7 +85,7 @@ def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any)
 def test_report_hands_the_folder_on(
     tilth: Tilth, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tilth.present.write_report", lambda folder: folder / "report.html")
+    monkeypatch.setattr("tilth.analysis.setup.write_report", lambda folder: folder / "report.html")
     outcome = tilth("report", tmp_path)
     assert outcome == Outcome(0, f"report written to {tmp_path / 'report.html'}\n", "")
 

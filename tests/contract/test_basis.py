@@ -12,8 +12,8 @@ from small_problems import BASES, CORNER_BASES
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.grid import Buffers, Grid, locate
-from tilth.points import MaterialPoints, PointRange
+from tilth.mpm.grid import Buffers, Grid, locate
+from tilth.mpm.points import MaterialPoints, PointRange
 
 GRIDS = {
     "unit": lambda dim: Grid(np.zeros(dim), np.ones(dim)),

@@ -22,11 +22,12 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.grid import Buffers, Grid, locate
-from tilth.points import MaterialPoints, PointRange
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.grid import Buffers, Grid, locate
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints, PointRange
 
 every_basis = pytest.mark.parametrize("basis", CORNER_BASES)
 every_dim = pytest.mark.parametrize("dim", [2, 3])

@@ -14,9 +14,9 @@ from scipy.linalg import expm
 from small_problems import affine, block_entries
 
 from tilth import Model
+from tilth.analysis.simulation import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.affine import outer_nodes
-from tilth.simulation import StepResult
 from tilth.verification.closed_forms import full_deformation_gradient, hencky_cauchy_stress
 from tilth.verification.homogeneous import stress_error
 from tilth.verification.march import march

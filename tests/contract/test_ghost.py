@@ -20,8 +20,8 @@ from small_problems import (
 )
 
 from tilth import Model
-from tilth.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
-from tilth.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.mpm.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import LEAST_SHARE, filled_cells, ghost_faces
 from tilth.terms.linear import LinearForces

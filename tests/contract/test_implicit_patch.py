@@ -20,7 +20,7 @@ from implicit_problems import (
 from small_problems import BASES
 
 from tilth.arrays import Floats
-from tilth.simulation import initial_points
+from tilth.mpm.initial_points import initial_points
 
 STRETCH = np.array([1.001, 0.9995, 1.0007])
 ANGLES = (0.0, 15.0, 30.0, 45.0)

@@ -13,12 +13,12 @@ import scipy.sparse as sp
 from implicit_problems import implicit, line, locate_contacts, of_part, rotation
 from small_problems import BASES, KINDS, block_entries, dimension, material_entries, weight
 
-import tilth.simulation
+import tilth.analysis.simulation
 from tilth import Model
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
-from tilth.simulation import Simulation
 from tilth.solvers import LinearSystem
-from tilth.step import Equilibrium, solve_step
 
 CONDITIONS = ("roller", "fixed", "tangential", "direction")
 FORMS = ("surface", "band")
@@ -204,10 +204,10 @@ def equations(
         found.extend(arguments)
         raise Stopped
 
-    monkeypatch.setattr(tilth.simulation, "solve_step", stop)
+    monkeypatch.setattr(tilth.analysis.simulation, "solve_step", stop)
     with pytest.raises(Stopped):
         simulation.advance(before, after)
-    monkeypatch.setattr(tilth.simulation, "solve_step", solve_step)
+    monkeypatch.setattr(tilth.analysis.simulation, "solve_step", solve_step)
     balance, conditions, *_ = found
     active = balance.active
     size = active.nodes * active.grid.dim

@@ -24,8 +24,9 @@ from small_problems import (
 )
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)

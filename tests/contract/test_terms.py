@@ -12,11 +12,11 @@ import pytest
 from implicit_blocks import flat, implicit
 from small_problems import material_entries
 
-import tilth.simulation
+import tilth.analysis.simulation
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 from tilth.terms.balance import Balance
 from tilth.terms.linear import AssembledLinearForces
 from tilth.terms.protocol import AssembledTerm, Role
@@ -80,7 +80,7 @@ def balance_of(
         raise Stopped
 
     with monkeypatch.context() as patched:
-        patched.setattr(tilth.simulation, "solve_step", stop)
+        patched.setattr(tilth.analysis.simulation, "solve_step", stop)
         with pytest.raises(Stopped):
             simulation.advance(0.25, 0.5)
     return found[0]

@@ -21,10 +21,10 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
 from tilth.boundaries.together import AXIS
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 from tilth.verification.march import march
 
 every_basis = pytest.mark.parametrize("basis", BASES)

@@ -11,9 +11,9 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES, affine, block_entries, off_lines, plane
 
 from tilth import BadInput, Model
+from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
 from tilth.boundaries.together import AXIS
-from tilth.simulation import Simulation
 from tilth.verification.march import march
 
 every_basis = pytest.mark.parametrize("basis", BASES)

@@ -15,12 +15,12 @@ from mesh_bodies import DIMENSION, distorted_mesh, write
 from small_problems import CORNER_BASES, assert_same_bits, block_entries, plane, rollers, weight
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.bodies import BodyPoints, discretise
-from tilth.corners import corner_signs, mean_half_edges
+from tilth.bodies.corners import corner_signs, mean_half_edges
 from tilth.errors import BadInput
 from tilth.model import Body, Mesh
-from tilth.simulation import Simulation
 
 pytest.importorskip("meshio")
 

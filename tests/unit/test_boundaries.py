@@ -12,9 +12,9 @@ from scipy.linalg import expm, logm
 from small_problems import KINDS, affine, block_entries, plane, rollers
 
 from tilth import BadInput, Model
+from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 
 
 def simulation(kind: str, boundaries: list[dict[str, Any]], **changed: Any) -> Simulation:

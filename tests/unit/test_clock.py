@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tilth.clock import GROW_AFTER, Clock
+from tilth.analysis.clock import GROW_AFTER, Clock
 from tilth.model import Schedule
 
 

@@ -21,11 +21,12 @@ from small_problems import (
 )
 
 from tilth import AnalysisFailed, Model, resume, run
-from tilth.corners import corner_signs
-from tilth.domains import half_edges, keep_off_axis, upper_edges
+from tilth.analysis.simulation import Simulation
+from tilth.bodies.corners import corner_signs
+from tilth.mpm.domains import half_edges, keep_off_axis, upper_edges
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
 from tilth.verification.cases import example, varied
 
 every_basis = pytest.mark.parametrize("basis", CORNER_BASES)

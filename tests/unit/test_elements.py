@@ -9,8 +9,8 @@ from small_problems import Laboratory
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.place import locate_places
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.quadrature import locate_places
 from tilth.solvers.system import LinearSystem
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import FaceCoupling

@@ -8,10 +8,11 @@ import pytest
 from small_problems import BASES, KINDS, Laboratory, block_entries, deformed_laboratory, dimension
 
 from tilth import Model, _core
-from tilth.domains import bound_domains
+from tilth.analysis.simulation import Simulation
 from tilth.errors import StepFailed
-from tilth.grid import ActiveGrid, Buffers, Grid, locate
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.domains import bound_domains
+from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)

@@ -26,10 +26,10 @@ from implicit_blocks import (
 from implicit_problems import ghost_force
 from small_problems import BASES, dimension
 
-import tilth.simulation
+import tilth.analysis.simulation
 from tilth import Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.simulation import Simulation, StepResult
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.terms.weak_springs import WeakSprings
 from tilth.verification.march import march
@@ -142,7 +142,7 @@ def test_reaction_and_moment_balance_the_loads(
     class Kept:
         of = staticmethod(keep)
 
-    monkeypatch.setattr(tilth.simulation, "WeakSprings", Kept)
+    monkeypatch.setattr(tilth.analysis.simulation, "WeakSprings", Kept)
     monkeypatch.setattr(Ghost, "couplings", keep_couplings)
     kind, shape, walls = SUPPORTS[name]
     dim = dimension(kind)

@@ -23,8 +23,8 @@ from implicit_blocks import (
 from small_problems import KINDS, plane
 
 from tilth import BadInput, Model
+from tilth.analysis.simulation import Simulation
 from tilth.cli import run_command
-from tilth.simulation import Simulation
 
 BLOCK = {"type": "box", "lower": [0.1, 0.2], "upper": [1.1, 1.2]}
 CUBE = {"type": "box", "lower": [0.1, 0.2, 0.3], "upper": [1.1, 1.2, 1.3]}

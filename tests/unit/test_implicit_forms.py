@@ -24,10 +24,10 @@ from implicit_problems import (
 from small_problems import KINDS, block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.band import BandConstraint
-from tilth.grid import ActiveGrid
-from tilth.simulation import Simulation
+from tilth.mpm.grid import ActiveGrid
 
 CONDITIONS = ("roller", "fixed", "tangential", "direction")
 CASES = [

@@ -12,13 +12,13 @@ from scipy.spatial import cKDTree
 from small_problems import block_entries, dimension
 
 from tilth import BadInput, Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit, Pose
 from tilth.boundaries.implicit.constraint import turned
 from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 
 LINE = {"type": "plane", "point": [0.2, 0.1], "normal": [0.0, 1.0]}
 PLANE = {"type": "plane", "point": [0.2, 0.1, 0.0], "normal": [0.0, 0.0, 1.0]}

@@ -13,10 +13,10 @@ from implicit_blocks import flat, gravity, implicit, model_of
 from small_problems import BASES, material_entries
 
 from tilth import Model, resume, run
+from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.output import read_checkpoint
 from tilth.output.folder import CHECKPOINT
-from tilth.record import Recorder
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 
 STEPS = 8

@@ -30,10 +30,10 @@ from small_problems import BASES, CORNER_BASES, KINDS, dimension, plane, tensor
 
 import tilth.terms.ghost
 from tilth import Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.simulation import Simulation, StepResult
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.verification.closed_forms.homogeneous import (
     full_deformation_gradient,

@@ -11,9 +11,9 @@ from implicit_problems import implicit, line, locate_contacts, rotation, take_st
 from small_problems import BASES, KINDS, block_entries, dimension, plane
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.place import locate_places
-from tilth.simulation import Simulation
+from tilth.mpm.quadrature import locate_places
 
 GRAVITY, DENSITY = 10.0, 2.0
 

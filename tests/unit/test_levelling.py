@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from tilth.f_bar import FLOW, Centres
+from tilth.mpm.f_bar import FLOW, Centres
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 

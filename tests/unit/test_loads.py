@@ -10,10 +10,11 @@ import pytest
 from small_problems import KINDS, affine, block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.loads import Loads, nearest_points
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
+from tilth.terms.loads import Loads, nearest_points
 
 
 def loaded(kind: str, loads: list[dict[str, Any]], **changed: Any) -> tuple[Loads, MaterialPoints]:

@@ -14,14 +14,15 @@ from implicit_blocks import squeezed
 from small_problems import BASES, KINDS, block_entries, dimension, plane, rollers, weight
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step import _share_left
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, initial_points
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
-from tilth.step import _share_left
 from tilth.verification.cases import example, varied
 
 TOLERANCE = 1e-8

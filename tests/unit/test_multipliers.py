@@ -11,12 +11,12 @@ from implicit_problems import implicit, line, locate_contacts, rotation
 from small_problems import KINDS, block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import Multipliers
-from tilth.grid import ActiveGrid
-from tilth.simulation import Simulation
+from tilth.mpm.grid import ActiveGrid
 
 every_angle = pytest.mark.parametrize("angle", [0.0, 10.0, 17.0, 30.0, 45.0, 70.0, 90.0])
 

@@ -11,8 +11,8 @@ from implicit_blocks import flat, implicit
 from small_problems import plane
 
 from tilth import Model
-from tilth.domains import half_edges
-from tilth.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.mpm.domains import half_edges
 from tilth.verification.march import march
 
 CELL = 0.25

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tilth import Model
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 from tilth.verification.cases import varied
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"

@@ -25,11 +25,11 @@ from small_problems import (
 )
 
 from tilth import Model, resume, run
+from tilth.analysis.predictor import LARGEST_MOTION, Predictor
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid, Buffers, find_keys, locate
-from tilth.predictor import LARGEST_MOTION, Predictor
-from tilth.simulation import Simulation
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid, Buffers, find_keys, locate
+from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march

@@ -28,12 +28,12 @@ from small_problems import (
     KINDS,
 )
 
-import tilth.analysis
+import tilth.analysis.run
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import StepResult
 from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_results, write_checkpoint
-from tilth.record import Recorder
-from tilth.simulation import StepResult
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +124,7 @@ def test_resuming_a_finished_run_changes_nothing(uninterrupted: Path, tmp_path: 
 def test_failure_in_the_middle_of_a_step_is_resumable(
     model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from tilth.soil import Soil
+    from tilth.mpm.soil import Soil
 
     calls = 0
     update = Soil.update
@@ -148,7 +148,7 @@ def test_failure_in_the_middle_of_a_step_is_resumable(
 def test_keyboard_interrupt_is_logged_and_resumable(
     model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    advance = tilth.analysis.Simulation.advance
+    advance = tilth.analysis.run.Simulation.advance
 
     def interrupt(self: Any, before: float, after: float, *more: Any) -> StepResult:
         if before >= 0.5:
@@ -156,7 +156,7 @@ def test_keyboard_interrupt_is_logged_and_resumable(
         return advance(self, before, after, *more)
 
     with monkeypatch.context() as patch:
-        patch.setattr(tilth.analysis.Simulation, "advance", interrupt)
+        patch.setattr(tilth.analysis.run.Simulation, "advance", interrupt)
         with pytest.raises(KeyboardInterrupt):
             run(model, tmp_path / "out", quiet=True)
     assert "interrupted by the user after step" in (tmp_path / "out" / "log.txt").read_text()
@@ -192,7 +192,7 @@ def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
 SLOW = """
 import json, sys, time
 from pathlib import Path
-from tilth.soil import Soil
+from tilth.mpm.soil import Soil
 from tilth.cli import run_command
 update = Soil.update
 def slowly(self, *arguments):

@@ -12,8 +12,8 @@ from implicit_blocks import flat, implicit
 from small_problems import CORNER_BASES
 
 from tilth import AnalysisFailed, BadInput, Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 
 FEW, MANY = 12, 200

@@ -11,8 +11,8 @@ import pytest
 from curved_problems import YOUNG, Problem, problem_of
 
 from tilth import AnalysisFailed, BadInput, Model
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.boundaries.implicit.passage import depth_behind
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 
 FEW, MANY, PART = 12, 200, 50

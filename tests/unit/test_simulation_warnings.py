@@ -9,8 +9,8 @@ from implicit_blocks import flat, implicit
 from small_problems import block_entries, plane
 
 from tilth import Model
-from tilth.run_warnings import JUMP, NO_JUMP, RunWarnings
-from tilth.simulation import Simulation
+from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
+from tilth.analysis.simulation import Simulation
 
 
 @pytest.mark.parametrize(("motion", "warned"), [(-0.4, False), (-0.6, True), (0.6, True)])
@@ -83,7 +83,7 @@ def test_soil_that_moves_far_further_than_what_drives_it_is_named(
 def test_jumps_are_looked_for_where_boundaries_alone_drive_the_soil(
     load: bool, warned: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tilth.run_warnings.JUMP", 0.5)
+    monkeypatch.setattr("tilth.analysis.run_warnings.JUMP", 0.5)
     simulation = pressed_block(load)
     simulation.advance(0.0, 1.0)
     assert any("as far as any boundary" in text for text in simulation.warnings) == warned

@@ -19,8 +19,8 @@ from small_problems import (
 )
 
 from tilth import BadInput, Model, _core
-from tilth.grid import Buffers, locate
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
+from tilth.mpm.grid import Buffers, locate
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, choose_solver
 from tilth.solvers.banded import BandedLU
 from tilth.solvers.protocol import Matrix

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from tilth.surface import BadSurface, Chain, LocalCubicSpline
-from tilth.surface.chain import sharp_corners
+from tilth.curves import BadSurface, Chain, LocalCubicSpline
+from tilth.curves.chain import sharp_corners
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 NUMBERS = (32, 64, 128, 256)

@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from tilth.surface import Chain, LocalCubicSpline
-from tilth.surface.crossing import find_crossings
+from tilth.curves import Chain, LocalCubicSpline
+from tilth.curves.crossing import find_crossings
 from tilth.surface.upkeep import upkeep
 
 SQUARE = Chain([[0, 0], [1, 0], [1, 1], [0, 1]], True, np.ones(4, dtype=bool))

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from tilth.curves import Chain, LocalCubicSpline
+from tilth.curves.nearest import NearestPlaces
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.spline import SplineGeometry
-from tilth.surface import Chain, LocalCubicSpline
-from tilth.surface.nearest import NearestPlaces
 
 NUMBERS = (32, 64, 128, 256)
 STAR = np.array([[1, 0.1], [0.35, 0.4], [0.1, 1], [-0.3, 0.2], [-1, -0.2], [0.1, -0.25]])

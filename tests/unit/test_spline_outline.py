@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
+from tilth.curves import LocalCubicSpline
 from tilth.errors import BadInput
 from tilth.model import Body, Box, Circle, Mesh, Polygon, Sphere
-from tilth.surface import LocalCubicSpline
 from tilth.surface.outline import outline
 
 TRAPEZIUM = [[0.0, 0.0], [3.0, 0.0], [2.0, 1.0], [1.0, 1.0], [0.0, 1.0]]

@@ -10,8 +10,8 @@ import pytest
 from small_problems import BASES, material_entries, plane
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.simulation import Simulation
 from tilth.surface.loads import SurfaceLoads
 
 every_kind = pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric"])

@@ -10,7 +10,7 @@ import pytest
 from small_problems import AXES, BASES, KINDS, block_entries, by_number, dimension, plane, weight
 
 from tilth import Model
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 from tilth.terms.weak_springs import WeakSprings
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

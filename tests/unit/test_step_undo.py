@@ -24,10 +24,10 @@ from small_problems import (
 )
 
 from tilth import AnalysisFailed, Model, run
+from tilth.analysis.simulation import Simulation
 from tilth.cli import run_command
 from tilth.errors import StepFailed
 from tilth.output import read_history, read_results
-from tilth.simulation import Simulation
 
 
 def heavy(kind: str, basis: str, material: str, load: float, **changed: Any) -> dict[str, Any]:

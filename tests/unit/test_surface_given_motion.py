@@ -13,8 +13,8 @@ from tilth import Model
 from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.protocol import Prescribed
-from tilth.grid import ActiveGrid
-from tilth.surface import Chain
+from tilth.curves import Chain
+from tilth.mpm.grid import ActiveGrid
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.march import march
 from tilth.verification.pressure_cantilever import mean_distance

@@ -11,12 +11,12 @@ import pytest
 from small_problems import BASES
 
 from tilth import BadInput, Model
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.tracker import Tracker
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.solvers.system import LinearSystem
 from tilth.surface.loads import SurfaceLoads
 from tilth.terms.balance import Balance
-from tilth.track import Tracker
 
 OCTAGON = [
     [2.0 + 1.13 * np.cos(a), 2.1 + 1.13 * np.sin(a)] for a in (np.arange(8) + 0.3) * np.pi / 4.0

@@ -11,11 +11,11 @@ import pytest
 from small_problems import affine, material_entries
 
 from tilth import Model
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.curves import LocalCubicSpline
 from tilth.errors import BadInput
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.simulation import Simulation
-from tilth.surface import LocalCubicSpline
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.surface.loads import SurfaceLoads
 
 PRESSURE = 3.0

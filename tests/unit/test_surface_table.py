@@ -15,10 +15,10 @@ from small_problems import block_entries, rollers, weight
 from tracked_shapes import circle, line, octahedron, with_surfaces
 
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import Simulation
 from tilth.output import SurfaceShape, prepare_output_folder, read_results, read_surface
 from tilth.output import write_surfaces as write
-from tilth.record import Recorder
-from tilth.simulation import Simulation
 
 
 def test_chains_are_written_along_the_curve(tmp_path: Path) -> None:
@@ -143,7 +143,7 @@ def test_a_run_writes_its_surfaces_at_every_output(
         seen.append((snapshot.step, read_surface(path)["step"][0]))
 
     monkeypatch.setattr(Simulation, "surface_shapes", top_of_points)
-    monkeypatch.setattr("tilth.record.write_surfaces", note)
+    monkeypatch.setattr("tilth.analysis.recorder.write_surfaces", note)
     run(Model.from_dict(entries()), tmp_path / "out", quiet=True)
     assert seen == [(0, 0), (2, 2), (4, 4)]
     results = read_results(tmp_path / "out/results.vtkhdf")

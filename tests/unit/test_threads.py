@@ -22,8 +22,8 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.analysis.simulation import Simulation
 from tilth.cli import set_environment
-from tilth.simulation import Simulation
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 

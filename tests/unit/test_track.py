@@ -10,8 +10,8 @@ import pytest
 from small_problems import affine, block_entries, plane, rollers, weight
 
 from tilth import Model
-from tilth.simulation import Simulation
-from tilth.track import Tracker
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.tracker import Tracker
 
 GRADIENT = np.array([[1.3, 0.4], [0.1, 0.85]])
 

@@ -12,10 +12,10 @@ from resumed_runs import assert_same_results, run_until
 from small_problems import BASES
 
 from tilth import Model, resume, run
+from tilth.analysis.simulation import Simulation
+from tilth.curves.chain import Chain
+from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
-from tilth.simulation import Simulation
-from tilth.surface.chain import Chain
-from tilth.surface.spline import LocalCubicSpline
 from tilth.surface.tracked import LONGEST, SHORTEST, TrackedSurface
 from tilth.surface.upkeep import upkeep
 from tilth.verification.march import march

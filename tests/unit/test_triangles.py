@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from tilth.surface import BadSurface
+from tilth.curves import BadSurface
 from tilth.surface.subdivide import subdivide
 from tilth.surface.triangles import Triangles, triangle_rule
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tilth.errors import BadInput
-from tilth.user_function import UserFunction, load_function
+from tilth.model.user_function import UserFunction, load_function
 
 FILE = """
 from __future__ import annotations

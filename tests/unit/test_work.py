@@ -11,7 +11,7 @@ from implicit_blocks import flat, implicit
 from small_problems import block_entries, plane
 
 from tilth import Model
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 
 LID = plane("lid", "y", 2.0, condition="prescribed", displacement={"y": -0.2})
 BASE = plane("base", "y", 0.0)

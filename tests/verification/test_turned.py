@@ -3,7 +3,7 @@
 
 import pytest
 
-from tilth.simulation import Simulation
+from tilth.analysis.simulation import Simulation
 from tilth.verification.cases import example
 from tilth.verification.turned import ANGLE, aligned, turned
 

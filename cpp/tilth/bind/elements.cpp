@@ -8,7 +8,7 @@ namespace tilth::bind {
 
 namespace {
 
-/// Reads tilth.pattern.Elements.
+/// Reads tilth.mpm.pattern.Elements.
 struct ElementsView : kernel::Elements {
   ConstShorts shorts[2];
   ConstIntegers integers[5];

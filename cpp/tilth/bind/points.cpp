@@ -13,7 +13,7 @@ namespace tilth::bind {
 
 namespace {
 
-/// Reads tilth.f_bar.Centres; without one (None) there is no F-bar.
+/// Reads tilth.mpm.f_bar.Centres; without one (None) there is no F-bar.
 struct CentresView : kernel::Centres {
   ConstIntegers arrays64[2];
   ConstShorts arrays32[3];
@@ -155,7 +155,7 @@ void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles h
        cell_keys.data(), filled.data());
 }
 
-/// Cells and shares of F-bar (tilth.f_bar.Centres), and the moments of the material in the cells.
+/// Cells and shares of F-bar (tilth.mpm.f_bar.Centres), and the moments of the material in the cells.
 auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                        ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
                        ConstIntegers cell_keys) {

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.corners import corner_signs
+from tilth.bodies.corners import corner_signs
 
 
 class Element(Protocol):

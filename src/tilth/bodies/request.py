@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.corners import corner_signs
+from tilth.bodies.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
 
 MAXIMUM_POINTS = 1_000_000_000

@@ -10,9 +10,9 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
+from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.bodies.pieces import Brick
 from tilth.bodies.request import BodyPoints, Request
-from tilth.corners import corner_signs, mean_half_edges, parallelepiped
 
 # Tiles that are made at a time, to bound the memory.
 BATCH = 250_000

@@ -15,8 +15,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.protocol import Prescribed
-from tilth.grid import ActiveGrid
 from tilth.model import AffineBoundary, Model
+from tilth.mpm.grid import ActiveGrid
 
 
 def outer_nodes(active: ActiveGrid) -> Flags:

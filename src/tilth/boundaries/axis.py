@@ -20,9 +20,9 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.axis_rows import AxisRows
 from tilth.boundaries.together import NOBODY, Conditions
 from tilth.errors import BadInput
-from tilth.grid import ActiveGrid, Grid
 from tilth.model import Model
-from tilth.points import MaterialPoints
+from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.points import MaterialPoints
 from tilth.terms.linear import Coupling
 
 ON_LINE = 1e-6

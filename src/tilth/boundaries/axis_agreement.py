@@ -12,8 +12,8 @@ from tilth.boundaries.agreement import TOLERANCE, turning_times
 from tilth.boundaries.axis import Axis, leaves_the_axis
 from tilth.boundaries.protocol import Boundary
 from tilth.boundaries.together import Conditions
-from tilth.grid import ActiveGrid
 from tilth.model import Model
+from tilth.mpm.grid import ActiveGrid
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit

@@ -15,9 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.grid import ActiveGrid
 from tilth.model import Model
-from tilth.points import MaterialPoints
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 
 GAP = 0.05
 """Radius of a hole, in cells, up to which it counts as none."""

@@ -13,9 +13,9 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags
 from tilth.boundaries.protocol import Prescribed
-from tilth.grid import ActiveGrid
 from tilth.model import Model, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.mpm.grid import ActiveGrid
 
 TOLERANCE = 1e-6
 """A node belongs to a place or range within this share of a cell."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from tilth.arrays import Flags, Floats
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 
 
 @dataclass(frozen=True)

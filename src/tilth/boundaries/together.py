@@ -14,7 +14,7 @@ from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary
 from tilth.errors import BadInput
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 
 NOBODY = -1
 AXIS = -2

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.curves.chain import BadSurface, Chain
+from tilth.curves.crossing import require_no_crossing
+from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput
 from tilth.geometry.box import Box
 from tilth.geometry.footing import Footing
@@ -28,10 +31,7 @@ from tilth.model.geometry import (
     SphereGeometry,
 )
 from tilth.model.geometry import SplineGeometry as Splined
-from tilth.surface.chain import BadSurface, Chain
-from tilth.surface.crossing import require_no_crossing
-from tilth.surface.spline import LocalCubicSpline
-from tilth.user_function import UserFunction
+from tilth.model.user_function import UserFunction
 
 __all__ = ["Geometry", "make_geometry"]
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Flags, Floats
+from tilth.curves.nearest import Nearest, NearestPlaces
+from tilth.curves.spline import LocalCubicSpline
 from tilth.geometry.flat import left_normal, unit
 from tilth.geometry.protocol import Facets
-from tilth.surface.nearest import Nearest, NearestPlaces
-from tilth.surface.spline import LocalCubicSpline
 
 
 class SplineGeometry:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a run leaves behind: results, history, log, checkpoint, and the progress bar."""
 
-from .checkpoint import read_checkpoint, write_checkpoint
-from .folder import prepare_output_folder
-from .history import HistoryWriter, read_history
-from .log import RunLog, read_log
-from .progress import Progress
-from .snapshot import Snapshot, SurfaceShape
-from .surface_table import read_surface, write_surfaces
-from .vtkhdf import Results, ResultsWriter, read_results
+from tilth.output.checkpoint import read_checkpoint, write_checkpoint
+from tilth.output.folder import prepare_output_folder
+from tilth.output.history import HistoryWriter, read_history
+from tilth.output.log import RunLog, read_log
+from tilth.output.progress import Progress
+from tilth.output.snapshot import Snapshot, SurfaceShape
+from tilth.output.surface_table import read_surface, write_surfaces
+from tilth.output.vtkhdf import Results, ResultsWriter, read_results
 
 __all__ = [
     "HistoryWriter",

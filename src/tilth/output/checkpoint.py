@@ -13,8 +13,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..errors import BadInput
-from .files import replace_durably
+from tilth.errors import BadInput
+from tilth.output.files import replace_durably
 
 META = "meta.json"
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import BadInput
+from tilth.errors import BadInput
+from tilth.model import Model
 
 RESULTS = "results.vtkhdf"
 HISTORY = "history.csv"
@@ -79,3 +80,12 @@ def read_declared(folder: Path | str) -> dict[str, Any]:
         raise BadInput(f"{file} cannot be read: {error}", "name the folder of a tilth run") from (
             error
         )
+
+
+def load_model(folder: Path) -> Model:
+    """Returns the model that a run in `folder` computes.
+
+    Raises:
+        BadInput: `folder` is not that of a run.
+    """
+    return Model.from_dict(read_declared(folder))

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tilth.arrays import Floats
-
-from ..errors import BadInput
-from .files import write_durably
+from tilth.errors import BadInput
+from tilth.output.files import write_durably
 
 FIRST_COLUMNS = ("step", "time", "iterations")
 

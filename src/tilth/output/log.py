@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
-from ..errors import BadInput
+from tilth.errors import BadInput
 
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 _RESIDUALS_PER_LINE = 6

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import BadInput
-from .files import write_durably
-from .snapshot import Snapshot, SurfaceShape
+from tilth.errors import BadInput
+from tilth.output.files import write_durably
+from tilth.output.snapshot import Snapshot, SurfaceShape
 
 WHOLE_NUMBERS = ("step", "chain", "closed", "point")
 """Columns of whole numbers, counted from 0; ``closed`` is 1 or 0."""

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import BadInput
-from .files import exchange_durably, replace_durably
-from .snapshot import Snapshot
-from .vtkhdf_layout import (
+from tilth.errors import BadInput
+from tilth.output.files import exchange_durably, replace_durably
+from tilth.output.snapshot import Snapshot
+from tilth.output.vtkhdf_layout import (
     append_snapshot,
     copy_last_snapshot,
     create_file,

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .snapshot import FieldsOnDemand, Snapshot, SurfaceShape
+from tilth.output.snapshot import FieldsOnDemand, Snapshot, SurfaceShape
 
 VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_QUAD, VTK_HEXAHEDRON = 1, 3, 5, 9, 12
 VERSION = (2, 2)

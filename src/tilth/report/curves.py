@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Floats
-
-from ..output.history import FIRST_COLUMNS
-from .fields import with_unit
+from tilth.output.history import FIRST_COLUMNS
+from tilth.report.fields import with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-
-from ..corners import corner_signs
+from tilth.bodies.corners import corner_signs
 
 
 def corners_of_boxes(half_lengths: Floats) -> Floats:

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from tilth.arrays import Floats
-
-from ..errors import BadInput
-from ..output.snapshot import Snapshot
+from tilth.errors import BadInput
+from tilth.output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 AXES = ("x", "y", "z")

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..output.files import write_durably
-from ..output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
-from ..output.history import read_history
-from ..output.log import LogContents, read_log
-from ..output.vtkhdf import Results, read_results
-from .curves import draw_curves, draw_newton
-from .pictures import draw_frames
-from .setup import Setup, draw_setup
-from .style import CSS
-from .tables import facts_table, model_tables
+from tilth.output.files import write_durably
+from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
+from tilth.output.history import read_history
+from tilth.output.log import LogContents, read_log
+from tilth.output.vtkhdf import Results, read_results
+from tilth.report.curves import draw_curves, draw_newton
+from tilth.report.pictures import draw_frames
+from tilth.report.setup import Setup, draw_setup
+from tilth.report.style import CSS
+from tilth.report.tables import facts_table, model_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-
-from ..output.snapshot import Snapshot
-from .domains import corners_of_boxes, outlines
-from .fields import field_values, with_unit
-from .space import draw_space
-from .tracked import (
+from tilth.output.snapshot import Snapshot
+from tilth.report.domains import corners_of_boxes, outlines
+from tilth.report.fields import field_values, with_unit
+from tilth.report.space import draw_space
+from tilth.report.tracked import (
     add_tracked_legend,
     draw_plane_tracked,
     draw_space_tracked,

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-
-from .setup_data import Condition, Load, Setup, Surface
-from .setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
-from .surface_view import LINE_STYLES, LINE_WIDTH
-from .symbols import arrow, hatching, support
-from .tracked import tracked_handles
+from tilth.report.setup_data import Condition, Load, Setup, Surface
+from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
+from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
+from tilth.report.symbols import arrow, hatching, support
+from tilth.report.tracked import tracked_handles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +29,7 @@ def draw_setup(setup: Setup) -> Figure:
 
     notes: list[str] = []
     if setup.dim == 3:
-        from .setup_3d import draw_setup_3d
+        from tilth.report.setup_3d import draw_setup_3d
 
         figure = draw_setup_3d(setup, notes)
     else:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-
-from .setup_data import Setup
-from .setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
-from .space import draw_space
-from .surface_lines import clip_triangles
-from .tracked import draw_space_tracked
+from tilth.report.setup_data import Setup
+from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
+from tilth.report.space import draw_space
+from tilth.report.surface_lines import clip_triangles
+from tilth.report.tracked import draw_space_tracked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
-
-from ..output.snapshot import SurfaceShape
-from .surface_lines import clip_segments, clip_triangles, moved_corners
+from tilth.output.snapshot import SurfaceShape
+from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
 
 _NEAR = 0.08
 """How far around the soil surfaces are seen, as a part of its longest side."""

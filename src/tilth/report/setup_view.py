@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
-
-from .domains import corners_of_boxes, outlines, sides_towards
-from .fields import with_unit
-from .setup_data import Condition, Setup
-from .surface_view import draw_surface
-from .symbols import arrows, support
-from .tracked import draw_tracked_lines
+from tilth.report.domains import corners_of_boxes, outlines, sides_towards
+from tilth.report.fields import with_unit
+from tilth.report.setup_data import Condition, Setup
+from tilth.report.surface_view import draw_surface
+from tilth.report.symbols import arrows, support
+from tilth.report.tracked import draw_tracked_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Floats
-
-from .domains import corners_of_boxes, sides_towards
-from .fields import with_unit
-from .outer import free_sides, outer_points
+from tilth.report.domains import corners_of_boxes, sides_towards
+from tilth.report.fields import with_unit
+from tilth.report.outer import free_sides, outer_points
 
 MOST_SOLIDS = 8_000
 """Outer points up to which the sides of the domains are drawn, beyond it markers."""

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-
-from .setup_data import Surface
-from .surface_lines import (
+from tilth.report.setup_data import Surface
+from tilth.report.surface_lines import (
     chains,
     clip_segments,
     clip_triangles,
@@ -20,7 +19,7 @@ from .surface_lines import (
     polyline,
     seen_edge_on,
 )
-from .symbols import arrows
+from tilth.report.symbols import arrows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

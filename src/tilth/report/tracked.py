@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
-
-from ..output.snapshot import Snapshot, SurfaceShape
+from tilth.output.snapshot import Snapshot, SurfaceShape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import SolveFailed
 
 

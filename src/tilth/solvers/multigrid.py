@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.exact_part import ExactPart
 from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
 from tilth.solvers.protocol import Solution, SolveFailed

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
 
 

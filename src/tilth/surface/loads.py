@@ -16,11 +16,11 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.fields import factor_at
-from tilth.pattern import Elements, same_starts
-from tilth.place import Place, locate_places, near_soil
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.quadrature import Place, locate_places, near_soil
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput
-from tilth.grid import ActiveGrid
 from tilth.model import Model
-from tilth.place import near_soil
-from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.quadrature import near_soil
 from tilth.surface.protocol import BodySurface
 
 

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
+from tilth.curves.chain import Chain, sharp_corners
 from tilth.model import Body, Box, Circle, Mesh, Polygon
-from tilth.surface.chain import Chain, sharp_corners
 
 # Places with a radius below this, in cells, are on the axis of symmetry.
 ON_AXIS = 1e-9

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
-from tilth.points import MaterialPoints
 from tilth.surface.quadrature import SurfaceQuadrature
 
 

@@ -11,19 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
+from tilth.curves.chain import BadSurface, Chain, sharp_corners
+from tilth.curves.crossing import find_crossings, require_no_crossing
+from tilth.curves.nearest import NearestPlaces
+from tilth.curves.pieces import cut_at_grid, gauss_points
+from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
-from tilth.grid import ActiveGrid
 from tilth.model import Body, Model, SurfaceLoad
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.quadrature import locate_places, near_soil
 from tilth.output.snapshot import SurfaceShape
-from tilth.place import locate_places, near_soil
-from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface, Chain, sharp_corners
-from tilth.surface.crossing import find_crossings, require_no_crossing
-from tilth.surface.nearest import NearestPlaces
 from tilth.surface.outline import ON_AXIS, outline
-from tilth.surface.pieces import cut_at_grid, gauss_points
 from tilth.surface.quadrature import SurfaceQuadrature
-from tilth.surface.spline import LocalCubicSpline
 from tilth.surface.upkeep import upkeep
 
 LONGEST = 1.25

@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
+from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput, StepFailed
-from tilth.grid import ActiveGrid
 from tilth.model import Model, SurfaceLoad
 from tilth.model.problems import unknown_name
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
-from tilth.points import MaterialPoints
-from tilth.surface.chain import BadSurface
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide

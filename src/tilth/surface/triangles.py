@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.surface.chain import BadSurface, listed
+from tilth.curves.chain import BadSurface, listed
 
 # A triangle lower than this many roundings of the largest coordinate has no normal.
 ROUNDINGS = 16.0

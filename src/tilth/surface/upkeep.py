@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.surface.chain import Chain
-from tilth.surface.spline import LocalCubicSpline
+from tilth.curves.chain import Chain
+from tilth.curves.spline import LocalCubicSpline
 
 # Points below which a chain keeps those it has: a closed curve needs three, one more is a margin.
 FEWEST = 4

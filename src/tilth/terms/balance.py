@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, norm
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.terms.protocol import Role, Term, union
 
 

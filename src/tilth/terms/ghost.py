@@ -36,9 +36,9 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid, find_keys, lattice_keys
-from tilth.pattern import Elements, same_starts
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
+from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.soil import Soil
 
 FILL_WITHOUT_PENALTY = 0.5
 """Share of a cell from which on it is not stabilised."""

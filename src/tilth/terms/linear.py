@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.grid import ActiveGrid
-from tilth.pattern import Elements, same_starts
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements, same_starts
 from tilth.terms.protocol import AssembledTerm, NodeLists, Term
 
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid
-from tilth.loads import Loads
-from tilth.pattern import Elements
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
+from tilth.mpm.soil import Soil
+from tilth.terms.loads import Loads
 from tilth.terms.protocol import AssembledTerm, Role, Term
 
 

@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats
-from tilth.grid import ActiveGrid
-from tilth.pattern import Elements
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
 
 NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 """First entry of each element, shape (elements + 1,), among node numbers, shape (entries,)."""

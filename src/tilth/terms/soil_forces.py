@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tilth.arrays import Flags, Floats
-from tilth.grid import ActiveGrid
-from tilth.pattern import Elements
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
+from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Role, Term
 
 

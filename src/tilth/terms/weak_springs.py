@@ -23,9 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats
-from tilth.grid import ActiveGrid
-from tilth.pattern import Elements
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
+from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Term
 
 RELATIVE_STIFFNESS = 1e-8

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tilth.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

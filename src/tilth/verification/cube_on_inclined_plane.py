@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.model import BodyForce, Box, HenckyElastic, ImplicitBoundary, Model, SphereGeometry
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import HeldBall, Moduli
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

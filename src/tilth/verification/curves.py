@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model import ImplicitBoundary, Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.march import march
 
 

@@ -8,12 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
-from tilth.loads import nearest_points
 from tilth.model import Model
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, StepResult, initial_points
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
+from tilth.terms.loads import nearest_points
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march

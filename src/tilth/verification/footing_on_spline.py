@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model import Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, vanishing
 from tilth.verification.march import march

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.errors import AnalysisFailed
 from tilth.model import AffineBoundary, HenckyElastic, Model, VonMises
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, StepResult
+from tilth.mpm.points import MaterialPoints
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import (
     components,

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.model import CircleGeometry, ImplicitBoundary
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, relative
 from tilth.verification.march import march

@@ -11,7 +11,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.model import AffineBoundary, Body, Model
 from tilth.model.bodies import DomainUpdate
-from tilth.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints
 from tilth.verification.cases import varied
 from tilth.verification.closed_forms import components, full_deformation_gradient
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model import BodyForce, Box, Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied, with_basis
 from tilth.verification.closed_forms import SelfWeightColumn
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from tilth.analysis.clock import Clock
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.clock import Clock
 from tilth.errors import AnalysisFailed, StepFailed
 from tilth.model import Model
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, StepResult
+from tilth.mpm.points import MaterialPoints
 
 
 def march(

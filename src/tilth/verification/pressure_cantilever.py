@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
+from tilth.curves import Chain, LocalCubicSpline
+from tilth.curves.nearest import NearestPlaces
+from tilth.curves.spline import left
 from tilth.model import Model, SurfaceLoad
-from tilth.simulation import Simulation, StepResult
-from tilth.surface import Chain, LocalCubicSpline
-from tilth.surface.nearest import NearestPlaces
-from tilth.surface.spline import left
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.comparison import Comparison, absolute, at_least, vanishing

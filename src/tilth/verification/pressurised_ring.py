@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed
 from tilth.model import HenckyElastic, Model, SurfaceLoad, VonMises
-from tilth.simulation import Simulation, StepResult
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import PlasticRing, WidenedCylinder

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.model import HenckyElastic
-from tilth.simulation import Simulation, StepResult
 from tilth.surface.tracked_triangles import TrackedSolidSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.ball import PressurisedShell

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model import Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.comparison import Comparison, relative, vanishing
 from tilth.verification.march import march

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import BASES, example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.grid import Buffers, locate
+from tilth.curves import LocalCubicSpline
 from tilth.model import Circle, Model, SurfaceLoad
-from tilth.simulation import Simulation, StepResult
-from tilth.surface import LocalCubicSpline
+from tilth.mpm.grid import Buffers, locate
 from tilth.surface.loads import SurfaceLoads
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model import Box, HenckyElastic, Model, PlaneBoundary
-from tilth.simulation import Simulation, StepResult
 from tilth.verification import widened_cylinder
 from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.closed_forms import ThickCylinder, hencky_cauchy_stress

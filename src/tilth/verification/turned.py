@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.motion import rotation_matrix
 from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.model import ImplicitBoundary, Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.curves import Curve

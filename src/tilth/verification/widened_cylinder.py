@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import HenckyElastic, Model
-from tilth.simulation import Simulation, StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import WidenedCylinder
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

@@ -23,7 +23,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.implicit.multipliers import Multipliers, held_directions
-from tilth.place import Place
+from tilth.mpm.quadrature import Place
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit, Pose

@@ -18,11 +18,11 @@ from tilth.boundaries.implicit.multipliers import (
     joined_cells,
     multiplier_coupling,
 )
-from tilth.domains import half_edges
 from tilth.geometry.flat import box_corners
-from tilth.grid import ActiveGrid
-from tilth.place import locate_places
-from tilth.points import MaterialPoints
+from tilth.mpm.domains import half_edges
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.quadrature import locate_places
 from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:

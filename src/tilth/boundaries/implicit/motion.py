@@ -12,7 +12,7 @@ from tilth.arrays import Floats
 from tilth.geometry.protocol import Geometry, RoundGeometry
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.fields import AXES
-from tilth.user_function import UserFunction
+from tilth.model.user_function import UserFunction
 
 STEP = 1e-6
 """Step of the differences that give the gradient of a user's motion, relative to a cell."""

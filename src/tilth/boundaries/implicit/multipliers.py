@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.domains import half_edges
-from tilth.points import MaterialPoints
+from tilth.mpm.domains import half_edges
+from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit

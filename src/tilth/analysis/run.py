@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from tilth import _core
+from tilth.analysis.clock import Clock
+from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import MissingState
 from tilth.arrays import Floats
-from tilth.clock import Clock
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.interrupt import InterruptKey
 from tilth.model import Model
+from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
-from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT
-from tilth.points import MaterialPoints
-from tilth.record import Recorder
-from tilth.simulation import Simulation
-from tilth.state import MissingState
+from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT, load_model
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,6 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
         BadInput: there is nothing to resume in `out`.
         AnalysisFailed: as in `run`.
     """
-    from tilth.present import load_model
-
     folder = Path(out)
     used = set_threads(threads)
     model = load_model(folder)
@@ -132,7 +130,7 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
 
 def _report(simulation: Simulation, recorder: Recorder) -> None:
     if simulation.model.output.report:
-        from tilth.present import write_report
+        from tilth.analysis.setup import write_report
 
         with simulation.timers.measure("rest"):
             write_report(recorder.folder)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.surface.chain import Chain, turning
+from tilth.curves.chain import Chain, turning
 
 # Turning angles of round-off; a run as straight as this is divided like a circle's arc.
 STRAIGHT = 1e-15

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is shown of a model and of a run: the picture of the set-up, and the report."""
+"""What the picture of the set-up shows of a model, and the report of a run."""
 
 from __future__ import annotations
 
@@ -7,24 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.grid import ActiveGrid, Buffers, locate
-from tilth.loads import Loads
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
-from tilth.output.folder import read_declared
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.output.folder import load_model
 from tilth.report.setup_data import Condition, Load, Setup, Surface
-from tilth.simulation import Simulation
 from tilth.surface.loads import SurfaceLoads
-
-
-def load_model(folder: Path) -> Model:
-    """Returns the model that a run in `folder` computes.
-
-    Raises:
-        BadInput: `folder` is not that of a run.
-    """
-    return Model.from_dict(read_declared(folder))
+from tilth.terms.loads import Loads
 
 
 def write_report(folder: Path) -> Path:

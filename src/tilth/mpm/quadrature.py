@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid, find_keys, lattice_keys
+from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
 
 
 @dataclass(frozen=True)

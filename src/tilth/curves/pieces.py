@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.surface.spline import LocalCubicSpline, left
+from tilth.curves.spline import LocalCubicSpline, left
 
 # Places nearer to a grid line than this, in cells, lie on it. So a segment along a line or one
 # that only touches it is not cut by round-off.

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid, find_keys
-from tilth.soil import Soil
+from tilth.mpm.grid import ActiveGrid, find_keys
+from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 
 LARGEST_MOTION = 0.25

@@ -14,7 +14,7 @@ from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import SMALL, depth_behind
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints
 
 JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.grid import ActiveGrid, Grid, Stencil
-from tilth.points import MaterialPoints
+from tilth.mpm.grid import ActiveGrid, Grid, Stencil
+from tilth.mpm.points import MaterialPoints
 
 FLOW = 0.03
 """Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""

@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.domains import keep_off_axis
 from tilth.errors import StepFailed
-from tilth.f_bar import Centres
-from tilth.grid import ActiveGrid
-from tilth.points import MaterialPoints, PointRange
+from tilth.mpm.domains import keep_off_axis
+from tilth.mpm.f_bar import Centres
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.timers import Timers
 
 _FAILURES = {

@@ -7,13 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.domains import upper_edges
-from tilth.loads import nearest_points
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
-from tilth.points import MaterialPoints
-from tilth.simulation import Simulation, StepResult
+from tilth.mpm.domains import upper_edges
+from tilth.mpm.points import MaterialPoints
+from tilth.terms.loads import nearest_points
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 

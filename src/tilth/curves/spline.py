@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
-from tilth.surface.chain import Chain
-from tilth.surface.tangents import tangents
+from tilth.curves.chain import Chain
+from tilth.curves.tangents import tangents
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.corners import mean_half_edges
-from tilth.grid import Grid
-from tilth.points import MaterialPoints
+from tilth.bodies.corners import mean_half_edges
+from tilth.mpm.grid import Grid
+from tilth.mpm.points import MaterialPoints
 
 LEAST_HALF_LENGTH = 1e-3
 """Half lengths stay above this share of a cell; only a degenerate update comes so far."""

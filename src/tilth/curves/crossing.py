@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
+from tilth.curves.chain import Chain
 from tilth.errors import BadInput
-from tilth.surface.chain import Chain
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.errors import StepFailed
-from tilth.groups import Groups, group
-from tilth.pattern import Elements, Pattern
-from tilth.points import MaterialPoints
+from tilth.mpm.groups import Groups, group
+from tilth.mpm.pattern import Elements, Pattern
+from tilth.mpm.points import MaterialPoints
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import __version__
-from tilth.clock import Clock
+from tilth.analysis.clock import Clock
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.tracker import Tracker
 from tilth.errors import StepFailed, TilthError
-from tilth.grid import ActiveGrid, Buffers, locate
 from tilth.model import Model
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.initial_points import initial_points
 from tilth.output import (
     HistoryWriter,
     Progress,
@@ -29,8 +32,6 @@ from tilth.output import (
 )
 from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS, SURFACE
 from tilth.output.snapshot import FieldsOnDemand
-from tilth.simulation import Simulation, StepResult, initial_points
-from tilth.track import Tracker
 
 
 @dataclass

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.corners import corner_signs, mean_half_edges, parallelepiped
+from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 
 
 @dataclass(frozen=True)

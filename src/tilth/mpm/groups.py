@@ -17,10 +17,10 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Integers
 from tilth.errors import StepFailed
-from tilth.points import MaterialPoints, PointRange
+from tilth.mpm.points import MaterialPoints, PointRange
 
 if TYPE_CHECKING:
-    from tilth.grid import Grid
+    from tilth.mpm.grid import Grid
 
 
 _REACH, _WIDTH = -1, -2  # SupportFailure of kernel/corners.hpp

@@ -11,34 +11,33 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth import _core
+from tilth.analysis.predictor import Predictor
+from tilth.analysis.run_warnings import RunWarnings
+from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
+from tilth.analysis.step import Equilibrium, Newton, solve_step
 from tilth.arrays import Floats
-from tilth.bodies import discretise
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.agreement import require_agreement
 from tilth.boundaries.axis import Axis, OnAxis
 from tilth.boundaries.axis_agreement import require_on_axis
 from tilth.boundaries.implicit.passage import find_passage
 from tilth.boundaries.together import require_no_rigid_motion
-from tilth.domains import bound_domains, keep_off_axis
 from tilth.errors import BadInput, StepFailed
-from tilth.grid import ActiveGrid, Buffers, Grid, locate
-from tilth.loads import Loads
 from tilth.model import Model
 from tilth.model.fields import AXES
+from tilth.mpm.domains import bound_domains
+from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.soil import Soil
 from tilth.output.snapshot import SurfaceShape
-from tilth.points import MaterialPoints, PointRange
-from tilth.predictor import Predictor
-from tilth.run_warnings import RunWarnings
-from tilth.soil import Soil
 from tilth.solvers import linear_solver
-from tilth.state import MissingState, Stateful, restore_all, state_of
-from tilth.step import Equilibrium, Newton, solve_step
 from tilth.surface.loads import SurfaceLoads
 from tilth.surface.make import make_surfaces, require_near_soil
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
+from tilth.terms.loads import Loads
 from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Term, union
 from tilth.terms.soil_forces import SoilForces
@@ -410,43 +409,3 @@ class Simulation:
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
-
-
-def initial_points(model: Model) -> MaterialPoints:
-    """Returns the undeformed material points of all bodies of a model."""
-    known = _core.materials()
-    bodies, parts, start = [], [], 0
-    for body in model.bodies:
-        part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
-        material = model.materials[body.material]
-        names, _ = known[material.model]
-        bodies.append(
-            PointRange(
-                name=body.name,
-                start=start,
-                stop=start + len(part.position),
-                basis=body.basis,
-                domain_update=body.domain_update,
-                material=material.model,
-                parameters=np.array([material.parameter(name) for name in names]),
-                density=material.density or 0.0,
-                anti_locking=body.anti_locking,
-            )
-        )
-        parts.append(part)
-        start += len(part.position)
-    corners = any(body.has_corners for body in bodies)
-    points = MaterialPoints.at_rest(
-        bodies,
-        np.concatenate([part.position for part in parts]),
-        np.concatenate([part.volume for part in parts]),
-        np.concatenate([part.half_length for part in parts]),
-        max(columns for _, columns in known.values()),
-        np.concatenate([part.corners() for part in parts]) if corners else None,
-    )
-    if model.analysis.kind == "axisymmetric":
-        for placed in bodies:
-            if placed.carried_by_gradient:
-                keep_off_axis(points.part(placed))
-        points.box_corners()
-    return points

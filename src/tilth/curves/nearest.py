@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.surface.spline import LocalCubicSpline
+from tilth.curves.spline import LocalCubicSpline
 
 # Samples of a segment; between two of them the distance has one minimum.
 SAMPLES = 8

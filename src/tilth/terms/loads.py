@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
 from tilth.model import BodyForce, Model, PointForce
-from tilth.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints
 
 TIE = 1e-6
 """Points whose distances to a place differ by less than this share of a cell are equally near."""

@@ -13,7 +13,7 @@ from tilth.arrays import Floats
 from tilth.boundaries import Conditions
 from tilth.comm import SERIAL, Communicator, norm
 from tilth.errors import StepFailed
-from tilth.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
 from tilth.terms.balance import Balance, Forces
 from tilth.timers import Timers

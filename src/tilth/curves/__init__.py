@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Curves in the plane: chains of points, the cubic spline through them, its pieces in a grid."""
+
+from tilth.curves.chain import BadSurface, Chain
+from tilth.curves.spline import LocalCubicSpline
+
+__all__ = ["BadSurface", "Chain", "LocalCubicSpline"]
