@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.model.laws import laws
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -27,7 +28,7 @@ from tilth.timers import Timers
 KINDS = ("plane_strain", "axisymmetric", "3d")
 BASES = tuple(_core.basis_names())
 CORNER_BASES = tuple(_core.corner_basis_names())
-MATERIALS = tuple(_core.materials())
+MATERIALS = tuple(laws())
 
 TYPICAL = {
     "young_modulus": 1000.0,
@@ -36,6 +37,9 @@ TYPICAL = {
     "hardening_modulus": 40.0,
 }
 """A value of each material parameter; yielding starts at strains near 0.05."""
+
+EXTREME = {"hardening_modulus": (0.0, 800.0), "poisson_ratio": (0.0, 0.49)}
+"""Further values of some parameters, for tests of a law by itself."""
 
 AXES = "xyz"
 
@@ -46,17 +50,15 @@ def dimension(kind: str) -> int:
 
 def parameters(material: str, **changed: float) -> Floats:
     """Parameters of a material in the order of the core's list."""
-    names, _ = _core.materials()[material]
-    return np.array([{**TYPICAL, **changed}[name] for name in names])
+    return np.array([{**TYPICAL, **changed}[name] for name in laws()[material].parameters])
 
 
 def material_entries(material: str, density: float = 2.0, **changed: float) -> dict[str, Any]:
     """A material as a case file would declare it."""
-    names, _ = _core.materials()[material]
     return {
         "model": material,
         "density": density,
-        **dict(zip(names, parameters(material, **changed), strict=True)),
+        **dict(zip(laws()[material].parameters, parameters(material, **changed), strict=True)),
     }
 
 

@@ -164,17 +164,21 @@ int main() {
   const auto material = tilth::material::Voce::from(parameters);
   const double before = 0.02, trial[3] = {0.2, -0.1, 0.03}, step = 1e-6;
   double tau[3], elastic[3], tangent[3][3], spare[3], high[3], low[3], none[3][3];
-  if (!material.update(trial, before, nullptr, nullptr, tau, elastic, tangent)) return 1;
+  double first[1], state[1], unused[1];
+  material.initial_state(first);
+  if (!material.update(trial, before, first, state, tau, elastic, tangent)) return 1;
   double error = 0.0;
   for (int b = 0; b < 3; ++b) {
     double above[3] = {trial[0], trial[1], trial[2]}, below[3] = {trial[0], trial[1], trial[2]};
     above[b] += step, below[b] -= step;
-    material.update(above, before, nullptr, nullptr, high, spare, none);
-    material.update(below, before, nullptr, nullptr, low, spare, none);
+    material.update(above, before, first, unused, high, spare, none);
+    material.update(below, before, first, unused, low, spare, none);
     for (int a = 0; a < 3; ++a)
       error = std::fmax(error, std::fabs((high[a] - low[a]) / (2.0 * step) - tangent[a][b]));
   }
-  std::printf("%.17g %.17g %.17g %.3g\\n", tau[0], tau[1], tau[2], error);
+  static_assert(tilth::material::Law<tilth::material::Voce>);
+  std::printf("%.17g %.17g %.17g %.17g %.17g %.3g\\n", tau[0], tau[1], tau[2], first[0], state[0],
+              error);
 }
 """
 
@@ -220,11 +224,12 @@ def test_documented_material_works(tmp_path: Path) -> None:
     place = tmp_path / "material" / "voce.hpp"
     (tmp_path / "voce.hpp").write_text(header, encoding="utf-8")
     words = compiled_output(tmp_path, place, CHECK_MATERIAL).split()
-    *stress, error = (float(word) for word in words)
+    *stress, first, strength, error = (float(word) for word in words)
     assert error < 1e-4  # of a tangent of about 1e3
     mean = sum(stress) / 3.0
     von_mises = (1.5 * sum((s - mean) ** 2 for s in stress)) ** 0.5
-    assert 60.0 < von_mises < 90.0
+    assert first == 60.0 < von_mises < 90.0
+    assert strength == pytest.approx(von_mises, rel=1e-12)
 
 
 def test_documented_basis_works(tmp_path: Path) -> None:

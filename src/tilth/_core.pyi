@@ -78,9 +78,6 @@ def share_corner_domains(stencil: object, position: Annotated[NDArray[numpy.floa
     Cells and their places in the groups, shares, moments of the cells (see f_bar.py).
     """
 
-def materials() -> dict[str, tuple[list[str], int]]:
-    """Name -> (parameter names, number of state variables)."""
-
 def response_size(kind: str) -> int:
     """Doubles per point that stress_update leaves."""
 
@@ -152,8 +149,27 @@ def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArra
 def move_domain_faces(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from their moved faces."""
 
-def elastic_energy(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], energy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Elastic energy per unit initial volume of each point."""
+def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]:
+    """
+    Name -> (parameter names, names and units of state variables, symmetric tangent).
+    """
+
+def initial_state(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the state variables' values at the start."""
+
+def elastic_moduli(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the bulk and shear modulus of each point (n, 2)."""
+
+def stored_energy(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], energy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the stored energy per unit initial volume of each point."""
+
+def elastic_deformation_of(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
+    """
+    Elastic deformation of Kirchhoff stresses (n, 6); returns the first point whose law has none, else -1.
+    """
+
+def return_to_law(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], good: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu')]) -> None:
+    """Return mapping of elastic deformations (n, 6) taken as trial states."""
 
 def principal_update(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_strain: float, state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
     """Return mapping of one point in principal axes; true on success."""

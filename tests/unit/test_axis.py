@@ -20,10 +20,11 @@ from small_problems import (
     plane,
 )
 
-from tilth import Model, _core
+from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
 from tilth.boundaries.together import AXIS
+from tilth.model.laws import laws
 from tilth.mpm.grid import Buffers, locate
 from tilth.verification.march import march
 
@@ -155,7 +156,7 @@ def uniaxial(basis: str, material: str, shift: float, **body: Any) -> Model:
 
 def uniaxial_stress(material: str) -> tuple[float, float]:
     """Cauchy stress and radial logarithmic strain at an axial one of ln 0.9."""
-    value = dict(zip(_core.materials()[material][0], parameters(material), strict=True))
+    value = dict(zip(laws()[material].parameters, parameters(material), strict=True))
     young, poisson, axial = value["young_modulus"], value["poisson_ratio"], np.log(0.9)
     plastic = 0.0
     if material == "von_mises":

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from tilth import _core
 from tilth.mpm.f_bar import FLOW, Centres
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
@@ -71,5 +72,19 @@ def test_stress_is_that_of_the_levelled_strain(file):
     pressure = points.stress[:, :3].mean(axis=1) * points.assumed_jacobian
     strain = points.elastic_strain[:, :3].sum(axis=1)
     np.testing.assert_allclose(pressure, bulk * strain, rtol=1e-9)
+    # no point is left off the yield surface: the law takes the state as it is
+    (body,) = points.bodies
+    elastic, plastic, stress = (
+        np.empty_like(a) for a in (points.elastic_deformation, points.plastic, points.stress)
+    )
+    state, good = points.state.copy(), np.empty(len(points), dtype=bool)
+    _core.return_to_law(
+        "plane_strain", body.law.name, body.parameters, points.elastic_deformation, points.plastic,
+        points.state, elastic, plastic, state, stress, good,
+    )  # fmt: skip
+    assert good.all()
+    np.testing.assert_allclose(plastic[:, 0], points.plastic[:, 0], rtol=0, atol=1e-14)
+    kirchhoff = points.stress * points.assumed_jacobian[:, None]
+    np.testing.assert_allclose(stress, kirchhoff, rtol=1e-9, atol=1e-9 * np.abs(stress).max())
     # plastic flow keeps the volume
     np.testing.assert_allclose(np.log(points.assumed_jacobian), strain, rtol=1e-9)

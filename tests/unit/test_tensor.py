@@ -77,7 +77,10 @@ def test_energy_does_not_depend_on_the_axes(values: list[float]) -> None:
     random = np.random.default_rng(1)
     strain = components(symmetric(np.tile(values, (50, 1)), "3d", random))
     density = np.full(50, np.nan)
-    _core.elastic_energy("hencky_elastic", parameters("hencky_elastic"), strain, density)
+    deformation, state = np.empty_like(strain), np.zeros((50, 0))
+    _core.elastic_deformation("3d", strain, deformation)
+    given = parameters("hencky_elastic")
+    _core.stored_energy("3d", "hencky_elastic", given, deformation, state, density)
     shear, bulk = 1000.0 / 2.6, 1000.0 / 1.2
     trace = sum(values)
     exact = 0.5 * bulk * trace**2 + shear * (np.square(values).sum() - trace**2 / 3)

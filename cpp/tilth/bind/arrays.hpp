@@ -21,6 +21,7 @@ using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using ConstDoubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<std::int64_t, nb::c_contig, nb::device::cpu>;
 using ConstIntegers = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<bool, nb::c_contig, nb::device::cpu>;
 using ConstFlags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
 using ConstShorts = nb::ndarray<const std::int32_t, nb::c_contig, nb::device::cpu>;
 
@@ -49,6 +50,7 @@ nb::ndarray<nb::numpy, T> give(std::vector<T>&& vector) {
 void bind_stencil(nb::module_& module);
 void bind_corners(nb::module_& module);
 void bind_points(nb::module_& module);
+void bind_materials(nb::module_& module);
 void bind_sparse(nb::module_& module);
 void bind_elements(nb::module_& module);
 void bind_implicit(nb::module_& module);

@@ -19,6 +19,7 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_stencil(module);
   tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);
+  tilth::bind::bind_materials(module);
   tilth::bind::bind_sparse(module);
   tilth::bind::bind_elements(module);
   tilth::bind::bind_implicit(module);

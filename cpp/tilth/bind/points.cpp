@@ -155,7 +155,8 @@ void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles h
        cell_keys.data(), filled.data());
 }
 
-/// Cells and shares of F-bar (tilth.mpm.f_bar.Centres), and the moments of the material in the cells.
+/// Cells and shares of F-bar (tilth.mpm.f_bar.Centres), and the moments of the material in the
+/// cells.
 auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                        ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
                        ConstIntegers cell_keys) {
@@ -304,60 +305,10 @@ void move_domain_faces(ConstDoubles position, ConstIntegers node_keys, ConstDoub
        cell_size.data(), half_length.data());
 }
 
-/// Elastic strain energy per unit initial volume of each point.
-void elastic_energy(const std::string& material_name, ConstDoubles parameters, ConstDoubles strain,
-                    Doubles energy) {
-  const auto points = static_cast<std::int64_t>(strain.shape(0));
-  require_size(energy, points, "energy");
-  material::with_material(material_name, parameters.data(), [&](auto material) {
-    for (std::int64_t p = 0; p < points; ++p) {
-      const Spectrum<double> s = spectrum<false>(strain.data() + 6 * p);
-      energy.data()[p] = material.moduli.energy(s.value);
-    }
-  });
-}
-
-/// One point in principal axes, for the contract tests and for material-point studies.
-bool principal_update(const std::string& material_name, ConstDoubles parameters, ConstDoubles trial,
-                      double plastic_strain, ConstDoubles state_before, Doubles state,
-                      Doubles kirchhoff, Doubles elastic, Doubles tangent) {
-  require_size(trial, 3, "trial");
-  require_size(kirchhoff, 3, "kirchhoff");
-  require_size(elastic, 3, "elastic");
-  require_size(tangent, 9, "tangent");
-  bool good = false;
-  material::with_material(material_name, parameters.data(), [&](auto material) {
-    good = material.update(trial.data(), plastic_strain, state_before.data(), state.data(),
-                           kirchhoff.data(), elastic.data(),
-                           reinterpret_cast<double (*)[3]>(tangent.data()));
-  });
-  return good;
-}
-
-auto materials() {
-  nb::dict result;
-  std::apply(
-      [&](auto... each) {
-        (
-            [&] {
-              using M = decltype(each);
-              nb::list names;
-              for (const char* name : M::parameter_names) names.append(name);
-              result[M::name] = nb::make_tuple(names, M::state_count);
-            }(),
-            ...);
-      },
-      material::List{});
-  return result;
-}
-
 }  // namespace
 
 void bind_points(nb::module_& module) {
   using namespace nb::literals;
-  module.def("materials", &materials,
-             nb::sig("def materials() -> dict[str, tuple[list[str], int]]"),
-             "Name -> (parameter names, number of state variables).");
   module.def("response_size", &response_size, "kind"_a,
              "Doubles per point that stress_update leaves.");
   module.def("elastic_deformation", &elastic_deformation, "kind"_a, "strain"_a, "deformation"_a,
@@ -410,11 +361,6 @@ void bind_points(nb::module_& module) {
   module.def("move_domain_faces", &move_domain_faces, "position"_a, "node_keys"_a, "displacement"_a,
              "origin"_a, "cell_size"_a, "half_length"_a,
              "Half lengths of domains from their moved faces.");
-  module.def("elastic_energy", &elastic_energy, "material"_a, "parameters"_a, "strain"_a,
-             "energy"_a, "Elastic energy per unit initial volume of each point.");
-  module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,
-             "plastic_strain"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,
-             "tangent"_a, "Return mapping of one point in principal axes; true on success.");
 }
 
 }  // namespace tilth::bind

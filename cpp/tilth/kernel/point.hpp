@@ -169,6 +169,22 @@ Returned update_material(const Material& material, const Batch& batch, const Mas
   return returned;
 }
 
+/// Adds a step's flow, trial less elastic strain, to the equivalent plastic strain and to the
+/// dissipated energy.
+inline void add_flow(const Lanes trial[3], const Lanes elastic[3], const Lanes tau[3],
+                     Lanes accumulated[2]) {
+  Lanes plastic[3];
+  for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - elastic[a];
+  const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
+  Lanes squared = 0.0, work = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    squared += (plastic[a] - mean) * (plastic[a] - mean);
+    work += tau[a] * plastic[a];
+  }
+  accumulated[0] += square_root(2.0 / 3.0 * squared);
+  accumulated[1] += work;
+}
+
 /// Updates the points of a batch and empties it. Calls `fail(point, status)` for those that have no
 /// stress; what is written of them has no meaning.
 template <class K, class Material, class Fail>
@@ -200,17 +216,9 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
   const Returned returned =
       update_material(material, batch, good, trial, arrays, response.kirchhoff, response.tangent);
 
-  Lanes plastic[3];
-  for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - returned.elastic[a];
-  const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
-  Lanes squared = 0.0, work = 0.0, accumulated[2];
-  for (int a = 0; a < 3; ++a) {
-    squared += (plastic[a] - mean) * (plastic[a] - mean);
-    work += response.kirchhoff[a] * plastic[a];
-  }
+  Lanes accumulated[2];
   gather_lanes(arrays.plastic_before, 2, batch, accumulated);
-  accumulated[0] += square_root(2.0 / 3.0 * squared);
-  accumulated[1] += work;
+  add_flow(trial, returned.elastic, response.kirchhoff, accumulated);
   if (returned.any_flows) {  // elsewhere the trial state is the elastic one
     Lanes elastic[6];
     compose(returned.deformation, s.vector, elastic);

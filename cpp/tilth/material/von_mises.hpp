@@ -4,32 +4,33 @@
 //   f = ||s|| - sqrt(2/3) (yield_stress + hardening_modulus * plastic_strain) <= 0
 #pragma once
 
+#include <array>
 #include <cmath>
 
-#include "hencky_elastic.hpp"
+#include "law.hpp"
 
 namespace tilth::material {
 
-struct VonMises {
+struct VonMises : HenckyElasticity {
   static constexpr const char* name = "von_mises";
-  static constexpr int parameter_count = 4;
-  static constexpr const char* parameter_names[parameter_count] = {
-      "young_modulus", "poisson_ratio", "yield_stress", "hardening_modulus"};
-  static constexpr int state_count = 0;
+  static constexpr std::array parameter_names{"young_modulus", "poisson_ratio", "yield_stress",
+                                              "hardening_modulus"};
+  static constexpr auto state_variables = no_state;
+  static constexpr bool symmetric_tangent = true;
 
-  ElasticModuli moduli;
   double yield_stress;       // uniaxial
   double hardening_modulus;  // d(uniaxial yield stress) / d(equivalent plastic strain)
 
   TILTH_FUNCTION static VonMises from(const double* parameter) {
-    return {ElasticModuli::from(parameter[0], parameter[1]), parameter[2], parameter[3]};
+    return {HenckyElasticity::from(parameter[0], parameter[1]), parameter[2], parameter[3]};
   }
+
+  TILTH_FUNCTION void initial_state(double* /*state*/) const {}
 
   TILTH_FUNCTION bool update(const double trial[3], double plastic_strain,
                              const double* /*state_before*/, double* /*state*/, double tau[3],
                              double elastic[3], double tangent[3][3]) const {
-    const double bulk = moduli.bulk;
-    const double twice_shear = 2.0 * moduli.shear;
+    const double twice_shear = 2.0 * shear;
     const double volumetric = trial[0] + trial[1] + trial[2];
     double direction[3];
     double squared = 0.0;
@@ -60,7 +61,7 @@ struct VonMises {
             bulk + twice_shear * (deviatoric * projector - radial * direction[a] * direction[b]);
       }
     }
-    moduli.stress(elastic, tau);
+    stress(elastic, tau);
     return true;
   }
 };

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -207,7 +208,10 @@ def snapshot(
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
         "cauchy_stress": lambda: points.stress[order],
-        "plastic_strain": lambda: points.plastic[order, 0],
+        **{
+            name: partial(lambda name: points.state_variable(name)[order], name)
+            for name in points.state_variables()
+        },
         "volume": lambda: points.volume[order],
         "domain": lambda: points.half_length[order],
     }

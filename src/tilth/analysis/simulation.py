@@ -138,7 +138,7 @@ class Simulation:
             maximum_iterations=model.analysis.maximum_iterations,
             line_search=model.analysis.line_search or False,
             round_off=ROUND_OFF
-            * max(body.young_modulus for body in self.points.bodies)
+            * float(self.points.elastic_moduli().young.max())
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
         )
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)

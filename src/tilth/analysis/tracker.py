@@ -8,9 +8,10 @@ from collections.abc import Callable
 import numpy as np
 
 from tilth.analysis.simulation import Simulation, StepResult
-from tilth.arrays import Floats
+from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
+from tilth.model.laws import state_units
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.loads import nearest_points
@@ -53,8 +54,10 @@ class Tracker:
             return lambda simulation, result, work: _moment(track, result)
         if track.quantity == "penetration":
             return lambda simulation, result, work: _penetration(track, simulation, result)
-        if track.quantity in ("displacement", "stress"):
+        if track.quantity in ("displacement", "stress", "state"):
             ids = nearest_points(initial, track.at or (), self._model.cell_size, track.body)
+            if track.quantity == "state":
+                return lambda simulation, result, work: _state(track, simulation.points, ids)
             array = "displacement" if track.quantity == "displacement" else "stress"
 
             def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
@@ -82,6 +85,8 @@ def unit_of(track: Track, model: Model) -> str:
         return units.force + per_length
     if track.quantity == "stress":
         return units.stress
+    if track.quantity == "state":
+        return units.stress if state_units()[track.variable or ""] == "stress" else ""
     if track.quantity == "enclosed":
         return f"{units.length}^{model.dimension}"
     if track.quantity in ("energy", "moment"):
@@ -106,6 +111,10 @@ def _penetration(track: Track, simulation: Simulation, result: StepResult | None
     boundary = next(b for b in simulation.implicit if b.name == track.boundary)
     time = 0.0 if result is None else result.time
     return boundary.penetration(simulation.points.position, time)
+
+
+def _state(track: Track, points: MaterialPoints, ids: Integers) -> float:
+    return float(points.state_variable(track.variable or "")[points.index_of(ids)].mean())
 
 
 def _component(value: Floats, name: str) -> float:
@@ -134,6 +143,6 @@ def _energy(track: Track, simulation: Simulation, work: float) -> float:
     if track.kind == "external_work":
         return work
     if track.kind == "elastic":
-        return simulation.soil.elastic_energy()
+        return simulation.points.stored_energy()
     points = simulation.points
     return float(points.plastic[:, 1] @ points.initial_volume)

@@ -53,11 +53,8 @@ class AxisRows:
         row, where = np.unique(
             np.repeat(low - first, many) + np.arange(many.sum()), return_inverse=True
         )
-        stops = np.array([body.stop for body in points.bodies])
-        young = np.array([body.young_modulus for body in points.bodies])
         modulus = np.zeros(len(row))
-        of_body = np.searchsorted(stops, np.repeat(number, many), side="right")
-        np.maximum.at(modulus, where, young[of_body])
+        np.maximum.at(modulus, where, points.elastic_moduli().young[np.repeat(number, many)])
         return row, modulus
 
     def _reaching(self, points: MaterialPoints, cell_width: float) -> Flags:

@@ -10,6 +10,7 @@ from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.laws import PLASTIC_STRAIN, laws
 from tilth.model.loads import BodyForce, PointForce
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, unknown_name
@@ -78,6 +79,20 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         if track.boundary is not None and track.boundary not in boundaries:
             words = unknown_name("boundary", track.boundary, boundaries)
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
+        if track.variable is not None:
+            known = _state_variables(model, track.body)
+            if track.variable not in known:
+                words = unknown_name("state variable", track.variable, known)
+                yield Problem(f"track[{i}].variable", *words, track.variable)
+
+
+def _state_variables(model: Model, body: str | None) -> list[str]:
+    """Returns the state variables of one body's material, or of those of all bodies."""
+    names = {PLASTIC_STRAIN: None}
+    for each in model.bodies:
+        if body in (None, each.name) and each.material in model.materials:
+            names |= dict.fromkeys(laws()[model.materials[each.material].model].state_variables)
+    return list(names)
 
 
 def _needs_implicit(model: Model) -> Iterator[Problem]:

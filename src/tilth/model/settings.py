@@ -21,6 +21,7 @@ from tilth.model.fields import (
     Vector,
     extent_problems,
 )
+from tilth.model.laws import state_units
 from tilth.model.problems import reject, rejection, suggestion
 
 Kind = Literal["plane_strain", "axisymmetric", "3d"]
@@ -121,7 +122,7 @@ COLOURS = (
         f"cauchy_stress_{part}"
         for part in ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
     ),
-    "plastic_strain",
+    *state_units(),
     "volume",
 )
 

@@ -22,6 +22,7 @@ Quantity = Literal[
     "run_out",
     "enclosed",
     "energy",
+    "state",
 ]
 
 _AXES = ("x", "y", "z")
@@ -41,13 +42,16 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "run_out": ("axis", "of"),
     "enclosed": ("body",),
     "energy": ("kind",),
+    "state": ("variable", "at"),
 }
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "displacement": ("body",),
     "stress": ("body",),
     "top_height": ("body",),
     "run_out": ("body",),
+    "state": ("body",),
 }
+_KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "kind", "variable")
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
 
@@ -64,6 +68,7 @@ class Track(Declared):
     | top_height | `of` "points" or "domains": greatest coordinate upwards; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
     | enclosed | `body`: area, in 3D volume, that its closed tracked surface encloses |
+    | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
     """
 
@@ -87,6 +92,8 @@ class Track(Declared):
     """Whether the points' centres or the outer edges of their domains are meant."""
     kind: Literal["elastic", "external_work", "plastic_dissipation"] | None = None
     """Which energy is recorded [force length]."""
+    variable: Name | None = None
+    """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0
     """Factor on the recorded value."""
     unit: Text | None = None
@@ -101,7 +108,7 @@ class Track(Declared):
             for key in required
             if getattr(self, key) is None
         ]
-        for key in ("boundary", "about", "at", "body", "component", "axis", "of", "kind"):
+        for key in _KEYS:
             value = getattr(self, key)
             if value is not None and key not in allowed:
                 what = f'has no meaning with quantity = "{self.quantity}"'

@@ -5,21 +5,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilth import _core
 from tilth.bodies import discretise
 from tilth.model import Model
+from tilth.model.laws import laws
 from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.points import MaterialPoints, PointRange
 
 
 def initial_points(model: Model) -> MaterialPoints:
     """Returns the undeformed material points of all bodies of a model."""
-    known = _core.materials()
     bodies, parts, start = [], [], 0
     for body in model.bodies:
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         material = model.materials[body.material]
-        names, _ = known[material.model]
+        law = laws()[material.model]
         bodies.append(
             PointRange(
                 name=body.name,
@@ -27,8 +26,8 @@ def initial_points(model: Model) -> MaterialPoints:
                 stop=start + len(part.position),
                 basis=body.basis,
                 domain_update=body.domain_update,
-                material=material.model,
-                parameters=np.array([material.parameter(name) for name in names]),
+                law=law,
+                parameters=np.array([material.parameter(name) for name in law.parameters]),
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
             )
@@ -41,7 +40,6 @@ def initial_points(model: Model) -> MaterialPoints:
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
-        max(columns for _, columns in known.values()),
         np.concatenate([part.corners() for part in parts]) if corners else None,
     )
     if model.analysis.kind == "axisymmetric":

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
+from tilth.model.laws import PLASTIC_STRAIN, Law
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,8 @@ class PointRange:
         basis: name of the basis.
         anti_locking: "none" or "f_bar".
         domain_update: rule by which domains follow the deformation; None without domains.
-        material: name of the constitutive model.
-        parameters: its parameters in the order of the core's list, shape (count,).
+        law: the constitutive law.
+        parameters: its parameters in the order of `law.parameters`, shape (count,).
         density: mass per initial volume [mass/length^3]; 0 if none was declared.
     """
 
@@ -33,7 +34,7 @@ class PointRange:
     stop: int
     basis: str
     domain_update: str | None
-    material: str
+    law: Law
     parameters: Floats
     density: float
     anti_locking: str = "none"
@@ -48,15 +49,27 @@ class PointRange:
         """Whether these are parallelepipeds carried by the deformation gradient (CPDI1)."""
         return self.basis == "cpdi1"
 
-    @property
-    def young_modulus(self) -> float:
-        """Young's modulus [stress]: the first parameter of every material (material/list.hpp)."""
-        return float(self.parameters[0])
+
+@dataclass(frozen=True)
+class ElasticModuli:
+    """Tangent elastic moduli of isotropic laws at the points' states.
+
+    Attributes:
+        bulk, shear: [stress], shape (n,).
+    """
+
+    bulk: Floats
+    shear: Floats
 
     @property
-    def poisson_ratio(self) -> float:
-        """Poisson's ratio [-]: the second parameter of every material."""
-        return float(self.parameters[1])
+    def young(self) -> Floats:
+        """Young's modulus E = 9 K G / (3 K + G) [stress], shape (n,)."""
+        return 9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
+
+    @property
+    def constrained(self) -> Floats:
+        """Constrained modulus M = K + 4 G / 3 [stress], shape (n,)."""
+        return self.bulk + 4.0 / 3.0 * self.shear
 
 
 @dataclass
@@ -84,7 +97,8 @@ class MaterialPoints:
             shape (n,): 1 where nothing yields, 0 in steady plastic flow.
         assumed_jacobian: determinant of the assumed deformation gradient of F-bar [-], shape
             (n,); 1 without.
-        state: further internal variables of the materials, shape (n, columns).
+        state: state variables of the laws, shape (n, columns): those of a point's law fill the
+            first columns, see `state_variable`.
         initial_half_length, half_length: half the side lengths of the points' domains along
             the grid's axes [length], shape (n, dim); with the linear basis, which does not use
             them, of the box that a point stands for. Of a domain with corners `half_length` is
@@ -122,7 +136,6 @@ class MaterialPoints:
         position: Floats,
         initial_volume: Floats,
         half_length: Floats,
-        state_columns: int,
         corner: Floats | None = None,
     ) -> MaterialPoints:
         """Returns undeformed, stress-free points numbered in the order given.
@@ -150,7 +163,7 @@ class MaterialPoints:
             plastic=np.zeros((n, 2)),
             elastic_share=np.ones(n),
             assumed_jacobian=np.ones(n),
-            state=np.zeros((n, state_columns)),
+            state=_initial_state(bodies, n),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
             initial_half_edge=mean_half_edges(corner) if carried else np.zeros((n, 0, dim)),
@@ -227,6 +240,50 @@ class MaterialPoints:
         """Current volume of each point, det F times the initial one, shape (n,)."""
         return np.asarray(_core.current_volumes(self.deformation_gradient, self.initial_volume))
 
+    def state_variables(self) -> list[str]:
+        """Returns the names of the state variables of all bodies' laws."""
+        names = [name for body in self.bodies for name in body.law.state_variables]
+        return list(dict.fromkeys([PLASTIC_STRAIN, *names]))
+
+    def state_variable(self, name: str) -> Floats:
+        """Returns a state variable of the points, shape (n,); NaN where the law has none such.
+
+        Units: `tilth.model.laws.state_units`.
+        """
+        if name == PLASTIC_STRAIN:
+            return self.plastic[:, 0]
+        values = np.full(len(self), np.nan)
+        for body in self.bodies:
+            own = list(body.law.state_variables)
+            if name in own:
+                s = slice(body.start, body.stop)
+                values[s] = self.state[s, own.index(name)]
+        return values
+
+    def elastic_moduli(self) -> ElasticModuli:
+        """Returns the tangent elastic moduli at the points' states."""
+        moduli = np.empty((len(self), 2))
+        for body in self.bodies:
+            s = slice(body.start, body.stop)
+            _core.elastic_moduli(
+                self._tensors, body.law.name, body.parameters, self.elastic_deformation[s],
+                self.state[s], moduli[s],
+            )  # fmt: skip
+        return ElasticModuli(*moduli.T)
+
+    def stored_energy(self) -> float:
+        """Returns the elastic strain energy of all points [force length]."""
+        total = 0.0
+        for body in self.bodies:
+            s = slice(body.start, body.stop)
+            density = np.empty(body.stop - body.start)
+            _core.stored_energy(
+                self._tensors, body.law.name, body.parameters, self.elastic_deformation[s],
+                self.state[s], density,
+            )  # fmt: skip
+            total += float(density @ self.initial_volume[s])
+        return total
+
     @property
     def elastic_strain(self) -> Floats:
         """Elastic logarithmic strain [-], half the logarithm of that tensor, shape (n, 6)."""
@@ -248,3 +305,14 @@ class MaterialPoints:
         where = np.empty(len(self), dtype=np.int64)
         where[self.point_id] = np.arange(len(self))
         return where[point_ids]
+
+
+def _initial_state(bodies: list[PointRange], points: int) -> Floats:
+    """Returns the state variables of undeformed points, shape (points, columns)."""
+    columns = max((len(body.law.state_variables) for body in bodies), default=0)
+    state = np.zeros((points, columns))
+    for body in bodies:
+        values = np.empty(len(body.law.state_variables))
+        _core.initial_state(body.law.name, body.parameters, values)
+        state[body.start : body.stop, : len(values)] = values
+    return state

@@ -96,7 +96,7 @@ class Soil:
                 if centres is not None:
                     centres.update(displacement)
                 point, status = _core.stress_update(
-                    self.kind, body.material, body.parameters, stencil, displacement,
+                    self.kind, body.law.name, body.parameters, stencil, displacement,
                     points.position[s], points.elastic_deformation[s], points.plastic[s],
                     points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
                     trial.response[s], centres,
@@ -288,24 +288,27 @@ class Soil:
         smooth = np.empty((len(volume), 1))
         _core.interpolate(stencil, nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300), smooth)
         change = centres.level(volumetric - smooth[:, 0], volume, flow)
-        bulk = body.young_modulus / (3.0 * (1.0 - 2.0 * body.poisson_ratio))
         moved = np.flatnonzero(change)
-        change = change[moved]
-        shrink = np.exp(-change)  # J_bar before over after; the Kirchhoff pressure is linear
-        stress = points.stress[s][moved] * shrink[:, None]
-        stress[:, :3] += (bulk * change * shrink / jacobian[moved])[:, None]
-        points.stress[s][moved] = stress
-        grown = np.expm1(2.0 / 3.0 * change)[:, None]
+        if len(moved) == 0:
+            return
+        trial = elastic[moved]
         identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        elastic[moved] += grown * (elastic[moved] + identity)
-        jacobian[moved] /= shrink
-
-    def elastic_energy(self) -> float:
-        """Returns the elastic strain energy of all points [force length]."""
-        total = 0.0
-        for body in self.points.bodies:
-            part = self.points.part(body)
-            density = np.empty(len(part))
-            _core.elastic_energy(body.material, body.parameters, part.elastic_strain, density)
-            total += float(density @ part.initial_volume)
-        return total
+        trial += np.expm1(2.0 / 3.0 * change[moved])[:, None] * (trial + identity)
+        # a law whose strength depends on the pressure returns the stress to its yield surface
+        state, plastic = self._trial.state[s], self._trial.plastic[s]
+        returned, flown, stress = (
+            np.empty_like(a) for a in (trial, plastic[moved], points.stress[s][moved])
+        )
+        state_after, good = state[moved], np.empty(len(moved), dtype=bool)
+        _core.return_to_law(
+            self.kind, body.law.name, body.parameters, trial, plastic[moved], state[moved],
+            returned, flown, state_after, stress, good,
+        )  # fmt: skip
+        moved = moved[good]
+        elastic[moved], plastic[moved], state[moved] = (
+            returned[good],
+            flown[good],
+            state_after[good],
+        )
+        jacobian[moved] *= np.exp(change[moved])
+        points.stress[s][moved] = stress[good] / jacobian[moved, None]

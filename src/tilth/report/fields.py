@@ -9,6 +9,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.model.laws import state_units
 from tilth.output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -20,8 +21,8 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
 
     ``name`` is a field, or a field and a component: ``displacement`` (its magnitude),
     ``displacement_y``, ``cauchy_stress_yy``, ``cauchy_stress_mean`` (a third of the trace),
-    ``cauchy_stress_von_mises``, ``plastic_strain``, ``volume``. Raises ``BadInput`` with the names
-    there are for any other.
+    ``cauchy_stress_von_mises``, ``plastic_strain`` or another state variable, ``volume``. Raises
+    ``BadInput`` with the names there are for any other.
     """
     fields = snapshot.point_fields
     field = next((key for key in fields if name == key or name.startswith(f"{key}_")), None)
@@ -77,7 +78,7 @@ def _component(values: Floats, component: str) -> Floats | None:
 def _unit(field: str, units: Mapping[str, str]) -> str:
     if field in ("displacement", "domain"):
         return units.get("length", "") or "-"
-    if field == "cauchy_stress":
+    if field == "cauchy_stress" or state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
     if field == "volume":
         return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"

@@ -26,6 +26,7 @@ from tilth.model import (
     SurfaceLoad,
     Track,
 )
+from tilth.model.base import meaning_of
 from tilth.report.setup import Setup
 
 
@@ -84,11 +85,17 @@ def _body(body: Body, points: int) -> str:
 
 def _material(name: str, material: Material, model: Model) -> str:
     units = {
-        "poisson_ratio": "",
-        "density": f" {model.units.mass}/{model.units.length}^3",
+        "-": "",
+        "stress": f" {model.units.stress}",
+        "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
     }
+
+    def unit(key: str) -> str:
+        meaning = meaning_of(type(material), key)  # ends with the unit in brackets, and the range
+        return units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
+
     parts = [
-        f"{key.replace('_', ' ')} {value:g}{units.get(key, f' {model.units.stress}')}"
+        f"{key.replace('_', ' ')} {value:g}{unit(key)}"
         for key, value in material.model_dump(exclude={"model"}, exclude_none=True).items()
     ]
     return f"{name}: {material.model}, {', '.join(parts)}"

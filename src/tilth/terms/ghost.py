@@ -58,11 +58,12 @@ def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floa
     key = active.cell_keys
     filled = np.zeros((len(key), 2))
     volume = soil.points.volume
+    young = soil.points.elastic_moduli().young
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)
         bearing = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
-        modulus = np.maximum(body.young_modulus * share, bearing)
+        modulus = np.maximum(young[s] * share, bearing)
         softness = 1.0 / modulus
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):

@@ -72,7 +72,7 @@ class WeakSprings(Term):
         """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
         cell = active.grid.cell_size
         stiffness = _circumference(soil, active) * np.prod(cell) / cell.max() ** 2
-        stiffness *= max(body.young_modulus for body in soil.points.bodies)
+        stiffness *= soil.points.elastic_moduli().young.max()
         badly = ~well_supported(soil, active)
         if coupled is not None:
             badly &= ~coupled

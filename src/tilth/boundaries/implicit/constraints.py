@@ -21,7 +21,7 @@ from tilth.boundaries.implicit.multipliers import (
 from tilth.geometry.flat import box_corners
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.quadrature import locate_places
 from tilth.terms.linear import LinearElements
 
@@ -83,10 +83,7 @@ class ImplicitConstraints:
         nearest, share = _touching(
             points, active, ends, places, normal, np.concatenate(parts_of), box
         )
-        moduli = np.array(
-            [_moduli(body.young_modulus, body.poisson_ratio) for body in points.bodies]
-        )
-        stops = np.array([body.stop for body in points.bodies])
+        moduli = _moduli(points.elastic_moduli())
         parts: list[ImplicitConstraint] = []
         untouched = []
         for boundary, end, places in zip(boundaries, ends, surfaces, strict=True):
@@ -100,7 +97,6 @@ class ImplicitConstraints:
             place = boundary.places(before, chosen)
             order, at = locate_places(active, place)
             chosen = chosen[order]
-            body = np.searchsorted(stops, point[chosen], side="right")
             pose = boundary.pose(before, after, chosen)
             covered = share[own][boundary.quadrature.on_surface[chosen]]
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
@@ -110,7 +106,7 @@ class ImplicitConstraints:
                     chosen=chosen,
                     at=at,
                     pose=replace(pose, weight=pose.weight * covered),
-                    moduli=moduli[body],
+                    moduli=moduli[point[chosen]],
                     axisymmetric=kind == "axisymmetric",
                     elastic_share=points.elastic_share[point[chosen]],
                 )
@@ -230,14 +226,10 @@ class ImplicitConstraints:
             boundary.carried = np.zeros_like(boundary.carried)
 
 
-def _moduli(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:
-    """Returns the capped constrained modulus and the shear modulus [stress]."""
-    nu = poisson_ratio
-    constrained = young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    return (
-        min(constrained, LARGEST_CONSTRAINED_MODULUS * young_modulus),
-        young_modulus / (2.0 * (1.0 + nu)),
-    )
+def _moduli(points: ElasticModuli) -> Floats:
+    """Returns the capped constrained and the shear modulus of points [stress], shape (n, 2)."""
+    capped = np.minimum(points.constrained, LARGEST_CONSTRAINED_MODULUS * points.young)
+    return np.stack([capped, points.shear], axis=1)
 
 
 def _box(points: MaterialPoints) -> Floats:

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What laws say of the points of one body, without a displacement of the grid.
+// Strains are elastic left Cauchy-Green tensors less the identity, six components a point.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "../parallel.hpp"
+#include "../tensor.hpp"
+#include "point.hpp"
+
+namespace tilth::kernel {
+
+/// Fills moduli (n, 2): bulk and shear modulus.
+template <class K, class Material>
+void elastic_moduli(std::int64_t points, const Material& material, const double* deformation,
+                    const double* state, std::int64_t state_width, double* moduli) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    double strain[3] = {0.0, 0.0, 0.0};
+    if constexpr (!Material::constant_moduli) {
+      const Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
+      for (int a = 0; a < 3; ++a) strain[a] = 0.5 * std::log1p(s.value[a]);
+    }
+    const auto m = material.moduli(strain, state + state_width * p);
+    moduli[2 * p] = m.bulk;
+    moduli[2 * p + 1] = m.shear;
+  }
+}
+
+/// Fills the stored energy per initial volume (n,).
+template <class K, class Material>
+void stored_energy(std::int64_t points, const Material& material, const double* deformation,
+                   const double* state, std::int64_t state_width, double* energy) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t p = 0; p < points; ++p) {
+    Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
+    for (double& value : s.value) value = 0.5 * std::log1p(value);
+    energy[p] = material.energy(s.value, state + state_width * p);
+  }
+}
+
+/// Fills the elastic deformation of given Kirchhoff stresses (n, 6); returns the first point whose
+/// law has none, -1 if all have.
+template <class K, class Material>
+std::int64_t elastic_deformation_of(std::int64_t points, const Material& material,
+                                    const double* kirchhoff, const double* state,
+                                    std::int64_t state_width, double* deformation) {
+  for (std::int64_t p = 0; p < points; ++p) {
+    const Spectrum<double> s = spectrum<K::in_plane>(kirchhoff + 6 * p);
+    double strain[3];
+    if (!material.elastic_strain(s.value, state + state_width * p, strain)) return p;
+    for (double& value : strain) value = std::expm1(2.0 * value);
+    compose(strain, s.vector, deformation + 6 * p);
+  }
+  return -1;
+}
+
+/// Takes the elastic deformation of points as a trial state: the law returns it to where it is
+/// admissible. `arrays.elastic_before` is that deformation; fills elastic, plastic, state and the
+/// Kirchhoff stress (n, 6), and good (n,) with whether the law found a solution.
+template <class K, class Material>
+void return_to_law(std::int64_t points, const Material& material, const StressArrays& arrays,
+                   double* kirchhoff, bool* good) {
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t first = 0; first < points; first += lane_count) {
+    Batch batch{};
+    const double still[3][3] = {};
+    for (std::int64_t p = first; p < points && p < first + lane_count; ++p)
+      batch.add(p, still, 0.0);
+    batch.fill();
+    Lanes before[6];
+    gather_lanes(arrays.elastic_before, 6, batch, before);
+    const Spectrum<Lanes> s = spectrum<K::in_plane>(before);
+    Lanes trial[3], tau[3], tangent[3][3];
+    for (int a = 0; a < 3; ++a) trial[a] = 0.5 * log_one_plus(s.value[a]);
+    const Mask all = Lanes(1.0) > 0.0;
+    const Returned returned = update_material(material, batch, all, trial, arrays, tau, tangent);
+    Lanes accumulated[2];
+    gather_lanes(arrays.plastic_before, 2, batch, accumulated);
+    add_flow(trial, returned.elastic, tau, accumulated);
+    if (returned.any_flows) {
+      Lanes elastic[6];
+      compose(returned.deformation, s.vector, elastic);
+      for (int k = 0; k < 6; ++k) before[k] = select(returned.flows, elastic[k], before[k]);
+    }
+    Lanes stress[6];
+    compose(tau, s.vector, stress);
+    scatter_lanes(before, 6, batch, arrays.elastic);
+    scatter_lanes(accumulated, 2, batch, arrays.plastic);
+    scatter_lanes(stress, 6, batch, kirchhoff);
+    for (int lane = 0; lane < batch.size; ++lane)
+      good[batch.point[lane]] = !(returned.failed >> lane & 1u);
+  }
+}
+
+}  // namespace tilth::kernel
