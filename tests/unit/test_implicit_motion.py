@@ -14,7 +14,7 @@ from small_problems import block_entries, dimension
 from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries import ImplicitConstraints
+from tilth.boundaries import ImplicitConstraints, make_implicit
 from tilth.boundaries.implicit.boundary import Implicit, Pose
 from tilth.boundaries.implicit.constraint import turned
 from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
@@ -80,7 +80,7 @@ def boundary(
     entries = block_entries(kind, "gimp", boundaries=[declared | more])
     entries["grid"]["cell_size"] = cell
     model = Model.from_dict(entries)
-    made = Implicit(model.boundaries[0], model)
+    (made,) = make_implicit(model)
     made.cover(np.full(dimension(kind), -1.0), np.full(dimension(kind), 2.0))
     return made
 
@@ -381,4 +381,4 @@ def test_a_motion_names_its_boundary(functions: str) -> None:
     ])  # fmt: skip
     model = Model.from_dict(entries)
     with pytest.raises(BadInput, match=r"boundaries\[1\]\.motion.*no function `lift`"):
-        make_motion(model.boundaries[1], made.geometry, model)
+        make_motion(model.boundaries[1], made.geometry, "boundaries[1].motion", np.ones(2))

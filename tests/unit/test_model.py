@@ -20,6 +20,7 @@ from tilth.model import (
     Box,
     Grid,
     HenckyElastic,
+    LoadCurve,
     Model,
     NodeBoundary,
     PlaneBoundary,
@@ -28,7 +29,6 @@ from tilth.model import (
     Schedule,
     Track,
     VonMises,
-    factor_at,
     per_direction,
 )
 
@@ -173,12 +173,12 @@ def test_directions_of_a_two_dimensional_model() -> None:
 
 
 def test_load_factors() -> None:
-    table = [(0.0, 0.0), (0.5, 2.0), (1.0, -1.0)]
-    assert [factor_at(table, t) for t in (0, 0.25, 0.5, 0.75, 1, 7)] == [0, 1, 2, 0.5, -1, -1]
+    curve = LoadCurve([(0.0, 0.0), (0.5, 2.0), (1.0, -1.0)])
+    assert [curve.factor(t) for t in (0, 0.25, 0.5, 0.75, 1, 7)] == [0, 1, 2, 0.5, -1, -1]
     model = declared()
-    assert model.factor(model.loads[0], 0.25) == 0.25
-    assert model.factor(model.loads[1], 0.25) == 1.0
-    assert model.factor(model.boundaries[1], 0.3) == 2.0
+    assert model.load_curve(model.loads[0]).factor(0.25) == 0.25
+    assert model.load_curve(model.loads[1]).factor(0.25) == 1.0
+    assert model.load_curve(model.boundaries[1]).factor(0.3) == 2.0
 
 
 def test_only_gimp_points_have_a_domain_update() -> None:

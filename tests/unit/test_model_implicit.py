@@ -94,8 +94,8 @@ def test_the_factor_of_a_motion() -> None:
             boundary(name="table", displacement={"x": 1}, factor=table),
         )
     )
-    assert [model.factor(model.boundaries[0], t) for t in (0, 0.25, 1)] == [0, 0.25, 1]
-    assert [model.factor(model.boundaries[1], t) for t in (0, 0.25, 1)] == [0, 1.5, 1]
+    assert [model.load_curve(model.boundaries[0]).factor(t) for t in (0, 0.25, 1)] == [0, 0.25, 1]
+    assert [model.load_curve(model.boundaries[1]).factor(t) for t in (0, 0.25, 1)] == [0, 1.5, 1]
 
 
 def test_directions() -> None:

@@ -15,7 +15,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.solvers.system import LinearSystem
-from tilth.surface.loads import SurfaceLoads
+from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.balance import Balance
 
 OCTAGON = [
@@ -69,7 +69,9 @@ def loads_of(entries: dict[str, Any]) -> tuple[SurfaceLoads, ActiveGrid]:
     """The loads of the second half of the schedule on the initial surface."""
     simulation = Simulation(Model.from_dict(entries))
     active = locate(simulation.points, simulation.grid, Buffers())
-    loads = SurfaceLoads(simulation.model, simulation.surfaces, active, 0.5, 1.0)
+    loads = SurfaceLoads(
+        declared_loads(simulation.model), simulation.kind, simulation.surfaces, active, 0.5, 1.0
+    )
     return loads, active
 
 

@@ -16,7 +16,7 @@ from tilth.arrays import Floats
 from tilth.curves import LocalCubicSpline
 from tilth.errors import BadInput
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
-from tilth.surface.loads import SurfaceLoads
+from tilth.surface.loads import SurfaceLoads, declared_loads
 
 PRESSURE = 3.0
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -67,7 +67,13 @@ class Loaded:
         )
         simulation = Simulation(model)
         active = locate(simulation.points, simulation.grid, Buffers())
-        return cls(simulation, active, SurfaceLoads(model, simulation.surfaces, active, 0.0, time))
+        return cls(
+            simulation,
+            active,
+            SurfaceLoads(
+                declared_loads(model), model.analysis.kind, simulation.surfaces, active, 0.0, time
+            ),
+        )
 
     def forces(self, displacement: Floats | None = None) -> Floats:
         """Nodal forces [force] at the end of the step, without motion if none is given."""

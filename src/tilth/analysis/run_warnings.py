@@ -61,7 +61,7 @@ class RunWarnings:
                 continue
             axis = AXES.index(boundary.axis)
             value = boundary.held(model.dimension).get(axis, 0.0)
-            farthest = max(abs(value * factor) for _, factor in model.factor_table(boundary))
+            farthest = max(abs(value * factor) for _, factor in model.load_curve(boundary).table)
             if farthest > 0.5 * cell_size[axis]:
                 self.note(
                     f"motion of {boundary.name}",

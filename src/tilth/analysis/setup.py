@@ -14,7 +14,7 @@ from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, Poin
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.output.folder import load_model
 from tilth.report.setup_data import Condition, Load, Setup, Surface
-from tilth.surface.loads import SurfaceLoads
+from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.loads import Loads
 
 
@@ -101,7 +101,9 @@ def _surface_loads(model: Model, simulation: Simulation) -> list[Load]:
     """The loads on surfaces at the end of the schedule, on the initial surface."""
     end = model.schedule.end
     active = locate(simulation.points, simulation.grid, Buffers())  # its pattern is still open
-    loads = SurfaceLoads(model, simulation.surfaces, active, end, end)
+    loads = SurfaceLoads(
+        declared_loads(model), model.analysis.kind, simulation.surfaces, active, end, end
+    )
     found = []
     for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
         group = np.arange(len(place)) * min(ARROWS, len(place)) // len(place)
@@ -123,10 +125,10 @@ def _surface_loads(model: Model, simulation: Simulation) -> list[Load]:
 def _loads(model: Model, simulation: Simulation) -> list[Load]:
     points = simulation.points
     loads = []
-    for declared, ids in Loads(model, points).on_points:
+    for declared, ids, curve in Loads(model, points).on_points:
         assert isinstance(declared, PointForce)
         place = points.position[points.index_of(ids)]
-        force = np.array(declared.force) * model.factor(declared, model.schedule.end)
+        force = np.array(declared.force) * curve.factor(model.schedule.end)
         loads.append(
             Load(
                 name=f"point force on {declared.body}",

@@ -17,7 +17,7 @@ from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
 from tilth.analysis.step import Equilibrium, Newton, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
-from tilth.boundaries.agreement import require_agreement
+from tilth.boundaries.agreement import require_agreement, turning_times
 from tilth.boundaries.axis import Axis, OnAxis
 from tilth.boundaries.axis_agreement import require_on_axis
 from tilth.boundaries.implicit.passage import find_passage
@@ -32,7 +32,7 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.output.snapshot import SurfaceShape
 from tilth.solvers import linear_solver
-from tilth.surface.loads import SurfaceLoads
+from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.make import make_surfaces, require_near_soil
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
@@ -129,6 +129,7 @@ class Simulation:
         self.points = initial if points is None else points
         self.soil = Soil(self.points, self.kind, self.timers)
         self.surfaces = make_surfaces(model, initial)
+        self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._passage = (math.nan, math.inf, 0)  # start of the step shortened last, depth, tries
         self._predictor = Predictor(model.dimension)
@@ -213,8 +214,9 @@ class Simulation:
         constraints = self._constraints(active, conditions.held, 0.0, first)
         for boundary in self.implicit:
             boundary.require_soil(self.points.position)
-        require_agreement(self.model, self.boundaries, constraints)
-        require_on_axis(self.model, self.axis, self.boundaries, self.implicit, active)
+        times = turning_times(self.model)
+        require_agreement(self.boundaries, constraints, times, self.model.boundary_keys())
+        require_on_axis(self.axis, self.boundaries, self.implicit, active, times)
         require_no_rigid_motion(active, self.kind, conditions.held, constraints)
         require_near_soil(self.model, self.surfaces, active)
         self.run_warnings.places(conditions, constraints)
@@ -327,7 +329,7 @@ class Simulation:
                 ghost,
                 LinearForces(on_axis.couplings()),
                 PointLoads(self.loads, self.soil, active, before, after),
-                SurfaceLoads(self.model, self.surfaces, active, before, after),
+                SurfaceLoads(self._surface_loads, self.kind, self.surfaces, active, before, after),
             ]
             supported = union(active.nodes, (term.supported_nodes() for term in terms))
             return [*terms, WeakSprings.of(self.soil, active, supported)]

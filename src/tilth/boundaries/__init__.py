@@ -27,11 +27,13 @@ __all__ = [
 
 def make_boundaries(model: Model) -> list[Boundary]:
     """Returns the boundaries that act by elimination, in the order in which they were declared."""
-    return [
-        Affine(declared, model) if isinstance(declared, AffineBoundary) else Nodal(declared, model)
-        for declared in model.boundaries
-        if not isinstance(declared, ImplicitBoundary)
-    ]
+    made: list[Boundary] = []
+    for declared in model.boundaries:
+        if isinstance(declared, AffineBoundary):
+            made.append(Affine(declared, model.load_curve(declared)))
+        elif not isinstance(declared, ImplicitBoundary):
+            made.append(Nodal(declared, model.dimension, model.load_curve(declared)))
+    return made
 
 
 def make_implicit(model: Model) -> list[Implicit]:
@@ -43,8 +45,6 @@ def make_implicit(model: Model) -> list[Implicit]:
     declared = [entry for entry in model.boundaries if isinstance(entry, ImplicitBoundary)]
     if not declared:
         return []
-    from tilth.boundaries.implicit.boundary import (
-        Implicit,  # and all geometries: only where there are some
-    )
+    from tilth.boundaries.implicit.make import make  # loads all geometries: only where some are
 
-    return [Implicit(entry, model) for entry in declared]
+    return [make(entry, model) for entry in declared]

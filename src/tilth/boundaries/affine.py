@@ -15,7 +15,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.protocol import Prescribed
-from tilth.model import AffineBoundary, Model
+from tilth.model import AffineBoundary, LoadCurve
 from tilth.mpm.grid import ActiveGrid
 
 
@@ -33,15 +33,15 @@ def outer_nodes(active: ActiveGrid) -> Flags:
 class Affine:
     """Prescribes x = F(t) X on its nodes: the increment is (F(after) F(before)^-1 - I) x."""
 
-    def __init__(self, declared: AffineBoundary, model: Model) -> None:
+    def __init__(self, declared: AffineBoundary, curve: LoadCurve) -> None:
         self.name = declared.name
         self._declared = declared
-        self._model = model
+        self._curve = curve
         self._end = np.array(declared.deformation_gradient)
 
     def deformation_gradient(self, time: float) -> Floats:
         """Returns F at `time` [-], shape (dim, dim)."""
-        factor = self._model.factor(self._declared, time)
+        factor = self._curve.factor(time)
         identity = np.eye(len(self._end))
         if self._declared.path == "linear":
             return np.asarray(identity + factor * (self._end - identity))

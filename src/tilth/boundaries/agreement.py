@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import permutations
 
 import numpy as np
@@ -23,33 +24,37 @@ NEGLIGIBLE = 1e-9
 
 
 def require_agreement(
-    model: Model, boundaries: list[Boundary], constraints: ImplicitConstraints
+    boundaries: list[Boundary],
+    constraints: ImplicitConstraints,
+    times: list[float],
+    keys: Mapping[str, str],
 ) -> None:
-    """Checks the boundaries at rest, at all times at which a table of factors turns.
+    """Checks the boundaries where they are at the start, with their motions of several times.
 
-    boundaries: those that act by elimination.
+    boundaries: those that act by elimination. times: see `turning_times`. keys: where each
+    boundary stands in the case file, by name.
 
     Raises:
         BadInput: names two boundaries and the place.
     """
-    for time in turning_times(model):
+    for time in times:
         conditions = Conditions.gather(boundaries, constraints.active, 0.0, time)
         for part in constraints.parts:
-            _compare_with_nodes(model, part, conditions, time)
+            _compare_with_nodes(part, conditions, time, keys)
         for part, other in permutations(constraints.parts, 2):
-            _compare(model, part, other, time)
+            _compare(part, other, time, keys)
 
 
 def turning_times(model: Model) -> list[float]:
     """Returns the times after 0 at which a table of factors turns, and the end of a first step."""
     times = {model.schedule.end, model.schedule.regular_time(1)}
     for declared in model.boundaries:
-        times |= {time for time, _ in model.factor_table(declared)}
+        times |= {time for time, _ in model.load_curve(declared).table}
     return sorted(times - {0.0})
 
 
 def _compare(
-    model: Model, part: ImplicitConstraint, other: ImplicitConstraint, time: float
+    part: ImplicitConstraint, other: ImplicitConstraint, time: float, keys: Mapping[str, str]
 ) -> None:
     """Compares where the quadrature points of one boundary lie on the other."""
     places = _at_rest(part)
@@ -60,7 +65,7 @@ def _compare(
     place = places[chosen]
     theirs = other.boundary.motion.place(place, other.boundary.factor(time)) - place
     _refuse_contradiction(
-        model,
+        keys,
         (part.boundary.name, other.boundary.name),
         place,
         (part.pose.projector[chosen], _prescribed(part, place, time)),
@@ -69,7 +74,7 @@ def _compare(
 
 
 def _compare_with_nodes(
-    model: Model, part: ImplicitConstraint, conditions: Conditions, time: float
+    part: ImplicitConstraint, conditions: Conditions, time: float, keys: Mapping[str, str]
 ) -> None:
     """Compares where all nodes that a quadrature point acts on are held."""
     node = part.at.node[part.at.cell]
@@ -85,7 +90,7 @@ def _compare_with_nodes(
     for number in np.unique(holder[holder != NOBODY]):
         those = holder == number
         _refuse_contradiction(
-            model,
+            keys,
             (conditions.names[number], part.boundary.name),
             place[those],
             (part.pose.projector[chosen][those], _prescribed(part, place, time)[those]),
@@ -103,7 +108,7 @@ def _prescribed(part: ImplicitConstraint, place: Floats, time: float) -> Floats:
 
 
 def _refuse_contradiction(
-    model: Model,
+    keys: Mapping[str, str],
     names: tuple[str, str],
     place: Floats,
     one: tuple[Floats, Floats],
@@ -120,10 +125,9 @@ def _refuse_contradiction(
     if rest[worst] <= TOLERANCE * float(np.abs(wanted).max()):
         return
     at = ", ".join(f"{x:g}" for x in place[worst])
-    number = [boundary.name for boundary in model.boundaries].index(names[1])
     raise BadInput(
         f"boundaries {names[0]!r} and {names[1]!r} prescribe contradictory displacements at the "
         f"place ({at})",
         "move one of them, or give both the same motion",
-        key=f"boundaries[{number}]",
+        key=keys[names[1]],
     )

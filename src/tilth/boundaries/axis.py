@@ -89,7 +89,7 @@ class Axis:
     """
 
     def __init__(self, model: Model, initial: MaterialPoints) -> None:
-        self._model = model
+        self._keys = model.boundary_keys()
         self._rows = AxisRows(model, initial) if model.analysis.kind == "axisymmetric" else None
         self.place: Floats = np.zeros(0)
         self.carried: Floats = np.zeros(0)
@@ -185,17 +185,19 @@ class Axis:
         if len(wrong):
             heaviest = node[wrong[0], value[wrong[0]].argmax()]
             name = conditions.names[conditions.holder[heaviest, 0]]
-            raise leaves_the_axis(self._model, name, active.position[heaviest, 1])
+            raise leaves_the_axis(name, self._keys[name], active.position[heaviest, 1])
 
 
-def leaves_the_axis(model: Model, name: str, height: float) -> BadInput:
-    """Returns the error of a boundary that prescribes a radial motion on the axis at a height."""
-    number = [boundary.name for boundary in model.boundaries].index(name)
+def leaves_the_axis(name: str, key: str, height: float) -> BadInput:
+    """Returns the error of a boundary that prescribes a radial motion on the axis at a height.
+
+    key: where the boundary stands in the case file.
+    """
     return BadInput(
         f"boundary {name!r} prescribes a radial displacement at the place (0, {height:g}), but "
         "soil cannot leave the axis of symmetry",
         "leave its motion along x out, or let it end before the axis",
-        key=f"boundaries[{number}]",
+        key=key,
     )
 
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.agreement import TOLERANCE, turning_times
+from tilth.boundaries.agreement import TOLERANCE
 from tilth.boundaries.axis import Axis, leaves_the_axis
 from tilth.boundaries.protocol import Boundary
 from tilth.boundaries.together import Conditions
-from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 
 if TYPE_CHECKING:
@@ -23,15 +22,15 @@ BISECTIONS = 60
 
 
 def require_on_axis(
-    model: Model,
     axis: Axis,
     boundaries: list[Boundary],
     implicit: list[Implicit],
     active: ActiveGrid,
+    times: list[float],
 ) -> None:
-    """Checks the boundaries at rest, at all times at which a table of factors turns.
+    """Checks the boundaries where they are at the start, with their motions of several times.
 
-    boundaries: those that act by elimination.
+    boundaries: those that act by elimination. times: see `turning_times`.
 
     Raises:
         BadInput: names a boundary that prescribes a radial displacement on the axis.
@@ -40,11 +39,11 @@ def require_on_axis(
     if len(row) == 0:
         return
     meeting = [_meets_axis(boundary, height, np.diff(row) == 1) for boundary in implicit]
-    for time in turning_times(model):
+    for time in times:
         axis.hold(active, Conditions.gather(boundaries, active, 0.0, time))
         for boundary, place in zip(implicit, meeting, strict=True):
             if len(place):
-                _require_no_radial_motion(model, boundary, place, time)
+                _require_no_radial_motion(boundary, place, time)
 
 
 def _meets_axis(boundary: Implicit, height: Floats, following: Flags) -> Floats:
@@ -69,7 +68,7 @@ def _meets_axis(boundary: Implicit, height: Floats, following: Flags) -> Floats:
     return np.column_stack([np.zeros(len(met)), met])
 
 
-def _require_no_radial_motion(model: Model, boundary: Implicit, place: Floats, time: float) -> None:
+def _require_no_radial_motion(boundary: Implicit, place: Floats, time: float) -> None:
     """Looks for an axial displacement that is what the boundary wants at its places (n, 2)."""
     wanted = boundary.motion.place(place, boundary.factor(time)) - place
     projector = boundary.projector_at(place)
@@ -79,4 +78,4 @@ def _require_no_radial_motion(model: Model, boundary: Implicit, place: Floats, t
     rest = np.abs(wanted - share[:, None] * axial).max(axis=1)
     worst = int(rest.argmax())
     if rest[worst] > TOLERANCE * float(np.abs(wanted).max()):
-        raise leaves_the_axis(model, boundary.name, float(place[worst, 1]))
+        raise leaves_the_axis(boundary.name, boundary.key, float(place[worst, 1]))

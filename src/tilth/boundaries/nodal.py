@@ -13,7 +13,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags
 from tilth.boundaries.protocol import Prescribed
-from tilth.model import Model, NodeBoundary, PlaneBoundary
+from tilth.model import LoadCurve, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.grid import ActiveGrid
 
@@ -24,11 +24,11 @@ TOLERANCE = 1e-6
 class Nodal:
     """Holds components of the displacement on grid nodes, by elimination."""
 
-    def __init__(self, declared: PlaneBoundary | NodeBoundary, model: Model) -> None:
+    def __init__(self, declared: PlaneBoundary | NodeBoundary, dim: int, curve: LoadCurve) -> None:
         self.name = declared.name
         self._declared = declared
-        self._model = model
-        self._held = declared.held(model.dimension)
+        self._curve = curve
+        self._held = declared.held(dim)
 
     def nodes(self, active: ActiveGrid) -> Flags:
         """Returns which active nodes the boundary holds, shape (nodes,)."""
@@ -83,8 +83,7 @@ class Nodal:
         held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
         increment = np.zeros(held.shape)
         nodes = self.nodes(active)
-        model, declared = self._model, self._declared
-        change = model.factor(declared, after) - model.factor(declared, before)
+        change = self._curve.factor(after) - self._curve.factor(before)
         for component, value in self._held.items():
             held[nodes, component] = True
             increment[nodes, component] = value * change

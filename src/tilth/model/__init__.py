@@ -3,7 +3,7 @@
 
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
-from tilth.model.fields import AXES, Axis, factor_at, per_direction
+from tilth.model.fields import AXES, Axis, per_direction
 from tilth.model.geometry import (
     BoxGeometry,
     CircleGeometry,
@@ -18,6 +18,7 @@ from tilth.model.geometry import (
     StlGeometry,
 )
 from tilth.model.implicit import ImplicitBoundary, Rotation
+from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import HenckyElastic, Material, VonMises
 from tilth.model.model import FORMAT, Model
@@ -53,6 +54,7 @@ __all__ = [
     "Kind",
     "Limits",
     "Load",
+    "LoadCurve",
     "Material",
     "Mesh",
     "Model",
@@ -75,6 +77,5 @@ __all__ = [
     "Track",
     "Units",
     "VonMises",
-    "factor_at",
     "per_direction",
 ]

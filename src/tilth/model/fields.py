@@ -283,18 +283,6 @@ def per_direction(value: float | Sequence[float], dimension: int) -> tuple[float
     return (value,) * dimension
 
 
-def factor_at(table: Sequence[Sequence[float]], time: float) -> float:
-    """Returns the factor of a (time, factor) table: piecewise linear, constant beyond its rows."""
-    if time <= table[0][0]:
-        return table[0][1]
-    for (t0, f0), (t1, f1) in pairwise(table):
-        if time == t1:
-            return f1
-        if time < t1:
-            return f0 + (f1 - f0) * (time - t0) / (t1 - t0)
-    return table[-1][1]
-
-
 def extent_problems(lower: Sequence[float], upper: Sequence[float]) -> list[Problem]:
     """Returns what is wrong with two opposite corners given as `lower` and `upper`."""
     if len(lower) != len(upper):

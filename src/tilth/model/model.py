@@ -13,8 +13,9 @@ from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries
-from tilth.model.fields import AsTuple, Name, Text, factor_at, per_direction
+from tilth.model.fields import AsTuple, Name, Text, per_direction
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import Material
 from tilth.model.problems import problems_of, reject, rejection
@@ -107,16 +108,17 @@ class Model(Declared):
         """A node of the grid [length], shape (dimension,)."""
         return tuple(self.grid.origin or (0.0,) * self.dimension)
 
-    def factor_table(self, item: Loaded) -> Sequence[Sequence[float]]:
-        """Returns the rows (time, factor) of a boundary or load, shape (n, 2).
+    def load_curve(self, item: Loaded) -> LoadCurve:
+        """Returns how a boundary's motion or a load grows.
 
         Without a table of its own the factor grows linearly from 0 to 1 over the schedule.
         """
-        return getattr(item, "factor", None) or ((0.0, 0.0), (self.schedule.end, 1.0))
+        ramp = ((0.0, 0.0), (self.schedule.end, 1.0))
+        return LoadCurve(getattr(item, "factor", None) or ramp)
 
-    def factor(self, item: Loaded, time: float) -> float:
-        """Returns the load factor [-] of a boundary or load at `time`, see `factor_table`."""
-        return factor_at(self.factor_table(item), time)
+    def boundary_keys(self) -> dict[str, str]:
+        """Returns where each boundary stands in the case file, such as `boundaries[0]`, by name."""
+        return {each.name: f"boundaries[{i}]" for i, each in enumerate(self.boundaries)}
 
     def delta(self, boundary: ImplicitBoundary) -> float:
         """Returns the width of an implicit boundary's band [length]."""

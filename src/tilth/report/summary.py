@@ -139,7 +139,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     if boundary.motion is not None:
         parts.append(f"moves by {Path(boundary.motion).name}")
     if boundary.is_moving:
-        parts.append(f"factor {model.factor(boundary, model.schedule.end):g} at the end")
+        parts.append(f"factor {model.load_curve(boundary).factor(model.schedule.end):g} at the end")
     return f"{boundary.name}: {', '.join(parts)}"
 
 
@@ -165,7 +165,7 @@ def _geometry(geometry: Geometry) -> str:
 
 
 def _load(load: Load, model: Model) -> str:
-    end = f"factor {model.factor(load, model.schedule.end):g} at the end"
+    end = f"factor {model.load_curve(load).factor(model.schedule.end):g} at the end"
     if isinstance(load, BodyForce):
         return f"body force, acceleration {_vector(load.acceleration)}, {end}"
     if isinstance(load, SurfaceLoad):

@@ -8,7 +8,7 @@ Newton's iteration, and its derivative belongs to the stiffness.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +16,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.model import Model, SurfaceLoad
-from tilth.model.fields import factor_at
+from tilth.model import LoadCurve, Model, SurfaceLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import Place, locate_places, near_soil
@@ -27,10 +26,35 @@ from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 
 
 @dataclass(frozen=True)
+class DeclaredLoad:
+    """A load on a surface as the user declares it.
+
+    Attributes:
+        number: among all loads of the model.
+        load: the declaration.
+        curve: how it grows.
+    """
+
+    number: int
+    load: SurfaceLoad
+    curve: LoadCurve
+
+
+def declared_loads(model: Model) -> list[DeclaredLoad]:
+    """Returns the loads on surfaces of a model."""
+    return [
+        DeclaredLoad(number, load, model.load_curve(load))
+        for number, load in enumerate(model.loads)
+        if isinstance(load, SurfaceLoad)
+    ]
+
+
+@dataclass(frozen=True)
 class _Loaded:
     """One load on its quadrature points, sorted by cell."""
 
     load: SurfaceLoad
+    curve: LoadCurve
     at: Place
     points: SurfaceQuadrature
     arc_length: Floats
@@ -40,7 +64,8 @@ class SurfaceLoads(Term):
     """All loads on surfaces in one step.
 
     Args:
-        model: the declared problem.
+        loads: as they are declared.
+        kind: "plane_strain", "axisymmetric" or "3d".
         surfaces: of the bodies, by the bodies' names.
         active: the grid of the step.
         before, after: times at the start and the end of the step.
@@ -51,28 +76,29 @@ class SurfaceLoads(Term):
 
     def __init__(
         self,
-        model: Model,
-        surfaces: dict[str, BodySurface],
+        loads: Sequence[DeclaredLoad],
+        kind: str,
+        surfaces: Mapping[str, BodySurface],
         active: ActiveGrid,
         before: float,
         after: float,
     ) -> None:
-        self._model, self._active, self._before, self._after = model, active, before, after
-        self._axisymmetric = model.analysis.kind == "axisymmetric"
+        self._active, self._before, self._after = active, before, after
+        self._axisymmetric = kind == "axisymmetric"
         self._loaded = []
         quadrature = {}
-        for number, load in enumerate(model.loads):
-            if not isinstance(load, SurfaceLoad):
-                continue
+        for declared in loads:
+            load = declared.load
             surface = surfaces[load.body]
             if load.body not in quadrature:
                 quadrature[load.body] = surface.quadrature(active)
-            rows, arc_length = surface.loaded(number, quadrature[load.body])
+            rows, arc_length = surface.loaded(declared.number, quadrature[load.body])
             points = quadrature[load.body].ordered(rows)
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             order, at = locate_places(active, points.position)
-            self._loaded.append(_Loaded(load, at, points.ordered(order), arc_length[order]))
+            points, arc_length = points.ordered(order), arc_length[order]
+            self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))
 
     def __bool__(self) -> bool:
         return bool(self._loaded)
@@ -140,12 +166,12 @@ class SurfaceLoads(Term):
         if load.hydrostatic is not None:
             depth = np.maximum(_level(load, time) - height, 0.0)
             pressure += load.hydrostatic.unit_weight * depth
-        return self._model.factor(load, time) * pressure
+        return loaded.curve.factor(time) * pressure
 
     def _traction(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats:
         """Force of each quadrature point [force], shape (n, dim)."""
         load, points = loaded.load, loaded.points
-        factor = self._model.factor(load, time)
+        factor = loaded.curve.factor(time)
         place, edges = points.initial_position, points.initial_edges
         if load.follower:
             place, edges = self._moved(loaded, displacement)
@@ -167,7 +193,7 @@ class SurfaceLoads(Term):
             load.pressure or load.shear or load.pressure_along or load.hydrostatic
         ):
             return None
-        factor = self._model.factor(load, time)
+        factor = loaded.curve.factor(time)
         place, edges = self._moved(loaded, displacement)
         dim = place.shape[1]
         pressure = self._pressure(loaded, place[:, -1], time)
@@ -206,4 +232,4 @@ class _AssembledSurfaceLoads(AssembledTerm):
 def _level(load: SurfaceLoad, time: float) -> float:
     assert load.hydrostatic is not None
     level = load.hydrostatic.level
-    return level if isinstance(level, float) else factor_at(level, time)
+    return level if isinstance(level, float) else LoadCurve(level).factor(time)

@@ -36,31 +36,36 @@ class Loads:
     """
 
     def __init__(self, model: Model, points: MaterialPoints) -> None:
-        self._model = model
-        self._on_mass = [load for load in model.loads if isinstance(load, BodyForce)]
+        self._body_forces = [
+            (np.array(load.acceleration), model.load_curve(load))
+            for load in model.loads
+            if isinstance(load, BodyForce)
+        ]
         self.on_points = [
-            (load, nearest_points(points, load.at, model.cell_size, load.body))
+            (
+                load,
+                nearest_points(points, load.at, model.cell_size, load.body),
+                model.load_curve(load),
+            )
             for load in model.loads
             if isinstance(load, PointForce)
         ]
 
     def __bool__(self) -> bool:
-        return bool(self._on_mass or self.on_points)
+        return bool(self._body_forces or self.on_points)
 
     def acceleration(self, time: float) -> Floats:
         """Returns the sum of all body forces per mass at `time`, shape (dim,)."""
-        total = np.zeros(self._model.dimension)
-        for load in self._on_mass:
-            total += self._model.factor(load, time) * np.asarray(load.acceleration)
-        return total
+        parts = [curve.factor(time) * acceleration for acceleration, curve in self._body_forces]
+        return np.asarray(np.sum(parts, axis=0))
 
     def force(self, points: MaterialPoints, time: float) -> Floats:
         """Returns the external force on each point at `time` [force], shape (n, dim)."""
-        if self._on_mass:
+        if self._body_forces:
             force = points.mass[:, None] * self.acceleration(time)
         else:
             force = np.zeros(points.position.shape)
-        for load, ids in self.on_points:
-            share = self._model.factor(load, time) / len(ids)
+        for load, ids, curve in self.on_points:
+            share = curve.factor(time) / len(ids)
             force[points.index_of(ids)] += share * np.asarray(load.force)
         return force

@@ -70,7 +70,7 @@ def driven(model: Model) -> Curve:
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         force = track.scale * result.resultant(moving.name)[axis]
-        rows.append((whole * model.factor(moving, time), force))
+        rows.append((whole * model.load_curve(moving).factor(time), force))
 
     march(model, after_step)
     way, force = np.array(rows).T

@@ -159,7 +159,7 @@ def driven(model: Model) -> Outcome:
     assert isinstance(material, HenckyElastic)
     declared = model.boundaries[0]
     assert isinstance(declared, AffineBoundary)
-    motion = Affine(declared, model)
+    motion = Affine(declared, model.load_curve(declared))
 
     def exact(time: float) -> Floats:
         gradient = full_deformation_gradient(motion.deformation_gradient(time), kind)

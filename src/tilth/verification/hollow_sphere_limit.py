@@ -45,7 +45,7 @@ def widen(h: float) -> tuple[npt.NDArray[np.float64], ...]:
     rows: list[tuple[float, ...]] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        a = inner + change * model.factor(face, time)
+        a = inner + change * model.load_curve(face).factor(time)
         b = (OUTER**3 + a**3 - inner**3) ** (1.0 / 3.0)
         pressure = result.resultant(face.name)[1] / (math.pi * a**2)
         rows.append((a / inner - 1.0, pressure, 2.0 * yield_stress * math.log(b / a)))

@@ -170,7 +170,7 @@ def solve(model: Model, cells: int | None = None) -> Outcome:
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         outcome.position.append(simulation.points.position.copy())
-        total = result.reaction.sum(axis=0) / (model.factor(load, time) * weight)
+        total = result.reaction.sum(axis=0) / (model.load_curve(load).factor(time) * weight)
         error = float(np.linalg.norm(total - up))
         outcome.reaction_error = max(outcome.reaction_error, error)
 

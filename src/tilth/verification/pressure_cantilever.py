@@ -162,7 +162,7 @@ def bend(model: Model) -> Bending:
         places = moved_places(beam.initial, beam.now)
         # a step that was halved adds times that the reference does not have
         end[np.isclose(reference.load_fraction, time, rtol=0.0, atol=SAME_TIME)] = places - END_FACE
-        force = model.factor(load, time) * pressure * left(ROOT_TOP - places[1])
+        force = model.load_curve(load).factor(time) * pressure * left(ROOT_TOP - places[1])
         rest = np.linalg.norm(result.resultant("root") + force)
         balance = max(balance, float(rest / np.linalg.norm(force)))
         for fraction, outline in reference.outlines.items():

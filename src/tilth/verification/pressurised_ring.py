@@ -195,7 +195,7 @@ def load_to_failure(model: Model) -> list[tuple[float, float]]:
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         before, moved = boundary_points(simulation)
         outermost = before > before.max() * (1.0 - 1e-6)
-        pressure = load.pressure * model.factor(model.loads[0], time)
+        pressure = load.pressure * model.load_curve(model.loads[0]).factor(time)
         rows.append((pressure, float(moved[outermost].mean())))
 
     with suppress(AnalysisFailed):

@@ -194,7 +194,7 @@ def footing(
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         pressure = -result.resultant("footing")[2] / half_width**2 / shear_strength
-        settlement = model.factor(plate, time) * SETTLEMENT
+        settlement = model.load_curve(plate).factor(time) * SETTLEMENT
         rows.append((settlement, pressure, result.equilibrium.iterations))
 
     points = march(model, after_step).points

@@ -207,7 +207,8 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> tuple
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         pressure = -result.resultant("footing")[1] / HALF_WIDTH
-        rows.append((model.factor(footing, time) * SETTLEMENT, pressure / shear_strength))
+        settlement = model.load_curve(footing).factor(time) * SETTLEMENT
+        rows.append((settlement, pressure / shear_strength))
 
     march(model, after_step)
     settlement, pressure = np.array(rows).T

@@ -15,7 +15,7 @@ from tilth.arrays import Floats
 from tilth.curves import LocalCubicSpline
 from tilth.model import Circle, Model, SurfaceLoad
 from tilth.mpm.grid import Buffers, locate
-from tilth.surface.loads import SurfaceLoads
+from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, vanishing
@@ -144,7 +144,9 @@ def kink_error(spacing: float) -> float:
 def water(simulation: Simulation, time: float) -> Floats:
     """Returns the force of the water on a body where its surface is now [force], shape (2,)."""
     active = locate(simulation.points, simulation.grid, Buffers())
-    loads = SurfaceLoads(simulation.model, simulation.surfaces, active, time, time)
+    loads = SurfaceLoads(
+        declared_loads(simulation.model), simulation.kind, simulation.surfaces, active, time, time
+    )
     return np.asarray(loads.force_before().sum(axis=0))
 
 

@@ -143,7 +143,7 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outco
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         above, below = (result.resultant(f"{side} platen")[1] for side in ("upper", "lower"))
-        rows.append((model.factor(upper, time), -above, above + below))
+        rows.append((model.load_curve(upper).factor(time), -above, above + below))
 
     points = march(model, after_step).points
     part, force, rest = np.array(rows).T

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
-from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_part
+from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.errors import BadInput
-from tilth.geometry.protocol import QuadraturePoints
+from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import SEGMENT, make_quadrature
-from tilth.model import ImplicitBoundary, Model
+from tilth.model import ImplicitBoundary, LoadCurve
 
 LONG_FACETS = 4.0
 """Length of the facets of a flat boundary at rest, in cells: fewer edges, fewer points."""
@@ -102,6 +102,23 @@ def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadratur
 
 
 @dataclass(frozen=True)
+class Surroundings:
+    """What an implicit boundary must know of the analysis that it is in.
+
+    Attributes:
+        origin: a node of the grid [length], shape (dim,).
+        cell_size: [length], shape (dim,).
+        axisymmetric: whether x is the radius.
+        grid_moves: whether the grid follows a boundary.
+    """
+
+    origin: Floats
+    cell_size: Floats
+    axisymmetric: bool
+    grid_moves: bool
+
+
+@dataclass(frozen=True)
 class Pose:
     """Quadrature points of a boundary in one step: places at its start, directions in its middle.
 
@@ -132,10 +149,16 @@ class Implicit:
 
     Args:
         declared: the user's declaration.
-        model: the model it belongs to.
+        key: where it stands in the case file.
+        curve: how its motion grows.
+        geometry: the boundary at rest.
+        motion: where its places are at a given factor.
+        delta: width of the band [length].
+        surroundings: of the analysis.
 
     Attributes:
         name: the user's.
+        key: where it stands in the case file.
         declared: the declaration.
         geometry: the boundary at rest; signed distance, > 0 in the soil.
         motion: where its places are at a given factor.
@@ -146,16 +169,25 @@ class Implicit:
             the slip leaves in the band (tensor, 9 entries).
     """
 
-    def __init__(self, declared: ImplicitBoundary, model: Model) -> None:
+    def __init__(
+        self,
+        declared: ImplicitBoundary,
+        key: str,
+        curve: LoadCurve,
+        geometry: Geometry,
+        motion: Motion,
+        delta: float,
+        surroundings: Surroundings,
+    ) -> None:
         self.name = declared.name
+        self.key = key
         self.declared = declared
-        from tilth.geometry.make import make_geometry  # slow to load: SciPy's trees and splines
-
-        self.geometry = make_geometry(declared, model)
-        self.motion = make_motion(declared, self.geometry, model)
-        self.delta = model.delta(declared)
-        self._model = model
-        dim = model.dimension
+        self.geometry = geometry
+        self.motion = motion
+        self.delta = delta
+        self._curve = curve
+        self._surroundings = surroundings
+        dim = len(surroundings.origin)
         self._columns = dim if declared.form == "surface" else dim + 9
         self._lower, self._upper = np.full(dim, np.inf), np.full(dim, -np.inf)
         self.quadrature: BoundaryQuadrature | None = None
@@ -165,7 +197,7 @@ class Implicit:
         """Returns the factor of the motion at `time` [-]."""
         if not self.declared.is_moving:
             return 0.0
-        return self._model.factor(self.declared, time)
+        return self._curve.factor(time)
 
     def cover(self, lower: Floats, upper: Floats) -> BoundaryQuadrature:
         """Makes sure that quadrature points exist wherever the boundary meets a box; returns them.
@@ -175,7 +207,7 @@ class Implicit:
         within = (lower >= self._lower).all() and (upper <= self._upper).all()
         if self.quadrature is not None and (self.geometry.bounded or within):
             return self.quadrature
-        cell = np.array(self._model.cell_size)
+        cell = self._surroundings.cell_size
         margin = 0.1 * (upper - lower) + 2.0 * cell
         self._lower = np.minimum(self._lower, lower - margin)
         self._upper = np.maximum(self._upper, upper + margin)
@@ -185,21 +217,21 @@ class Implicit:
 
     def _make_points(self) -> None:
         before, carried = self.quadrature, self.carried
-        cell = np.array(self._model.cell_size)
+        cell = self._surroundings.cell_size
         least = float(cell.min())
         piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
-        if not self.declared.is_moving and self._model.grid.follow is None and self.geometry.flat:
+        if not self.declared.is_moving and not self._surroundings.grid_moves and self.geometry.flat:
             facet = (LONG_FACETS if len(cell) == 2 else 1.0) * least  # the grid's lines cut them
         points = make_quadrature(
             self.geometry,
             self._lower,
             self._upper,
-            np.array(self._model.origin),
+            self._surroundings.origin,
             cell,
             piece,
             facet,
         )
-        if self._model.analysis.kind == "axisymmetric":  # a circle around the axis is there twice
+        if self._surroundings.axisymmetric:  # a circle around the axis is there twice
             points = points.of(points.position[:, 0] > 0.0)
         make = surface_quadrature if self.declared.form == "surface" else band_quadrature
         self.quadrature = make(points, self.delta)
@@ -265,7 +297,7 @@ class Implicit:
             if direction is not None:
                 direction = _transformed(turns[1], direction)
             turn = (turns[1] @ _transposed(turns[0]), turns[2] @ _transposed(turns[1]))
-        if self._model.analysis.kind == "axisymmetric":
+        if self._surroundings.axisymmetric:
             weight = weight * 2.0 * np.pi * np.abs(place[:, 0])
         return Pose(
             place=place,
@@ -308,12 +340,11 @@ class Implicit:
             BadInput: all are behind the boundary.
         """
         if (self.geometry.distance(position) < 0.0).all():
-            number = [boundary.name for boundary in self._model.boundaries].index(self.name)
             raise BadInput(
                 f"all material is behind the boundary {self.name!r}: its signed distance is "
                 "negative everywhere",
                 "turn the normal, exchange the sides (soil), or change the function's sign",
-                key=f"boundaries[{number}].geometry",
+                key=f"{self.key}.geometry",
             )
 
     def distance(self, place: Floats, time: float) -> Floats:

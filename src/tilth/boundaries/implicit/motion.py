@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.geometry.protocol import Geometry, RoundGeometry
-from tilth.model import ImplicitBoundary, Model
+from tilth.model import ImplicitBoundary
 from tilth.model.fields import AXES
 from tilth.model.user_function import UserFunction
 
@@ -114,19 +114,20 @@ class UserMotion:
         return np.stack(columns, axis=2)
 
 
-def make_motion(declared: ImplicitBoundary, geometry: Geometry, model: Model) -> Motion:
+def make_motion(
+    declared: ImplicitBoundary, geometry: Geometry, key: str, cell_size: Floats
+) -> Motion:
     """Returns the motion of a declared boundary.
+
+    key: where the case file names the user's function, if it does.
 
     Raises:
         BadInput: the user's function cannot be loaded.
     """
     if declared.motion is None:
-        return LinearMotion(declared, geometry, model.dimension)
-    number = [b.name for b in model.boundaries].index(declared.name)
-    function = UserFunction(
-        declared.motion, key=f"boundaries[{number}].motion", shape=(model.dimension,)
-    )
-    return UserMotion(function, min(model.cell_size))
+        return LinearMotion(declared, geometry, len(cell_size))
+    function = UserFunction(declared.motion, key=key, shape=(len(cell_size),))
+    return UserMotion(function, float(cell_size.min()))
 
 
 def rotation_matrix(degrees: float, axis: str | None, dim: int) -> Floats:

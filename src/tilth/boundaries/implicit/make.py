@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From the declaration of an implicit boundary to one that can be computed with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilth.boundaries.implicit.boundary import Implicit, Surroundings
+from tilth.boundaries.implicit.motion import make_motion
+from tilth.geometry.make import make_geometry
+from tilth.model import ImplicitBoundary, Model
+
+
+def make(declared: ImplicitBoundary, model: Model) -> Implicit:
+    """Returns the boundary.
+
+    Raises:
+        BadInput: a file or function that it names cannot be used.
+    """
+    key = model.boundary_keys()[declared.name]
+    cell_size = np.array(model.cell_size)
+    geometry = make_geometry(declared, model)
+    return Implicit(
+        declared,
+        key,
+        model.load_curve(declared),
+        geometry,
+        make_motion(declared, geometry, f"{key}.motion", cell_size),
+        model.delta(declared),
+        Surroundings(
+            origin=np.array(model.origin),
+            cell_size=cell_size,
+            axisymmetric=model.analysis.kind == "axisymmetric",
+            grid_moves=model.grid.follow is not None,
+        ),
+    )
