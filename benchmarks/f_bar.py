@@ -64,8 +64,8 @@ class Kernels:
 
     def __init__(self, model: Model) -> None:
         simulation = Simulation(model)
-        self.soil = simulation.soil
-        self.grid = locate(self.soil.points, simulation.grid, Buffers())
+        self.grid = locate(simulation.points, simulation.grid, Buffers())
+        self.soil = simulation.soil_on(self.grid)
         self.displacement = 2e-4 * np.sin(self.grid.position)
         self.matrix = np.empty((len(self.grid.column), *2 * (self.grid.grid.dim,)))
         self.iterate()
@@ -73,11 +73,11 @@ class Kernels:
     def iterate(self) -> tuple[float, float]:
         """Seconds of the stress update and of the assembly (internal force and stiffness)."""
         start = time.perf_counter()
-        self.soil.update(self.grid, self.displacement)
+        self.soil.update(self.displacement)
         middle = time.perf_counter()
-        self.soil.internal_force(self.grid)
+        self.soil.internal_force()
         self.matrix.fill(0.0)
-        self.soil.add_stiffness(self.grid, self.matrix)
+        self.soil.add_stiffness(self.grid.block_positions, self.matrix)
         return middle - start, time.perf_counter() - middle
 
 

@@ -112,7 +112,6 @@ def block_on_plane(axes: Floats, corner: Floats, cells: int, condition: str) -> 
         corner + (points.position - corner) @ axes,
         points.volume,
         points.half_length,
-        0,
     )
     return Simulation(model, turned)
 
@@ -121,14 +120,12 @@ def energy_norm(
     simulation: Simulation, active: ActiveGrid, constraints: ImplicitConstraints
 ) -> Any:
     """The matrix of a step without its boundaries, and a mass of modulus / side^2, sparse."""
-    soil, gamma = simulation.soil, simulation.model.analysis.ghost_stabilisation
+    soil, gamma = simulation.soil_on(active), simulation.model.analysis.ghost_stabilisation
     nodes, dim = active.position.shape
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
-    faces = ghost.couplings(soil, active, nothing_held, constraints.behind())
-    springs = WeakSprings.of(
-        soil, active, constraints.reached() | ghost.holds(active, nothing_held)
-    )
+    faces = ghost.couplings(soil, nothing_held, constraints.behind())
+    springs = WeakSprings.of(soil, constraints.reached() | ghost.holds(active, nothing_held))
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
     balance.forces(still)
@@ -136,7 +133,7 @@ def energy_norm(
     balance.fill_stiffness(still, system.blocks)
     size = nodes * dim
     matrix = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
-    return (matrix + sp.diags(np.repeat(MODULUS * soil.nodal_volume(active), dim))).tocsr()
+    return (matrix + sp.diags(np.repeat(MODULUS * soil.nodal_volume, dim))).tocsr()
 
 
 def mean_rows(part: SurfaceConstraint, nodes: int) -> tuple[Floats, Floats]:

@@ -71,7 +71,7 @@ def shortest(action: Callable[[], object]) -> float:
 def assemble(soil: Soil, active: ActiveGrid, blocks: npt.NDArray[np.float64]) -> None:
     """Sets the matrix's blocks to the soil's stiffness."""
     blocks.fill(0.0)
-    soil.add_stiffness(active, blocks)
+    soil.add_stiffness(active.block_positions, blocks)
 
 
 def main() -> None:
@@ -83,14 +83,14 @@ def main() -> None:
     print("| | nodes | flops | bytes | microseconds | limit | share |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for name, simulation in simulations():
-        soil = simulation.soil
-        soil.points.position += SHIFT * simulation.grid.cell_size
-        active = locate(soil.points, simulation.grid, Buffers())
+        simulation.points.position += SHIFT * simulation.grid.cell_size
+        active = locate(simulation.points, simulation.grid, Buffers())
+        soil = simulation.soil_on(active)
         blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
         displacement = 1e-4 * active.position
         calls: dict[str, Callable[[], object]] = {
-            "stress": lambda soil=soil, at=active, u=displacement: soil.update(at, u),
-            "force": lambda soil=soil, at=active: soil.internal_force(at),
+            "stress": lambda soil=soil, u=displacement: soil.update(u),
+            "force": soil.internal_force,
             "stiffness": lambda soil=soil, at=active, to=blocks: assemble(soil, at, to),
         }
         (stencil,) = active.stencils

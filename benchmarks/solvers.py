@@ -86,7 +86,7 @@ def slope_points(model: Model) -> MaterialPoints:
     kept = z < 0.75 - 0.5 * (x - 0.5) - 0.2 * (y - 0.5)
     body = replace(points.bodies[0], stop=int(kept.sum()))
     return MaterialPoints.at_rest(
-        [body], position[kept], points.volume[kept], points.half_length[kept], 0
+        [body], position[kept], points.volume[kept], points.half_length[kept]
     )
 
 

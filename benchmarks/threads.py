@@ -20,21 +20,22 @@ ROUNDS, CALLS = 15, 6
 
 def parts_of(simulation: Simulation) -> dict[str, Callable[[], object]]:
     """The three parts on the first step of a simulation, ready to be called again and again."""
-    soil, buffers = simulation.soil, Buffers()
-    active = locate(soil.points, simulation.grid, buffers)
+    points, buffers = simulation.points, Buffers()
+    active = locate(points, simulation.grid, buffers)
+    soil = simulation.soil_on(active)
     displacement = 1e-4 * active.position
     blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
 
     def basis() -> object:
-        return locate(soil.points, simulation.grid, buffers).block_positions
+        return locate(points, simulation.grid, buffers).block_positions
 
     def stress() -> None:
-        soil.update(active, displacement)
+        soil.update(displacement)
 
     def assembly() -> None:
-        soil.internal_force(active)
+        soil.internal_force()
         blocks.fill(0.0)
-        soil.add_stiffness(active, blocks)
+        soil.add_stiffness(active.block_positions, blocks)
 
     return {"basis": basis, "stress": stress, "assembly": assembly}
 

@@ -204,7 +204,7 @@ def cut_cell_points(model: Model, corners: Floats) -> MaterialPoints:
     position, volume = np.concatenate(places), np.concatenate(areas)
     return MaterialPoints.at_rest(
         [replace(bodies[0], stop=len(position))], position, volume,
-        np.full(position.shape, 0.5), 0,
+        np.full(position.shape, 0.5),
     )  # fmt: skip
 
 

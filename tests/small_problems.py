@@ -139,7 +139,6 @@ class Laboratory:
     grid: Grid
 
     def __post_init__(self) -> None:
-        self.soil = Soil(self.points, self.kind, Timers())
         self.locate()
 
     @classmethod
@@ -155,6 +154,7 @@ class Laboratory:
 
     def locate(self) -> None:
         self.active: ActiveGrid = locate(self.points, self.grid, Buffers())
+        self.soil = Soil(self.points, self.active, self.kind, Timers())
 
     def random_displacement(self, random: np.random.Generator, size: float) -> Floats:
         """Nodal displacements of up to `size`, of order r near the axis in axisymmetry."""
@@ -165,21 +165,20 @@ class Laboratory:
 
     def step(self, displacement: Floats) -> None:
         """One whole step with a prescribed displacement of all nodes."""
-        self.soil.update(self.active, displacement)
-        corners = self.soil.moved_corners(self.active, displacement)
-        self.soil.advance(self.active, displacement, corners)
+        self.soil.update(displacement)
+        self.soil.advance(displacement, self.soil.moved_domains(displacement))
         self.locate()
 
     def internal_force(self, displacement: Floats) -> Floats:
-        self.soil.update(self.active, displacement)
-        return self.soil.internal_force(self.active)
+        self.soil.update(displacement)
+        return self.soil.internal_force()
 
     def stiffness(self, displacement: Floats) -> sp.bsr_matrix:
         """d internal_force / d displacement at `displacement`, unknowns node by node."""
-        self.soil.update(self.active, displacement)
+        self.soil.update(displacement)
         dim = self.grid.dim
         blocks = np.zeros((len(self.active.column), dim, dim))
-        self.soil.add_stiffness(self.active, blocks)
+        self.soil.add_stiffness(self.active.block_positions, blocks)
         size = self.active.nodes * dim
         return sp.bsr_matrix(
             (blocks, self.active.column, self.active.row_start), shape=(size, size)

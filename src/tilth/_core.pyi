@@ -116,7 +116,7 @@ def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='
     Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).
     """
 
-def level_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centres: object, cells: int, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], forget: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+def smooth_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centres: object, cells: int, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], forget: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """
     Change of the points' volumetric strains towards their cells' mean (see f_bar.py).
     """

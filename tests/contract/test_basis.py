@@ -12,6 +12,7 @@ from small_problems import BASES, CORNER_BASES
 
 from tilth import _core
 from tilth.arrays import Floats
+from tilth.model.laws import laws
 from tilth.mpm.grid import Buffers, Grid, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 
@@ -40,8 +41,8 @@ class Evaluated:
 def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> Evaluated:
     """Basis values through the same calls as a load step, points in the order given."""
     n, dim = position.shape
-    body = PointRange("body", 0, n, basis, None, "hencky_elastic", np.ones(2), 0.0)
-    points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length, 0)
+    body = PointRange("body", 0, n, basis, None, laws()["hencky_elastic"], np.ones(2), 0.0)
+    points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length)
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]
     value = np.zeros((n, active.nodes))

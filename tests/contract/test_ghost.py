@@ -55,7 +55,7 @@ def block(
 def ghost(simulation: Simulation, active: ActiveGrid, gamma: float = GAMMA) -> LinearForces:
     """The penalty of all faces."""
     held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(simulation.soil, active, held, gamma)
+    faces = ghost_faces(simulation.soil_on(active), held, gamma)
     return LinearForces([of_axis.coupling() for of_axis in faces])
 
 
@@ -71,7 +71,9 @@ def blocks_of(balance: Balance) -> np.ndarray:
 
 def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.ndarray:
     """The whole matrix over Young's modulus, of nodes without any condition."""
-    balance = Balance(active, [SoilForces(simulation.soil), ghost(simulation, active, gamma)])
+    balance = Balance(
+        active, [SoilForces(simulation.soil_on(active)), ghost(simulation, active, gamma)]
+    )
     active, blocks = balance.active, blocks_of(balance)
     size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size)).toarray()
@@ -102,7 +104,7 @@ def test_linear_motions_are_free_of_force(kind: str, basis: str) -> None:
 @every_basis
 def test_full_cells_have_none(kind: str, basis: str) -> None:
     simulation, active = block(kind, basis, 0.0)
-    _, fill, modulus = filled_cells(simulation.soil, active)
+    _, fill, modulus = filled_cells(simulation.soil_on(active))
     np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
     np.testing.assert_allclose(modulus, simulation.points.bodies[0].parameters[0], rtol=1e-12)
     assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
@@ -112,7 +114,7 @@ def test_full_cells_have_none(kind: str, basis: str) -> None:
 @every_basis
 def test_cells_hold_the_volume_of_the_points(kind: str, basis: str) -> None:
     simulation, active = block(kind, basis, 0.37)
-    key, fill, _ = filled_cells(simulation.soil, active)
+    key, fill, _ = filled_cells(simulation.soil_on(active))
     size = np.prod(active.grid.cell_size)
     if kind == "axisymmetric":
         column = (key & (2**20 - 1)) - 2**19
@@ -179,12 +181,10 @@ def test_softest_points_of_a_cell_count(kind: str) -> None:
     simulation, active = block(kind, "linear", 0.3)
     points = simulation.points
     points.elastic_share[:] = np.random.default_rng(5).uniform(0.0, 1.0, len(points))
-    key, _, modulus = filled_cells(simulation.soil, active)
+    key, _, modulus = filled_cells(simulation.soil_on(active))
     cell = np.floor(points.position).astype(np.int64)
     of_cell = find_keys(key, lattice_keys(np.pad(cell, ((0, 0), (0, 3 - cell.shape[1])))))
-    softness = 1.0 / (
-        points.bodies[0].young_modulus * np.maximum(points.elastic_share, LEAST_SHARE)
-    )
+    softness = 1.0 / (points.elastic_moduli().young * np.maximum(points.elastic_share, LEAST_SHARE))
     volume = np.bincount(of_cell, points.volume, len(key))
     expected = volume / np.bincount(of_cell, points.volume * softness, len(key))
     np.testing.assert_allclose(modulus, expected, rtol=1e-12)

@@ -23,7 +23,7 @@ from tilth.terms.protocol import AssembledTerm, Role
 
 KINDS = ["plane_strain", "axisymmetric"]
 TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", "weak springs"]
-"""In the order of `Simulation._gather`."""
+"""In the order of `Simulation.terms`."""
 ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
 
 
@@ -94,7 +94,7 @@ def bedded() -> Balance:
         exec(compile(block, str(page), "exec"), names)
     simulation = names["block"](-0.05)
     active = locate(simulation.points, simulation.grid, Buffers())
-    return Balance(active, [names["WinklerBed"](simulation.soil, active, 2e5, 0.0)])
+    return Balance(active, [names["WinklerBed"](simulation.soil_on(active), 2e5, 0.0)])
 
 
 def test_a_term_of_ones_own_is_held_to_the_same() -> None:

@@ -271,7 +271,7 @@ def test_nodal_volumes_of_a_distorted_mesh_are_exact_column_by_column(
     simulation = Simulation(Model.from_dict(entries))
     active, points = simulation.check(), simulation.points
     assert active.nodes == (side + 1) ** dim
-    nodal = simulation.soil.scatter(active, np.tile(points.initial_volume[:, None], dim))[:, 0]
+    nodal = simulation.soil_on(active).scatter(np.tile(points.initial_volume[:, None], dim))[:, 0]
     for k in range(dim):
         for x in lines:
             found = nodal[np.abs(active.position[:, k] - x) < 1e-9].sum()
@@ -290,7 +290,7 @@ def test_nodal_volumes_have_the_volume_and_the_first_moment_of_the_body(
     entries["bodies"][0]["shape"] = {"type": "mesh", "file": str(path)}
     simulation = Simulation(Model.from_dict(entries))
     active, volume = simulation.check(), simulation.points.initial_volume
-    nodal = simulation.soil.scatter(active, np.tile(volume[:, None], dim))[:, 0]
+    nodal = simulation.soil_on(active).scatter(np.tile(volume[:, None], dim))[:, 0]
     assert nodal.sum() == pytest.approx(2.27**dim, rel=1e-13)
     moment = nodal @ active.position
     np.testing.assert_allclose(moment, 2.27**dim * 0.5 * (0.13 + 2.4), rtol=1e-13)

@@ -174,7 +174,7 @@ def test_reaction_and_moment_balance_the_loads(
             ghost -= ghost_force(each, moved)
         points = simulation.points
         # not the place of a CPDI2 point: this is the centroid of its moved domain
-        carried = simulation.soil.interpolate(result.active, moved)
+        carried = simulation.soil_on(result.active).interpolate(moved)
         turning = (
             moment(points.position - points.last_displacement + carried, applied)
             + sum(result.moment(wall["name"], about) for wall in walls)

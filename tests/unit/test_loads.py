@@ -131,7 +131,7 @@ def test_work_of_a_dead_force_is_force_times_displacement() -> None:
     simulation = Simulation(Model.from_dict(entries))
     force: Floats = simulation.loads.force(simulation.points, 1.0)
     active = simulation.check()
-    nodal = simulation.soil.scatter(active, force)
+    nodal = simulation.soil_on(active).scatter(force)
     simulation.advance(0.0, 1.0)
     displacement = active.position @ np.array([[0.1, 0.2], [0.0, -0.1]]).T
     loaded_point = simulation.points.index_of(np.array([15]))[0]

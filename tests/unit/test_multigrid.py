@@ -130,7 +130,7 @@ def test_oblique_surface_in_space(seed: int) -> None:
     kept = z < random.uniform(0.3, 0.9) - slope[0] * (x - 0.5) - slope[1] * (y - 0.5)
     points = MaterialPoints.at_rest(
         [replace(points.bodies[0], stop=int(kept.sum()))], (points.position + off)[kept],
-        points.initial_volume[kept], points.half_length[kept], 0,
+        points.initial_volume[kept], points.half_length[kept],
     )  # fmt: skip
     simulation = Simulation(model, points)
     simulation._solver = solver = Systems()

@@ -28,7 +28,7 @@ from tilth import Model, resume, run
 from tilth.analysis.predictor import LARGEST_MOTION, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid, Buffers, find_keys, locate
+from tilth.mpm.grid import Buffers, find_keys, locate
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 from tilth.verification.cases import example, varied
@@ -99,7 +99,7 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
     moved = replace(simulation.grid, origin=simulation.grid.origin + 0.3)
     active = locate(points, moved, Buffers())
-    guess = simulation._predictor.guess(simulation.soil, active, 0.05)
+    guess = simulation._predictor.guess(simulation.soil_on(active), 0.05)
     expected = [0.002, -0.001] + 0.5 * active.position @ gradient.T
     assert guess is not None
     np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
@@ -110,9 +110,9 @@ def test_well_supported_nodes_keep_their_displacement() -> None:
     active = locate(simulation.points, simulation.grid, Buffers())
     last = simulation._predictor.displacement
     assert np.abs(last).max() > 1e-4
-    guess = simulation._predictor.guess(simulation.soil, active, 0.05)
+    guess = simulation._predictor.guess(simulation.soil_on(active), 0.05)
     assert guess is not None
-    kept = well_supported(simulation.soil, active)
+    kept = well_supported(simulation.soil_on(active))
     assert 0 < kept.sum() < active.nodes
     np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
 
@@ -124,9 +124,9 @@ def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> No
     cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
     predictor.displacement = predictor.displacement * (share * LARGEST_MOTION / cells)
     active = locate(simulation.points, simulation.grid, Buffers())
-    guess = predictor.guess(simulation.soil, active, predictor.size)
+    guess = predictor.guess(simulation.soil_on(active), predictor.size)
     assert guess is not None
-    well = well_supported(simulation.soil, active)
+    well = well_supported(simulation.soil_on(active))
     same = (guess[well] == predictor.displacement[find_keys(predictor.key, active.key)[well]]).all()
     assert same == kept
 
@@ -149,7 +149,7 @@ def test_a_slender_body_that_moves_by_cells() -> None:
 def test_no_guess_without_a_predictor_or_a_step() -> None:
     simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0)
     active = locate(simulation.points, simulation.grid, Buffers())
-    assert simulation._predictor.guess(simulation.soil, active, 0.1) is None
+    assert simulation._predictor.guess(simulation.soil_on(active), 0.1) is None
     asked = pulled(predictor=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Predictor, "guess", lambda *arguments: pytest.fail("it was asked for"))
@@ -161,10 +161,10 @@ def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch)
     plain, misled = pulled(predictor=False), pulled()
     asked = 0
 
-    def huge(self: Predictor, soil: Soil, active: ActiveGrid, size: float) -> Floats:
+    def huge(self: Predictor, soil: Soil, size: float) -> Floats:
         nonlocal asked
         asked += 1
-        return np.asarray(-3.0 * active.position)
+        return np.asarray(-3.0 * soil.active.position)
 
     expected = plain.advance(0.1, 0.2)
     with monkeypatch.context() as patch:

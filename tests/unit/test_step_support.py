@@ -105,11 +105,11 @@ def test_a_lone_point_in_a_cell_of_its_own_can_be_solved(kind: str) -> None:
 @every_domain
 def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
     full = standing(kind, basis, 0.0)
-    springs = WeakSprings.of(full.soil, full.check())
+    springs = WeakSprings.of(full.soil_on(full.check()))
     assert not springs.stiffness.any()
     sliver = standing(kind, basis, 1e-3)
     active = sliver.check()
-    held = WeakSprings.of(sliver.soil, active).stiffness > 0.0
+    held = WeakSprings.of(sliver.soil_on(active)).stiffness > 0.0
     beyond = (active.position > 2.0).any(axis=1)
     assert np.array_equal(held, beyond)
 
@@ -118,7 +118,7 @@ def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
 def test_spring_stiffness_is_the_derivative_of_its_force(kind: str) -> None:
     sliver = standing(kind, "gimp", 1e-3)
     active = sliver.check()
-    springs = WeakSprings.of(sliver.soil, active)
+    springs = WeakSprings.of(sliver.soil_on(active))
     dim = dimension(kind)
     blocks = np.zeros((len(active.column), dim, dim))
     term = springs.assembled(active, [])

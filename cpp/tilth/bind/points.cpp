@@ -2,7 +2,7 @@
 #include "../kernel/advance.hpp"
 #include "../kernel/cells.hpp"
 #include "../kernel/internal_force.hpp"
-#include "../kernel/level.hpp"
+#include "../kernel/smoothing.hpp"
 #include "../kernel/predict.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/stress.hpp"
@@ -204,7 +204,7 @@ void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles
   });
 }
 
-auto level_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
+auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
                    ConstDoubles strain, ConstDoubles volume, ConstDoubles forget) {
   const CentresView centres(centres_handle);
   const auto groups = static_cast<std::int64_t>(group_start.size()) - 1;
@@ -213,7 +213,7 @@ auto level_strains(ConstIntegers group_start, nb::handle centres_handle, std::in
   require_size(volume, points, "volume");
   require_size(forget, points, "forget");
   std::vector<double> change(points);
-  kernel::level_strains(groups, group_start.data(), centres, cells, strain.data(), volume.data(),
+  kernel::smooth_strains(groups, group_start.data(), centres, cells, strain.data(), volume.data(),
                         forget.data(), change.data());
   return give(std::move(change));
 }
@@ -338,7 +338,7 @@ void bind_points(nb::module_& module) {
   module.def("update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a,
              "radius"_a, "displacement"_a, "ratio"_a, "trace"_a,
              "Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
-  module.def("level_strains", &level_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
+  module.def("smooth_strains", &smooth_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
              "volume"_a, "forget"_a,
              "Change of the points' volumetric strains towards their cells' mean (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,

@@ -42,18 +42,19 @@ class Predictor:
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.displacement: Floats = np.zeros((0, dim))
 
-    def guess(self, soil: Soil, active: ActiveGrid, size: float) -> Floats | None:
+    def guess(self, soil: Soil, size: float) -> Floats | None:
         """Returns the nodal displacement of a step of this size [time], shape (nodes, dim).
 
         None before the first step.
         """
         if self.size == 0.0:
             return None
-        guess = _from_points(soil, active)
+        active = soil.active
+        guess = _from_points(soil)
         cells = np.abs(self.displacement).max(axis=0) / active.grid.cell_size
         if np.array_equal(self.origin, active.grid.origin) and cells.max() <= LARGEST_MOTION:
             number = find_keys(self.key, active.key)
-            kept = (number >= 0) & well_supported(soil, active)
+            kept = (number >= 0) & well_supported(soil)
             guess[kept] = self.displacement[number[kept]]
         return np.asarray(size / self.size * guess)
 
@@ -77,9 +78,9 @@ class Predictor:
         self.key, self.displacement = state["key"], state["displacement"]
 
 
-def _from_points(soil: Soil, active: ActiveGrid) -> Floats:
+def _from_points(soil: Soil) -> Floats:
     """Each node's mean of the points' last displacement fields, by volume."""
-    points, dim = soil.points, active.grid.dim
+    points, active, dim = soil.points, soil.active, soil.active.grid.dim
     volume = points.volume
     total = np.zeros((active.nodes, 1 + dim))
     for body, stencil in zip(points.bodies, active.stencils, strict=True):

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,29 +10,27 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.checks import check_first_step
+from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
 from tilth.analysis.step import Equilibrium, Newton, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
-from tilth.boundaries.agreement import require_agreement, turning_times
 from tilth.boundaries.axis import Axis, OnAxis
-from tilth.boundaries.axis_agreement import require_on_axis
-from tilth.boundaries.implicit.passage import find_passage
-from tilth.boundaries.together import require_no_rigid_motion
-from tilth.errors import BadInput, StepFailed
+from tilth.boundaries.implicit.passage import PassageCheck
+from tilth.errors import StepFailed
 from tilth.model import Model
-from tilth.model.fields import AXES
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.output.snapshot import SurfaceShape
 from tilth.solvers import linear_solver
 from tilth.surface.loads import SurfaceLoads, declared_loads
-from tilth.surface.make import make_surfaces, require_near_soil
+from tilth.surface.make import make_surfaces
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
@@ -46,10 +43,6 @@ from tilth.timers import Timers
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
-
-TRIES, FUTILE = 4, 0.95
-"""Where so many shorter steps leave more than this part of the soil's depth behind a boundary, no
-step is short enough."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +81,29 @@ class StepResult:
         )
 
 
+@dataclass(frozen=True)
+class PreparedStep:
+    """A step before its forces: where the soil is on the grid, and what conditions act.
+
+    Attributes:
+        before, after: times at its start and end.
+        active: the grid with the soil on it.
+        on_axis: all conditions on nodes, and what else acts on the axis of symmetry.
+        constraints: of the implicit boundaries.
+    """
+
+    before: float
+    after: float
+    active: ActiveGrid
+    on_axis: OnAxis
+    constraints: ImplicitConstraints
+
+    @property
+    def conditions(self) -> Conditions:
+        """All conditions on nodes."""
+        return self.on_axis.conditions
+
+
 class Simulation:
     """The state of an analysis in memory.
 
@@ -110,16 +126,10 @@ class Simulation:
         self.timers = Timers()
         self.run_warnings = RunWarnings()
         self.kind = model.analysis.kind
-        limits = model.grid.limits
-        self.grid = Grid(
-            origin=np.array(model.origin, dtype=float),
-            cell_size=np.array(model.cell_size, dtype=float),
-            lower=None if limits is None else np.array(limits.lower, dtype=float),
-            upper=None if limits is None else np.array(limits.upper, dtype=float),
-        )
         self.boundaries = make_boundaries(model)
         self.implicit = make_implicit(model)
-        self.grid = self._grid_at(0.0)
+        self._grid_motion = GridMotion(model, self.implicit)
+        self.grid = self._grid_motion.at(0.0)
         initial = initial_points(model)
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(initial), self.run_warnings.fallback
@@ -127,11 +137,10 @@ class Simulation:
         self.loads = Loads(model, initial)
         self.axis = Axis(model, initial)
         self.points = initial if points is None else points
-        self.soil = Soil(self.points, self.kind, self.timers)
         self.surfaces = make_surfaces(model, initial)
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
-        self._passage = (math.nan, math.inf, 0)  # start of the step shortened last, depth, tries
+        self._passage = PassageCheck()
         self._predictor = Predictor(model.dimension)
         self._buffers = Buffers()
         plain = Newton(
@@ -196,44 +205,36 @@ class Simulation:
         return owners
 
     def check(self) -> ActiveGrid:
-        """Locates the points and checks the conditions of the first step; returns the grid.
+        """Checks the conditions of the first step; returns its grid.
 
         Raises:
-            BadInput: contradicting conditions, or a rigid motion that none of them holds.
+            BadInput: see `check_first_step`.
         """
-        try:
+        return check_first_step(self)
+
+    def soil_on(self, active: ActiveGrid) -> Soil:
+        """Returns the soil on the grid of a step."""
+        return Soil(self.points, active, self.kind, self.timers)
+
+    def prepare(self, before: float, after: float) -> PreparedStep:
+        """Locates the points and finds the conditions of the step from `before` to `after`.
+
+        Raises:
+            StepFailed: a point is beyond the grid, or its domain reaches over too many cells.
+            BadInput: a boundary prescribes a radial displacement on the axis of symmetry.
+        """
+        self.grid = self._grid_motion.at(before)
+        with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
-        except StepFailed as failure:
-            raise BadInput(
-                f"{failure.reason} before the first step (point {failure.point})",
-                "move the body, or widen grid.limits",
-                key="bodies",
-            ) from failure
-        first = self.model.schedule.regular_time(1)
-        conditions = self._conditions(active, 0.0, first).conditions
-        constraints = self._constraints(active, conditions.held, 0.0, first)
-        for boundary in self.implicit:
-            boundary.require_soil(self.points.position)
-        times = turning_times(self.model)
-        require_agreement(self.boundaries, constraints, times, self.model.boundary_keys())
-        require_on_axis(self.axis, self.boundaries, self.implicit, active, times)
-        require_no_rigid_motion(active, self.kind, conditions.held, constraints)
-        require_near_soil(self.model, self.surfaces, active)
-        self.run_warnings.places(conditions, constraints)
-        return active
-
-    def _conditions(self, active: ActiveGrid, before: float, after: float) -> OnAxis:
-        """Returns the conditions on nodes, and what else holds the soil on the axis."""
         declared = Conditions.gather(self.boundaries, active, before, after)
-        return self.axis.hold(active, declared)
-
-    def _constraints(
-        self, active: ActiveGrid, held: npt.NDArray[np.bool_], before: float, after: float
-    ) -> ImplicitConstraints:
+        on_axis = self.axis.hold(active, declared)
         with self.timers.measure("boundaries"):
-            return ImplicitConstraints.gather(
-                self.implicit, self.points, active, self.kind, before, after, held
-            )
+            constraints = ImplicitConstraints.gather(
+                self.implicit, self.points, active, self.kind, before, after,
+                on_axis.conditions.held,
+            )  # fmt: skip
+        self.run_warnings.places(on_axis.conditions, constraints)
+        return PreparedStep(before, after, active, on_axis, constraints)
 
     def advance(
         self,
@@ -251,109 +252,125 @@ class Simulation:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
                 passes through an implicit boundary.
         """
-        self.grid = self._grid_at(before)
-        with self.timers.measure("basis"):
-            active = locate(self.points, self.grid, self._buffers)
-        on_axis = self._conditions(active, before, after)
-        conditions = on_axis.conditions
-        constraints = self._constraints(active, conditions.held, before, after)
-        self.run_warnings.places(conditions, constraints)
-        terms = self._gather(active, on_axis, constraints, before, after)
+        step = self.prepare(before, after)
+        soil = self.soil_on(step.active)
+        terms = self.terms(step, soil)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
-            balance = Balance(active, terms)
-            active = balance.active
+            balance = Balance(step.active, terms)
+        equilibrium = self._solve(step, soil, balance, on_iteration)
+        displacement = equilibrium.displacement
+        moved = soil.interpolate(displacement)
+        try:
+            self._require_inside(moved)
+            if self.implicit and not is_least:
+                with self.timers.measure("boundaries"):
+                    self._passage.require_in_front(
+                        self.implicit,
+                        self.points,
+                        self.points.position + moved,
+                        before,
+                        after,
+                        self.grid.cell_size,
+                    )
+            balance.require_acceptable(displacement)
+        except StepFailed as failure:
+            failure.residuals = equilibrium.residuals
+            raise
+        self._move_surfaces(balance.active, displacement, moved)
+        result = self._result(step, balance, equilibrium)
+        balance.commit(displacement)
+        self._predictor.commit(balance.active, displacement, after - before)
+        self._warn(step, balance, equilibrium, moved)
+        return result
+
+    def _solve(
+        self,
+        step: PreparedStep,
+        soil: Soil,
+        balance: Balance,
+        on_iteration: Callable[[int, float], None],
+    ) -> Equilibrium:
+        """Finds the step's equilibrium, with a line search if Newton's iteration needs one."""
         guess = None
         if self.model.analysis.predictor:
-            guess = self._predictor.guess(self.soil, active, after - before)
-        for newton in self._attempts:
+            guess = self._predictor.guess(soil, step.after - step.before)
+        for newton in self._attempts[:-1]:
             try:
-                equilibrium = solve_step(
-                    balance, conditions, self._solver, newton, self.timers, guess, on_iteration
+                return solve_step(
+                    balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
                 )
-                break
             except StepFailed as failure:
-                if newton is self._attempts[-1]:
-                    raise
                 guess = None
-                self.run_warnings.line_search(failure.reason, after)
-        moved = self.soil.interpolate(active, equilibrium.displacement)
-        self._require_inside(moved, equilibrium)
-        if not is_least:
-            self._require_in_front(moved, equilibrium, before, after)
-        corners = self._moved_corners(active, equilibrium)
-        self._move_surfaces(active, equilibrium, moved)
-        self._ghost.commit(active, equilibrium.displacement)
-        self.soil.advance(active, equilibrium.displacement, corners)
-        self._predictor.commit(active, equilibrium.displacement, after - before)
-        self.run_warnings.bounds(bound_domains(self.points, self.grid))
+                self.run_warnings.line_search(failure.reason, step.after)
+        return solve_step(
+            balance, step.conditions, self._solver, self._attempts[-1], self.timers, guess,
+            on_iteration,
+        )  # fmt: skip
+
+    def _result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
+        """Returns what is known of a converged step; to be asked before it is committed."""
+        conditions, constraints = step.conditions, step.constraints
         with self.timers.measure("boundaries"):
             carried = constraints.after(equilibrium.displacement)
             forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
             reaction_before = constraints.reaction_before(
                 equilibrium.initial_reaction, conditions.held, balance.constant_force()
             )
-            constraints.commit(carried)
-            self.run_warnings.depths(self.implicit, self.points, after, self.grid.cell_size)
-            if np.array_equal(balance.load_before, equilibrium.load):
-                driven = np.abs(conditions.increment).max(initial=constraints.largest_increment())
-                self.run_warnings.jump(
-                    moved, float(driven), self.points, self.grid.cell_size, after
-                )
-            self.axis.commit(on_axis, active, equilibrium.displacement)
-        result = StepResult(active, equilibrium, forces, 0.0, after)
+        result = StepResult(balance.active, equilibrium, forces, 0.0, step.after)
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
         return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
 
-    def _gather(
-        self,
-        active: ActiveGrid,
-        on_axis: OnAxis,
-        constraints: ImplicitConstraints,
-        before: float,
-        after: float,
-    ) -> list[Term]:
-        """Returns all forces of the step from time `before` to `after`."""
-        held = on_axis.conditions.held
+    def _warn(
+        self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats
+    ) -> None:
+        """Looks at a committed step for what is probably not meant; moved: of the points."""
+        warnings, cell_size = self.run_warnings, self.grid.cell_size
+        warnings.bounds(bound_domains(self.points, self.grid))
+        with self.timers.measure("boundaries"):
+            warnings.depths(self.implicit, self.points, step.after, cell_size)
+            if np.array_equal(balance.load_before, equilibrium.load):
+                driven = np.abs(step.conditions.increment).max(
+                    initial=step.constraints.largest_increment()
+                )
+                warnings.jump(moved, float(driven), self.points, cell_size, step.after)
+
+    def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
+        """Returns all forces of a step: the list that a new one is added to."""
+        active, constraints = step.active, step.constraints
+        before, after, held = step.before, step.after, step.conditions.held
         with self.timers.measure("boundaries"):
             boundaries = LinearForces(
-                constraints.couplings(), constraints.carried_force, constraints.reached()
+                constraints.couplings(),
+                constraints.carried_force,
+                constraints.reached(),
+                lambda u: constraints.commit(constraints.after(u)),
             )
         with self.timers.measure("basis"):
             ghost = LinearForces(
-                self._ghost.couplings(self.soil, active, held, constraints.behind()),
+                self._ghost.couplings(soil, held, constraints.behind()),
                 supported=self._ghost.holds(active, held),
+                commit=lambda u: self._ghost.commit(active, u),
+            )
+            axis = LinearForces(
+                step.on_axis.couplings(),
+                commit=lambda u: self.axis.commit(step.on_axis, active, u),
             )
             terms = [
-                SoilForces(self.soil),
+                SoilForces(soil),
                 boundaries,
                 ghost,
-                LinearForces(on_axis.couplings()),
-                PointLoads(self.loads, self.soil, active, before, after),
+                axis,
+                PointLoads(self.loads, soil, before, after),
                 SurfaceLoads(self._surface_loads, self.kind, self.surfaces, active, before, after),
             ]
             supported = union(active.nodes, (term.supported_nodes() for term in terms))
-            return [*terms, WeakSprings.of(self.soil, active, supported)]
+            return [*terms, WeakSprings.of(soil, supported)]
 
-    def _grid_at(self, time: float) -> Grid:
-        """Returns the grid of the step that begins at `time`: it may follow a boundary."""
-        follow = self.model.grid.follow
-        if follow is None:
-            return self.grid
-        boundary = next(b for b in self.implicit if b.name == follow.boundary)
-        place = boundary.motion.place(np.array([follow.place]), boundary.factor(time))[0]
-        axes = [AXES.index(axis) for axis in follow.axes]
-        origin = self.grid.origin.copy()
-        origin[axes] = place[axes]
-        return replace(self.grid, origin=origin)
-
-    def _move_surfaces(
-        self, active: ActiveGrid, equilibrium: Equilibrium, moved_by: Floats
-    ) -> None:
+    def _move_surfaces(self, active: ActiveGrid, displacement: Floats, moved_by: Floats) -> None:
         """Moves tracked surfaces with the grid; moved_by: of the points in the step, (n, dim)."""
         surfaces = list(self.surfaces.values())
         if not surfaces:
             return
-        displacement = equilibrium.displacement
         position = self.points.position + moved_by
         moved = [surface.moved(active, displacement, self.points, position) for surface in surfaces]
         for surface, (state, warning) in zip(surfaces, moved, strict=True):
@@ -361,53 +378,9 @@ class Simulation:
             if warning:
                 self.run_warnings.note(f"crossing of {surface.name}", warning)
 
-    def _require_inside(self, moved: Floats, equilibrium: Equilibrium) -> None:
+    def _require_inside(self, moved: Floats) -> None:
         """Checks that no point leaves the limits of the grid; moved: in the step, (points, dim)."""
-        if self.grid.lower is None:
-            return
         outside = self.grid.first_point_outside(self.points.position + moved)
         if outside is not None:
-            raise StepFailed(
-                "a point left the limits of the grid",
-                point=int(self.points.point_id[outside]),
-                residuals=equilibrium.residuals,
-            )
-
-    def _require_in_front(
-        self, moved: Floats, equilibrium: Equilibrium, before: float, after: float
-    ) -> None:
-        """Checks that no soil that was free passes through an implicit boundary."""
-        if not self.implicit:
-            return
-        with self.timers.measure("boundaries"):
-            place = self.points.position + moved
-            found = [
-                find_passage(boundary, self.points, place, before, after, self.grid.cell_size)
-                for boundary in self.implicit
-            ]
-        passed = [passage for passage in found if passage is not None]
-        if not passed:
-            return
-        passage = min(passed, key=lambda each: each.share)
-        start, depth, tries = self._passage
-        tries = tries + 1 if start == before else 0
-        self._passage = (before, passage.depth, tries)
-        if tries >= TRIES and passage.depth > FUTILE * depth:
-            return  # the soil jumps however short the step is
-        raise StepFailed(
-            f"soil reaches the boundary {passage.boundary!r} within the step and would end "
-            f"{passage.depth:.3g} behind it",
-            point=int(self.points.point_id[passage.point]),
-            residuals=equilibrium.residuals,
-            share=passage.share,
-        )
-
-    def _moved_corners(
-        self, active: ActiveGrid, equilibrium: Equilibrium
-    ) -> dict[int, tuple[Floats, Floats]]:
-        try:
-            with self.timers.measure("rest"):
-                return self.soil.moved_corners(active, equilibrium.displacement)
-        except StepFailed as failure:
-            failure.residuals = equilibrium.residuals
-            raise
+            number = int(self.points.point_id[outside])
+            raise StepFailed("a point left the limits of the grid", point=number)

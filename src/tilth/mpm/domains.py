@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Limits on the size of the points' domains, and the largest extent of a domain from its point."""
+"""The domains of the material points: how they follow a step, and the limits of their size.
+
+Rules: docs/theory/domains.md; the arithmetic is in `cpp/tilth/kernel/advance.hpp`, `corners.hpp`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import mean_half_edges
-from tilth.mpm.grid import Grid
+from tilth.errors import StepFailed
+from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 
 LEAST_HALF_LENGTH = 1e-3
@@ -15,6 +20,72 @@ LEAST_HALF_LENGTH = 1e-3
 
 LARGEST_HALF_LENGTH = 0.5
 """Half lengths stay below this share of a cell, so that a point touches at most two per axis."""
+
+
+_FOLDED = "the domain of a material point folded or inverted"
+_UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
+
+MovedDomains = dict[int, tuple[Floats, Floats]]
+"""Of bodies whose corners move with the grid, by number: corners seen from the point, shape
+(n, 2^dim, dim), and the motion of the points, the centroids of their domains, (n, dim) [length]."""
+
+
+def moved_domains(
+    points: MaterialPoints, active: ActiveGrid, kind: str, displacement: Floats
+) -> MovedDomains:
+    """Returns the domains of CPDI2 at the end of a step; changes nothing.
+
+    displacement: of the nodes in the step [length], shape (nodes, dim).
+
+    Raises:
+        StepFailed: a domain folds or inverts.
+    """
+    found = {}
+    for number, body in enumerate(points.bodies):
+        if body.basis != "cpdi2":
+            continue
+        part = points.part(body)
+        moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
+        folded = _core.move_corners(
+            part.position, part.corner, active.key, displacement, active.grid.origin,
+            active.grid.cell_size, kind == "axisymmetric", moved, shift,
+        )  # fmt: skip
+        if folded >= 0:
+            remedy = _UNFOLDED.format(body.name)
+            raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
+        found[number] = (moved, shift)
+    return found
+
+
+def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: Floats) -> None:
+    """Moves the faces of GIMP domains with the grid (rule "corners"), before the points move."""
+    for body in points.bodies:
+        if body.domain_update == "corners":
+            part = points.part(body)
+            _core.move_domain_faces(
+                part.position, active.key, displacement, active.grid.origin,
+                active.grid.cell_size, part.half_length,
+            )  # fmt: skip
+
+
+def update_domains(points: MaterialPoints, kind: str) -> None:
+    """Gives the domains that follow the deformation gradient their shape at the end of a step."""
+    for body in points.bodies:
+        part = points.part(body)
+        if body.has_corners:
+            if body.carried_by_gradient:
+                part.corner[:] = part.carried_corners()
+                if kind == "axisymmetric":
+                    keep_off_axis(part)
+            continue
+        # with the linear basis, which has no domains: the box that a point stands for in pictures
+        # and where boundaries look for soil
+        rule = body.domain_update or "right_stretch"
+        if rule not in ("fixed", "corners"):
+            _core.stretch_domains(
+                kind, rule, part.deformation_gradient, part.initial_half_length, part.half_length
+            )
+    points.box_corners()
 
 
 def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:

@@ -136,8 +136,8 @@ class Centres:
             self.ratio, self.trace,
         )  # fmt: skip
 
-    def level(self, strain: Floats, volume: Floats, flow: Floats) -> Floats:
-        """Returns by how much the flow of a step lets the points' volumetric strain change, (n,).
+    def smoothing(self, strain: Floats, volume: Floats, flow: Floats) -> Floats:
+        """Returns the change of the points' volumetric strain by the flow of a step, shape (n,).
 
         A cell's motion tells its points' volumes apart, F-bar strains them alike: differences of
         their elastic volumetric strain meet no resistance, and none of them would ever leave.
@@ -151,5 +151,5 @@ class Centres:
         """
         forget = -np.expm1(-flow / FLOW)
         return np.asarray(
-            _core.level_strains(self.group_start, self, len(self.node), strain, volume, forget)
+            _core.smooth_strains(self.group_start, self, len(self.node), strain, volume, forget)
         )

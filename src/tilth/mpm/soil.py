@@ -6,27 +6,25 @@ Every method loops over the bodies and hands flat arrays to a kernel of the core
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.errors import StepFailed
-from tilth.mpm.domains import keep_off_axis
+from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.points import MaterialPoints
 from tilth.timers import Timers
 
 _FAILURES = {
     1: "a material point inverted (det F <= 0)",
     2: "the return mapping of a material point did not converge",
 }
-
-_FOLDED = "the domain of a material point folded or inverted"
-_UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
 
 
 @dataclass
@@ -56,41 +54,44 @@ class _Trial:
 
 
 class Soil:
-    """Material points together with the trial state of the current step.
+    """Material points on the grid of one step, with the trial state of this step.
 
     Args:
         points: the points; changed by `advance` only.
+        active: the grid of the step.
         kind: "plane_strain", "axisymmetric" or "3d".
         timers: where the time of the kernels is booked.
     """
 
-    def __init__(self, points: MaterialPoints, kind: str, timers: Timers) -> None:
+    def __init__(
+        self, points: MaterialPoints, active: ActiveGrid, kind: str, timers: Timers
+    ) -> None:
         self.points = points
+        self.active = active
         self.kind = kind
         self._timers = timers
-        self._kept: _Trial | None = None
-        self._active: ActiveGrid | None = None
-        self._centres: list[Centres | None] = []
-        self._weighed: tuple[ActiveGrid, Floats] | None = None
+        with timers.measure("basis"):
+            self._centres = [
+                Centres.of(points.part(body), stencil, active, kind)
+                if body.anti_locking == "f_bar"
+                else None
+                for body, stencil in zip(points.bodies, active.stencils, strict=True)
+            ]
 
-    @property
+    @cached_property
     def _trial(self) -> _Trial:
-        """The trial state; between the steps there is none, nor does it take memory."""
-        if self._kept is None:
-            self._kept = _Trial.of(self.points, self.kind)
-        return self._kept
+        return _Trial.of(self.points, self.kind)
 
-    def update(self, active: ActiveGrid, displacement: Floats) -> None:
+    def update(self, displacement: Floats) -> None:
         """Updates the trial state for the step's nodal displacement [length], (nodes, dim).
 
         Raises:
             StepFailed: if a point inverts or its return mapping fails.
         """
         points, trial = self.points, self._trial
-        self._find_centres(active)
         with self._timers.measure("stress"):
             for body, stencil, centres in zip(
-                points.bodies, active.stencils, self._centres, strict=True
+                points.bodies, self.active.stencils, self._centres, strict=True
             ):
                 s = slice(body.start, body.stop)
                 if centres is not None:
@@ -105,19 +106,6 @@ class Soil:
                     number = int(points.point_id[body.start + point])
                     raise StepFailed(_FAILURES[status], point=number)
 
-    def _find_centres(self, active: ActiveGrid) -> None:
-        """Finds the centres of F-bar, once on each grid."""
-        if self._active is active:
-            return
-        self._active = active
-        with self._timers.measure("basis"):
-            self._centres = [
-                Centres.of(self.points.part(body), stencil, active, self.kind)
-                if body.anti_locking == "f_bar"
-                else None
-                for body, stencil in zip(self.points.bodies, active.stencils, strict=True)
-            ]
-
     def _volumes(self) -> list[Floats]:
         """Returns what the Kirchhoff stress of each body's points acts on: V0 J / J_bar."""
         volumes = []
@@ -126,12 +114,12 @@ class Soil:
             volumes.append(volume if centres is None else volume * centres.after)
         return volumes
 
-    def internal_force(self, active: ActiveGrid) -> Floats:
+    def internal_force(self) -> Floats:
         """Returns the internal force of the trial state [force], shape (nodes, dim)."""
-        force = np.zeros((active.nodes, active.grid.dim))
+        force = np.zeros((self.active.nodes, self.active.grid.dim))
         with self._timers.measure("assembly"):
             for body, stencil, volume in zip(
-                self.points.bodies, active.stencils, self._volumes(), strict=True
+                self.points.bodies, self.active.stencils, self._volumes(), strict=True
             ):
                 s = slice(body.start, body.stop)
                 _core.internal_force(
@@ -140,11 +128,14 @@ class Soil:
                 )  # fmt: skip
         return force
 
-    def add_stiffness(self, active: ActiveGrid, matrix: Floats) -> None:
-        """Adds the derivative of the force to `matrix` (blocks, dim, dim) [force/length]."""
+    def add_stiffness(self, positions: Sequence[tuple[Integers, Shorts]], matrix: Floats) -> None:
+        """Adds the derivative of the force to `matrix` (blocks, dim, dim) [force/length].
+
+        positions: where the blocks of the bodies' points stand, see `ActiveGrid.block_positions`.
+        """
         with self._timers.measure("assembly"):
             for body, stencil, (start, position), volume, centres in zip(
-                self.points.bodies, active.stencils, active.block_positions, self._volumes(),
+                self.points.bodies, self.active.stencils, positions, self._volumes(),
                 self._centres, strict=True,
             ):  # fmt: skip
                 s = slice(body.start, body.stop)
@@ -154,146 +145,100 @@ class Soil:
                     matrix, centres,
                 )  # fmt: skip
 
-    def scatter(self, active: ActiveGrid, vector: Floats) -> Floats:
+    def scatter(self, vector: Floats) -> Floats:
         """Returns sum_p S_ap vector_p of a quantity of the points, (n, k) -> (nodes, k)."""
-        nodal = np.zeros((active.nodes, *vector.shape[1:]))
+        nodal = np.zeros((self.active.nodes, *vector.shape[1:]))
         with self._timers.measure("assembly"):
-            for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+            for body, stencil in zip(self.points.bodies, self.active.stencils, strict=True):
                 part = np.ascontiguousarray(vector[body.start : body.stop], dtype=np.float64)
                 _core.scatter(stencil, part, nodal)
         return nodal
 
-    def nodal_volume(self, active: ActiveGrid) -> Floats:
-        """Returns the volume that the points give each node at the start of the step, (nodes,)."""
-        if self._weighed is None or self._weighed[0] is not active:
-            self._weighed = (active, self.scatter(active, self.points.volume))
-        return self._weighed[1]
+    @cached_property
+    def nodal_volume(self) -> Floats:
+        """Volume that the points give each node at the start of the step, shape (nodes,)."""
+        return self.scatter(self.points.volume)
 
-    def yielding_nodes(self, active: ActiveGrid) -> npt.NDArray[np.bool_]:
+    def yielding_nodes(self) -> Flags:
         """Returns the nodes of points that yield in the trial state, shape (nodes,)."""
         yielding = self._trial.plastic[:, :1] > self.points.plastic[:, :1]
         if not yielding.any():
-            return np.zeros(active.nodes, dtype=bool)
-        return np.asarray(self.scatter(active, yielding.astype(np.float64))[:, 0] > 0.0)
+            return np.zeros(self.active.nodes, dtype=bool)
+        return np.asarray(self.scatter(yielding.astype(np.float64))[:, 0] > 0.0)
 
-    def interpolate(self, active: ActiveGrid, nodal: Floats) -> Floats:
+    def interpolate(self, nodal: Floats) -> Floats:
         """Returns sum_a S_ap nodal_a at the points, shape (n, dim)."""
         vector = np.empty((len(self.points), nodal.shape[1]))
-        for body, stencil in zip(self.points.bodies, active.stencils, strict=True):
+        for body, stencil in zip(self.points.bodies, self.active.stencils, strict=True):
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
 
-    def advance(
-        self,
-        active: ActiveGrid,
-        displacement: Floats,
-        corners: dict[int, tuple[Floats, Floats]],
-    ) -> None:
+    def moved_domains(self, displacement: Floats) -> MovedDomains:
+        """Returns the domains that the grid's motion carries with it.
+
+        Raises:
+            StepFailed: a domain folds or inverts.
+        """
+        return moved_domains(self.points, self.active, self.kind, displacement)
+
+    def advance(self, displacement: Floats, domains: MovedDomains) -> None:
         """Makes the trial state the state of the points and moves them with the grid.
 
-        corners: what `moved_corners` returns for this displacement.
+        domains: what `moved_domains` returns for this displacement.
         """
-        points = self.points
+        points, trial = self.points, self._trial
         with self._timers.measure("rest"):
-            for body in points.bodies:
-                if body.domain_update == "corners":
-                    part = points.part(body)
-                    _core.move_domain_faces(
-                        part.position, active.key, displacement, active.grid.origin,
-                        active.grid.cell_size, part.half_length,
-                    )  # fmt: skip
-            for body, stencil in zip(points.bodies, active.stencils, strict=True):
+            move_domain_faces(points, self.active, displacement)
+            for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
                 part = points.part(body)
                 s = slice(body.start, body.stop)
                 _core.advance(
-                    self.kind, stencil, displacement, part.position, self._trial.response[s],
-                    part.plastic, self._trial.plastic[s], part.last_gradient,
+                    self.kind, stencil, displacement, part.position, trial.response[s],
+                    part.plastic, trial.plastic[s], part.last_gradient,
                     part.deformation_gradient, part.stress, part.elastic_share,
                 )  # fmt: skip
                 _core.interpolate(stencil, displacement, part.last_displacement)
-            for number, (corner, shift) in corners.items():
+            for number, (corner, shift) in domains.items():
                 body = points.bodies[number]
                 points.corner[body.start : body.stop] = corner
                 points.last_displacement[body.start : body.stop] = shift
             points.position += points.last_displacement
             points.displacement += points.last_displacement
-            for body, centres in zip(points.bodies, self._centres, strict=True):
+            for number, centres in enumerate(self._centres):
                 if centres is not None:
-                    points.assumed_jacobian[body.start : body.stop] *= centres.jacobian
-                    points.stress[body.start : body.stop] *= centres.after[:, None]
-                    self._level(body, active, centres)
-            self._active = self._weighed = None  # the points have moved
-            points.elastic_deformation = self._trial.elastic
-            points.plastic, points.state = self._trial.plastic, self._trial.state
-            self._kept = None
-            for body in points.bodies:
-                if body.has_corners:
-                    if body.carried_by_gradient:
-                        self._carry_corners(body)
-                    continue
-                # basis "linear" has no domains: boxes for pictures and to find what touches
-                rule = body.domain_update or "right_stretch"
-                if rule not in ("fixed", "corners"):
-                    part = points.part(body)
-                    _core.stretch_domains(
-                        self.kind, rule, part.deformation_gradient,
-                        part.initial_half_length, part.half_length,
-                    )  # fmt: skip
-            points.box_corners()
+                    self._advance_f_bar(number, centres)
+            points.elastic_deformation = trial.elastic
+            points.plastic, points.state = trial.plastic, trial.state
+            update_domains(points, self.kind)
 
-    def _carry_corners(self, body: PointRange) -> None:
-        part = self.points.part(body)
-        part.corner[:] = part.carried_corners()
-        if self.kind == "axisymmetric":
-            keep_off_axis(part)
+    def _advance_f_bar(self, number: int, centres: Centres) -> None:
+        """Updates the assumed Jacobian and the Cauchy stress of a body with F-bar."""
+        body = self.points.bodies[number]
+        s = slice(body.start, body.stop)
+        self.points.assumed_jacobian[s] *= centres.jacobian
+        self.points.stress[s] *= centres.after[:, None]
+        self._smooth_volumetric_strains(number, centres)
 
-    def moved_corners(
-        self, active: ActiveGrid, displacement: Floats
-    ) -> dict[int, tuple[Floats, Floats]]:
-        """Returns the domains of bodies whose corners move with the grid (CPDI2), by body.
-
-        Corners seen from the point, shape (n, 2^dim, dim), and the motion of the points, which
-        stay the centroids of their domains, shape (n, dim) [length].
-
-        Raises:
-            StepFailed: if a domain folds or inverts.
-        """
-        found = {}
-        for number, body in enumerate(self.points.bodies):
-            if body.basis != "cpdi2":
-                continue
-            part = self.points.part(body)
-            moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
-            folded = _core.move_corners(
-                part.position, part.corner, active.key, displacement, active.grid.origin,
-                active.grid.cell_size, self.kind == "axisymmetric", moved, shift,
-            )  # fmt: skip
-            if folded >= 0:
-                remedy = _UNFOLDED.format(body.name)
-                raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
-            found[number] = (moved, shift)
-        return found
-
-    def _level(self, body: PointRange, active: ActiveGrid, centres: Centres) -> None:
+    def _smooth_volumetric_strains(self, number: int, centres: Centres) -> None:
         """Lets the volumetric strains of points that flow go towards those of their cells."""
+        body, stencil = self.points.bodies[number], self.active.stencils[number]
         s, points = slice(body.start, body.stop), self.points
         elastic, jacobian = self._trial.elastic[s], points.assumed_jacobian[s]
         flow = self._trial.plastic[s, 0] - points.plastic[s, 0]
         if not flow.any():
             return
-        stencil = active.stencils[self.points.bodies.index(body)]
         volume, volumetric = points.part(body).volume, _core.volumetric_strains(elastic)
-        nodal = np.zeros((active.nodes, 2))
+        nodal = np.zeros((self.active.nodes, 2))
         _core.scatter(stencil, np.column_stack([volume, volume * volumetric]), nodal)
         smooth = np.empty((len(volume), 1))
         _core.interpolate(stencil, nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300), smooth)
-        change = centres.level(volumetric - smooth[:, 0], volume, flow)
-        moved = np.flatnonzero(change)
+        correction = centres.smoothing(volumetric - smooth[:, 0], volume, flow)
+        moved = np.flatnonzero(correction)
         if len(moved) == 0:
             return
         trial = elastic[moved]
         identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        trial += np.expm1(2.0 / 3.0 * change[moved])[:, None] * (trial + identity)
+        trial += np.expm1(2.0 / 3.0 * correction[moved])[:, None] * (trial + identity)
         # a law whose strength depends on the pressure returns the stress to its yield surface
         state, plastic = self._trial.state[s], self._trial.plastic[s]
         returned, flown, stress = (
@@ -310,5 +255,5 @@ class Soil:
             flown[good],
             state_after[good],
         )
-        jacobian[moved] *= np.exp(change[moved])
+        jacobian[moved] *= np.exp(correction[moved])
         points.stress[s][moved] = stress[good] / jacobian[moved, None]

@@ -87,6 +87,20 @@ class Balance:
         for term in self.terms:
             term.add_stiffness(displacement, blocks)
 
+    def require_acceptable(self, displacement: Floats) -> None:
+        """Checks that all terms can commit a converged step; changes nothing.
+
+        Raises:
+            StepFailed: one cannot.
+        """
+        for term in self.terms:
+            term.require_acceptable(displacement)
+
+    def commit(self, displacement: Floats) -> None:
+        """Lets all terms carry a converged step on to the next one."""
+        for term in self.terms:
+            term.commit(displacement)
+
     def round_off(self, displacement: Floats) -> float:
         """Returns the force that round-off alone may leave where stiff terms cancel [force]."""
         total = self._sum(term.magnitude(displacement) for term in self.terms)

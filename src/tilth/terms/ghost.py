@@ -48,13 +48,13 @@ LEAST_MODULUS_OVER_STRESS = 2.0
 """Least modulus over the equivalent stress: a node that bears the soil's stress moves little."""
 
 
-def filled_cells(soil: Soil, active: ActiveGrid) -> tuple[Integers, Floats, Floats]:
+def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     """Returns the populated cells: keys, filled share [-], harmonic mean of modulus [stress].
 
     The key is that of the cell's lowest node; the share is that of the cell's volume, in
     axisymmetry of the ring it sweeps. The modulus is Young's where nothing yields.
     """
-    grid = active.grid
+    active, grid = soil.active, soil.active.grid
     key = active.cell_keys
     filled = np.zeros((len(key), 2))
     volume = soil.points.volume
@@ -175,7 +175,6 @@ class FaceCoupling:
 
 def ghost_faces(
     soil: Soil,
-    active: ActiveGrid,
     held: npt.NDArray[np.bool_],
     gamma: float,
     behind: tuple[Integers, Floats] | None = None,
@@ -189,8 +188,8 @@ def ghost_faces(
     """
     if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
-    dim = active.grid.dim
-    key, fill, modulus = filled_cells(soil, active)
+    active, dim = soil.active, soil.active.grid.dim
+    key, fill, modulus = filled_cells(soil)
     place = np.asarray(_core.lattice(key))
     along = np.eye(3, dtype=np.int64)[:dim]
     beside = place + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
@@ -275,14 +274,13 @@ class Ghost:
     def couplings(
         self,
         soil: Soil,
-        active: ActiveGrid,
         held: npt.NDArray[np.bool_],
         behind: tuple[Integers, Floats] | None = None,
     ) -> list[FaceCoupling]:
         """Returns the penalty of `ghost_faces` on what the faces remember and on the step."""
-        found = []
+        found, active = [], soil.active
         self._current = []
-        for faces in ghost_faces(soil, active, held, self.gamma, behind):
+        for faces in ghost_faces(soil, held, self.gamma, behind):
             place = active.lattice[faces.node[:, 0]]
             face = 8 * lattice_keys(place) + 4 * faces.firm + faces.axis
             moved = np.zeros((*faces.node.shape, active.grid.dim))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -118,6 +118,7 @@ class LinearForces(Term):
         couplings: elements of few nodes.
         constant: force beside theirs that does not change with the displacement, (nodes, dim).
         supported: see `Term.supported_nodes`.
+        commit: see `AssembledTerm.commit`; nothing if not given.
     """
 
     def __init__(
@@ -125,10 +126,12 @@ class LinearForces(Term):
         couplings: Sequence[LinearElements],
         constant: Floats | None = None,
         supported: Flags | None = None,
+        commit: Callable[[Floats], None] = lambda displacement: None,
     ) -> None:
         self._couplings = couplings
         self._constant = constant
         self._supported = supported
+        self._commit = commit
 
     @property
     def coupled(self) -> list[NodeLists]:
@@ -145,7 +148,7 @@ class LinearForces(Term):
         constant = np.zeros((active.nodes, active.grid.dim))
         if self._constant is not None:
             constant += self._constant
-        return AssembledLinearForces(parts, constant)
+        return AssembledLinearForces(parts, constant, self._commit)
 
 
 class AssembledLinearForces(AssembledTerm):
@@ -154,13 +157,20 @@ class AssembledLinearForces(AssembledTerm):
     Args:
         parts: couplings, and where their blocks stand.
         constant: see `LinearForces`; changed.
+        commit: see `LinearForces`.
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
     """
 
-    def __init__(self, parts: Sequence[tuple[LinearElements, Elements]], constant: Floats) -> None:
+    def __init__(
+        self,
+        parts: Sequence[tuple[LinearElements, Elements]],
+        constant: Floats,
+        commit: Callable[[Floats], None] = lambda displacement: None,
+    ) -> None:
         self._parts = parts
+        self._commit = commit
         self.constant = constant
         for coupling, elements in parts:
             _core.add_element_forces(elements, coupling.force, constant)
@@ -171,6 +181,10 @@ class AssembledLinearForces(AssembledTerm):
         for coupling, elements in self._parts:
             coupling.add_product(elements, displacement, force)
         return force
+
+    def commit(self, displacement: Floats) -> None:
+        """As `AssembledTerm.commit`."""
+        self._commit(displacement)
 
     def constant_force(self) -> Floats:
         """As `AssembledTerm.constant_force`."""

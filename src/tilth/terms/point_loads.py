@@ -21,18 +21,15 @@ class PointLoads(Term, AssembledTerm):
     Args:
         loads: of the model.
         soil: the points that carry them.
-        active: the grid of the step.
         before, after: times at its start and end.
     """
 
     role = Role.LOAD
 
-    def __init__(
-        self, loads: Loads, soil: Soil, active: ActiveGrid, before: float, after: float
-    ) -> None:
-        none = np.zeros((active.nodes, active.grid.dim))
+    def __init__(self, loads: Loads, soil: Soil, before: float, after: float) -> None:
+        none = np.zeros((soil.active.nodes, soil.active.grid.dim))
         self._before, self._after = (
-            soil.scatter(active, loads.force(soil.points, time)) if loads else none
+            soil.scatter(loads.force(soil.points, time)) if loads else none
             for time in (before, after)
         )
 

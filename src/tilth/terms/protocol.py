@@ -7,6 +7,8 @@ Newton's iteration is the sum of their derivatives. A step has three phases:
 1. gather: each `Term` finds the nodes that it acts on, on the grid of the step;
 2. pattern: `Balance` makes the matrix's pattern from what all terms couple;
 3. assemble: each term, told where its blocks stand, gives force and derivative as often as asked.
+
+A step that has converged is committed by all terms, after each has found it acceptable.
 """
 
 from __future__ import annotations
@@ -58,6 +60,19 @@ class AssembledTerm(ABC):
         """Adds the derivative of `force` to the node blocks (blocks, dim, dim) [force/length].
 
         At the displacement of the last call of `force`.
+        """
+
+    def require_acceptable(self, displacement: Floats) -> None:  # noqa: B027
+        """Checks that the displacement of a converged step can be committed; changes nothing.
+
+        Raises:
+            StepFailed: it cannot.
+        """
+
+    def commit(self, displacement: Floats) -> None:  # noqa: B027
+        """Makes the state at the displacement of a converged step that of the next step's start.
+
+        At the displacement of the last call of `force`. Terms are committed in any order.
         """
 
     def load_before(self) -> Floats | None:

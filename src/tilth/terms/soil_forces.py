@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tilth.arrays import Flags, Floats
+from tilth.mpm.domains import MovedDomains
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
@@ -27,14 +28,21 @@ class _SoilForces(AssembledTerm):
     role = Role.SOIL
 
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
-        self._soil, self._active = soil, active
+        self._soil, self._positions = soil, active.block_positions
+        self._domains: MovedDomains = {}
 
     def force(self, displacement: Floats) -> Floats:
-        self._soil.update(self._active, displacement)
-        return self._soil.internal_force(self._active)
+        self._soil.update(displacement)
+        return self._soil.internal_force()
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        self._soil.add_stiffness(self._active, blocks)
+        self._soil.add_stiffness(self._positions, blocks)
+
+    def require_acceptable(self, displacement: Floats) -> None:
+        self._domains = self._soil.moved_domains(displacement)
+
+    def commit(self, displacement: Floats) -> None:
+        self._soil.advance(displacement, self._domains)
 
     def yielding_nodes(self) -> Flags:
-        return self._soil.yielding_nodes(self._active)
+        return self._soil.yielding_nodes()

@@ -20,9 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
@@ -39,14 +38,16 @@ RELATIVE_SHIFT = 1e-11
 """The same measure of the stiffness added to all nodes in the matrix only."""
 
 
-def well_supported(soil: Soil, active: ActiveGrid) -> npt.NDArray[np.bool_]:
+def well_supported(soil: Soil) -> Flags:
     """Returns which nodes have at least `LEAST_SUPPORT`, shape (nodes,)."""
-    full = 0.5**active.grid.dim * np.prod(active.grid.cell_size) * _circumference(soil, active)
-    return np.asarray(soil.nodal_volume(active) >= LEAST_SUPPORT * full)
+    grid = soil.active.grid
+    full = 0.5**grid.dim * np.prod(grid.cell_size) * _circumference(soil)
+    return np.asarray(soil.nodal_volume >= LEAST_SUPPORT * full)
 
 
-def _circumference(soil: Soil, active: ActiveGrid) -> Floats:
+def _circumference(soil: Soil) -> Floats:
     """What a cell's area is multiplied by at each node: of the ring in axisymmetry, else 1."""
+    active = soil.active
     if soil.kind != "axisymmetric":
         return np.ones(active.nodes)
     radius = np.abs(active.position[:, 0])
@@ -66,14 +67,12 @@ class WeakSprings(Term):
     shift: Floats
 
     @classmethod
-    def of(
-        cls, soil: Soil, active: ActiveGrid, coupled: npt.NDArray[np.bool_] | None = None
-    ) -> WeakSprings:
+    def of(cls, soil: Soil, coupled: Flags | None = None) -> WeakSprings:
         """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
-        cell = active.grid.cell_size
-        stiffness = _circumference(soil, active) * np.prod(cell) / cell.max() ** 2
+        cell = soil.active.grid.cell_size
+        stiffness = _circumference(soil) * np.prod(cell) / cell.max() ** 2
         stiffness *= soil.points.elastic_moduli().young.max()
-        badly = ~well_supported(soil, active)
+        badly = ~well_supported(soil)
         if coupled is not None:
             badly &= ~coupled
         return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
@@ -84,7 +83,7 @@ class WeakSprings(Term):
 
 
 class _WeakSprings(AssembledTerm):
-    def __init__(self, springs: WeakSprings, diagonal: npt.NDArray[np.int64]) -> None:
+    def __init__(self, springs: WeakSprings, diagonal: Integers) -> None:
         self._springs, self._diagonal = springs, diagonal
 
     def force(self, displacement: Floats) -> Floats:

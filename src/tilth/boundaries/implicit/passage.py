@@ -9,12 +9,14 @@ is undone and shortened to the part in which it just reaches it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.errors import StepFailed
 from tilth.mpm.domains import half_edges
 from tilth.mpm.points import MaterialPoints
 
@@ -54,6 +56,52 @@ class Passage:
     point: int
     depth: float
     share: float
+
+
+TRIES, FUTILE = 4, 0.95
+"""Where so many shorter steps leave more than this part of the soil's depth behind a boundary, no
+step is short enough."""
+
+
+class PassageCheck:
+    """Refuses steps in which soil that was free passes through an implicit boundary.
+
+    Remembers the step that was shortened last: soil that jumps however short the step is passes.
+    """
+
+    def __init__(self) -> None:
+        self._start, self._depth, self._tries = math.nan, math.inf, 0
+
+    def require_in_front(
+        self,
+        boundaries: Sequence[Implicit],
+        points: MaterialPoints,
+        moved: Floats,
+        before: float,
+        after: float,
+        cell_size: Floats,
+    ) -> None:
+        """Checks a step from time `before` to `after`; moved: as in `find_passage`.
+
+        Raises:
+            StepFailed: soil passes; it says which share of the step is possible.
+        """
+        found = [find_passage(b, points, moved, before, after, cell_size) for b in boundaries]
+        passed = [passage for passage in found if passage is not None]
+        if not passed:
+            return
+        passage = min(passed, key=lambda each: each.share)
+        tries = self._tries + 1 if self._start == before else 0
+        futile = tries >= TRIES and passage.depth > FUTILE * self._depth
+        self._start, self._depth, self._tries = before, passage.depth, tries
+        if futile:
+            return
+        raise StepFailed(
+            f"soil reaches the boundary {passage.boundary!r} within the step and would end "
+            f"{passage.depth:.3g} behind it",
+            point=int(points.point_id[passage.point]),
+            share=passage.share,
+        )
 
 
 def find_passage(

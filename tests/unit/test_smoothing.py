@@ -38,19 +38,19 @@ def two_cells() -> Centres:
 
 
 def test_nothing_changes_without_flow():
-    assert np.array_equal(two_cells().level(STRAIN, VOLUME, np.zeros(5)), np.zeros(5))
+    assert np.array_equal(two_cells().smoothing(STRAIN, VOLUME, np.zeros(5)), np.zeros(5))
 
 
 def test_cells_keep_their_sum_whatever_flows():
     flow = np.array([0.0, 0.01, 0.2, 0.03, 0.001])
-    change = two_cells().level(STRAIN, VOLUME, flow)
+    change = two_cells().smoothing(STRAIN, VOLUME, flow)
     assert change[0] == 0.0
     for cell in (slice(0, 3), slice(3, 5)):
         assert change[cell] @ VOLUME[cell] == pytest.approx(0.0, abs=1e-18)
 
 
 def test_differences_fade_with_the_flow():
-    change = two_cells().level(STRAIN, VOLUME, np.full(5, FLOW))
+    change = two_cells().smoothing(STRAIN, VOLUME, np.full(5, FLOW))
     for cell in (slice(0, 3), slice(3, 5)):
         mean = np.average(STRAIN[cell], weights=VOLUME[cell])
         left = (STRAIN + change)[cell] - mean

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of the first load step: what only points, grid and boundaries together can tell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tilth.boundaries.agreement import require_agreement, turning_times
+from tilth.boundaries.axis_agreement import require_on_axis
+from tilth.boundaries.together import require_no_rigid_motion
+from tilth.errors import BadInput, StepFailed
+from tilth.mpm.grid import ActiveGrid
+from tilth.surface.make import require_near_soil
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
+
+
+def check_first_step(simulation: Simulation) -> ActiveGrid:
+    """Checks the conditions of the first step; returns its grid.
+
+    Raises:
+        BadInput: contradicting conditions, a rigid-body motion that none of them prevents, a
+            boundary or a surface without soil.
+    """
+    model = simulation.model
+    try:
+        step = simulation.prepare(0.0, model.schedule.regular_time(1))
+    except StepFailed as failure:
+        raise BadInput(
+            f"{failure.reason} before the first step (point {failure.point})",
+            "move the body, or widen grid.limits",
+            key="bodies",
+        ) from failure
+    for boundary in simulation.implicit:
+        boundary.require_soil(simulation.points.position)
+    times = turning_times(model)
+    require_agreement(simulation.boundaries, step.constraints, times, model.boundary_keys())
+    require_on_axis(simulation.axis, simulation.boundaries, simulation.implicit, step.active, times)
+    require_no_rigid_motion(step.active, simulation.kind, step.conditions.held, step.constraints)
+    require_near_soil(model, simulation.surfaces, step.active)
+    return step.active

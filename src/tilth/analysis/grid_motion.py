@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The background grid of each load step: it stands still, or follows a boundary."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tilth.model import Model
+from tilth.model.fields import AXES
+from tilth.mpm.grid import Grid
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit.boundary import Implicit
+
+
+class GridMotion:
+    """The background grid over time.
+
+    Args:
+        model: the declared problem.
+        boundaries: its implicit boundaries, one of which the grid may follow.
+    """
+
+    def __init__(self, model: Model, boundaries: Sequence[Implicit]) -> None:
+        limits, self._follow = model.grid.limits, model.grid.follow
+        self._initial = Grid(
+            origin=np.array(model.origin, dtype=float),
+            cell_size=np.array(model.cell_size, dtype=float),
+            lower=None if limits is None else np.array(limits.lower, dtype=float),
+            upper=None if limits is None else np.array(limits.upper, dtype=float),
+        )
+        if self._follow is not None:
+            self._leader = next(b for b in boundaries if b.name == self._follow.boundary)
+
+    def at(self, time: float) -> Grid:
+        """Returns the grid of the step that begins at `time`."""
+        if self._follow is None:
+            return self._initial
+        leader = self._leader
+        place = leader.motion.place(np.array([self._follow.place]), leader.factor(time))[0]
+        axes = [AXES.index(axis) for axis in self._follow.axes]
+        origin = self._initial.origin.copy()
+        origin[axes] = place[axes]
+        return replace(self._initial, origin=origin)
