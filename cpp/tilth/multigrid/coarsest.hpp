@@ -2,6 +2,7 @@
 // The coarsest level is solved by a dense factorisation.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -11,36 +12,45 @@
 
 namespace tilth::multigrid {
 
-/// LU factors with row interchanges.
+/// LU factors with row interchanges. Entries come from single precision: a pivot that is smaller
+/// than their round-off tells nothing, and its unknown becomes zero. Coarse nodes from which the
+/// same free unknowns are interpolated have such.
 class DenseFactors {
  public:
-  template <int Dim>
-  void factorise(const Level<Dim>& level) {
+  template <int Components>
+  void factorise(const Level<Components>& level) {
     n_ = level.unknowns();
     factor_.assign(n_ * n_, 0.0);
     pivot_.resize(n_);
     free_.resize(n_);
     for (std::int64_t row = 0; row < n_; ++row)
-      free_[row] = level.mask[row % Dim][row / Dim] != 0.0f;
+      free_[row] = level.mask[row % Components][row / Components] != 0.0f;
     for (std::int32_t v = 0; v < level.nodes(); ++v)
       for (std::int64_t e = 0; e < level.entries(v); ++e)
-        for (int i = 0; i < Dim; ++i)
-          for (int j = 0; j < Dim; ++j) {
-            const std::int64_t row = std::int64_t{v} * Dim + i;
+        for (int i = 0; i < Components; ++i)
+          for (int j = 0; j < Components; ++j) {
+            const std::int64_t row = std::int64_t{v} * Components + i;
             const std::int64_t column =
-                std::int64_t{level.column[level.row_start[v] + e]} * Dim + j;
+                std::int64_t{level.column[level.row_start[v] + e]} * Components + j;
             factor_[row * n_ + column] =
                 free_[row] && free_[column] ? level.at(v, e, i, j) : row == column;
           }
+    std::vector<double> largest(n_, 0.0);  // of each column
+    for (std::int64_t row = 0; row < n_; ++row)
+      for (std::int64_t k = 0; k < n_; ++k)
+        largest[k] = std::max(largest[k], std::abs(factor_[row * n_ + k]));
     for (std::int64_t k = 0; k < n_; ++k) {
       std::int64_t pivot = k;
       for (std::int64_t i = k + 1; i < n_; ++i)
         if (std::abs(factor_[i * n_ + k]) > std::abs(factor_[pivot * n_ + k])) pivot = i;
+      const bool regular = std::abs(factor_[pivot * n_ + k]) > round_off * largest[k];
+      if (!regular) pivot = k;  // the row of the same unknown, which then tells nothing either
       pivot_[k] = pivot;
       if (pivot != k)
         for (std::int64_t j = 0; j < n_; ++j)
           std::swap(factor_[k * n_ + j], factor_[pivot * n_ + j]);
-      const double by = factor_[k * n_ + k];
+      double& by = factor_[k * n_ + k];
+      if (!regular) by = 0.0;
       for (std::int64_t i = k + 1; i < n_; ++i) {
         const double times = by != 0.0 ? factor_[i * n_ + k] / by : 0.0;
         factor_[i * n_ + k] = times;
@@ -52,10 +62,10 @@ class DenseFactors {
     }
   }
 
-  template <int Dim>
-  void solve(const Field<Dim>& right, Field<Dim>& solution) const {
+  template <int Components>
+  void solve(const Field<Components>& right, Field<Components>& solution) const {
     std::vector<double> x(n_);
-    for (std::int64_t k = 0; k < n_; ++k) x[k] = right[k % Dim][k / Dim];
+    for (std::int64_t k = 0; k < n_; ++k) x[k] = right[k % Components][k / Components];
     for (std::int64_t k = 0; k < n_; ++k) {
       std::swap(x[k], x[pivot_[k]]);
     }
@@ -65,11 +75,13 @@ class DenseFactors {
       for (std::int64_t j = k + 1; j < n_; ++j) x[k] -= factor_[k * n_ + j] * x[j];
       const double by = factor_[k * n_ + k];
       x[k] = by != 0.0 ? x[k] / by : 0.0;
-      solution[k % Dim][k / Dim] = static_cast<float>(x[k]);
+      solution[k % Components][k / Components] = static_cast<float>(x[k]);
     }
   }
 
  private:
+  static constexpr double round_off = 0x1p-21;  // four units in the last place of an entry
+
   std::int64_t n_ = 0;
   std::vector<char> free_;
   std::vector<double> factor_;
