@@ -116,14 +116,14 @@ def timed(action: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def by_multigrid(system: LinearSystem, right_side: Floats) -> tuple[list[float], int]:
-    first, solver = timed(lambda: Multigrid(system.active, system.held))
-    second, _ = timed(lambda: solver.fill(system.blocks, system.hard))
+    first, solver = timed(lambda: Multigrid(system.active, system.constrained))
+    second, _ = timed(lambda: solver.fill(system.blocks, system.exact_nodes))
     third, solution = timed(lambda: solver.solve(right_side, TOLERANCE))
     return [first, second, third], solution.iterations
 
 
 def by_direct(name: str, system: LinearSystem, right_side: Floats) -> tuple[list[float], int]:
-    fresh = LinearSystem(system.active, system.held)
+    fresh = LinearSystem(system.active, system.constrained)
     fresh.blocks = system.blocks
     solver = SOLVERS[name]()
     first, free = timed(lambda: fresh.free)
@@ -139,7 +139,7 @@ def main() -> None:
     print(f"{'matrix':24}{'unknowns':>9}  {'solver':10}{'set-up':>8}{'matrix':>8}{'solve':>8}"
           f"{'sum':>8}{'iterations':>12}")  # fmt: skip
     for name, system, right_side in problems():
-        unknowns = int((~system.held).sum())
+        unknowns = int((~system.constrained).sum())
         direct = [solver for solver in SOLVERS if SOLVERS[solver].available()]
         direct.remove("banded")  # no matrix here is a narrow band
         if unknowns > SUPERLU_UP_TO:

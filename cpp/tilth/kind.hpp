@@ -9,7 +9,7 @@ namespace tilth {
 
 template <int Dim, bool Hoop>
 struct Kind {
-  static constexpr int dim = Dim;     // unknowns of a node, directions of the grid
+  static constexpr int dim = Dim;     // directions of the grid, components of the displacement
   static constexpr bool hoop = Hoop;  // axisymmetry: circumferential strain u_r / r
   static constexpr bool in_plane = Dim == 2;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/elements.hpp"
-
-#include "../kind.hpp"
+#include "../components.hpp"
 #include "arrays.hpp"
 
 namespace tilth::bind {
@@ -49,11 +48,11 @@ struct ElementsView : kernel::Elements {
 
 void add_element_forces(nb::handle of, ConstDoubles force, Doubles nodal) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(nodal.shape(1));
-  require_size(force, elements.entries() * dim, "force");
+  const int components = static_cast<int>(nodal.shape(1));
+  require_size(force, elements.entries() * components, "force");
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    kernel::add_element_forces<decltype(kind)::dim>(elements, force.data(), nodal.data());
+  with_components(components, [&](auto count) {
+    kernel::add_element_forces<count()>(elements, force.data(), nodal.data());
   });
 }
 
@@ -65,97 +64,96 @@ void add_products(const ElementsView& elements, const Matrices& matrices, const 
   add(elements, matrices, vector, product);
 }
 
-void require_dense(const ElementsView& elements, const ConstDoubles& matrix, int dim) {
-  const std::int64_t unknowns = std::int64_t{elements.same_nodes()} * dim;
+void require_dense(const ElementsView& elements, const ConstDoubles& matrix, int components) {
+  const std::int64_t unknowns = std::int64_t{elements.same_nodes()} * components;
   require_size(matrix, elements.elements * unknowns * unknowns, "matrix");
 }
 
 void require_scaled(const ElementsView& elements, const ConstDoubles& weight,
-                    const ConstDoubles& unit, const ConstFlags& free, int dim) {
+                    const ConstDoubles& unit, const ConstFlags& free, int components) {
   require_size(weight, elements.elements, "weight");
   const std::int64_t nodes = elements.same_nodes();
   require_size(unit, nodes * nodes, "unit");
-  require_size(free, elements.elements * nodes * dim, "free");
+  require_size(free, elements.elements * nodes * components, "free");
 }
 
 void add_dense_products(nb::handle of, ConstDoubles matrix, ConstDoubles vector, bool magnitude,
                         Doubles product) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(vector.shape(1));
-  require_dense(elements, matrix, dim);
+  const int components = static_cast<int>(vector.shape(1));
+  require_dense(elements, matrix, components);
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::DenseMatrices<decltype(kind)::dim>;
-    add_products<Matrices, decltype(kind)::dim>(elements, Matrices{matrix.data()}, vector.data(),
-                                                magnitude, product.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::DenseMatrices<count()>;
+    add_products<Matrices, count()>(elements, Matrices{matrix.data()}, vector.data(), magnitude,
+                                    product.data());
   });
 }
 
 void add_dense_blocks(nb::handle of, ConstDoubles matrix, Doubles blocks) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(blocks.shape(1));
-  require_dense(elements, matrix, dim);
+  const int components = static_cast<int>(blocks.shape(1));
+  require_dense(elements, matrix, components);
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::DenseMatrices<decltype(kind)::dim>;
-    kernel::add_element_blocks<decltype(kind)::dim>(elements, elements.blocks(),
-                                                    Matrices{matrix.data()}, blocks.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::DenseMatrices<count()>;
+    kernel::add_element_blocks<count()>(elements, elements.blocks(), Matrices{matrix.data()},
+                                        blocks.data());
   });
 }
 
 void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
                          ConstDoubles vector, bool magnitude, Doubles product) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(vector.shape(1));
-  require_scaled(elements, weight, unit, free, dim);
+  const int components = static_cast<int>(vector.shape(1));
+  require_scaled(elements, weight, unit, free, components);
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::ScaledMatrix<decltype(kind)::dim>;
-    add_products<Matrices, decltype(kind)::dim>(elements,
-                                                Matrices{weight.data(), unit.data(), free.data()},
-                                                vector.data(), magnitude, product.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::ScaledMatrix<count()>;
+    add_products<Matrices, count()>(elements, Matrices{weight.data(), unit.data(), free.data()},
+                                    vector.data(), magnitude, product.data());
   });
 }
 
 void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
                        Doubles blocks) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(blocks.shape(1));
-  require_scaled(elements, weight, unit, free, dim);
+  const int components = static_cast<int>(blocks.shape(1));
+  require_scaled(elements, weight, unit, free, components);
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::ScaledMatrix<decltype(kind)::dim>;
-    kernel::add_element_blocks<decltype(kind)::dim>(
-        elements, elements.blocks(), Matrices{weight.data(), unit.data(), free.data()},
-        blocks.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::ScaledMatrix<count()>;
+    kernel::add_element_blocks<count()>(elements, elements.blocks(),
+                                        Matrices{weight.data(), unit.data(), free.data()},
+                                        blocks.data());
   });
 }
 
 void add_row_products(nb::handle of, ConstDoubles row, ConstDoubles vector, bool magnitude,
                       Doubles product) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(vector.shape(1));
-  require_size(row, elements.entries() * dim, "row");
+  const int components = static_cast<int>(vector.shape(1));
+  require_size(row, elements.entries() * components, "row");
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::RowProducts<decltype(kind)::dim>;
-    add_products<Matrices, decltype(kind)::dim>(elements, Matrices{elements.node_start, row.data()},
-                                                vector.data(), magnitude, product.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::RowProducts<count()>;
+    add_products<Matrices, count()>(elements, Matrices{elements.node_start, row.data()},
+                                    vector.data(), magnitude, product.data());
   });
 }
 
 void add_row_blocks(nb::handle of, ConstDoubles row, Doubles blocks) {
   const ElementsView elements(of);
-  const int dim = static_cast<int>(blocks.shape(1));
-  require_size(row, elements.entries() * dim, "row");
+  const int components = static_cast<int>(blocks.shape(1));
+  require_size(row, elements.entries() * components, "row");
   nb::gil_scoped_release release;
-  with_dimension(dim, [&](auto kind) {
-    using Matrices = kernel::RowProducts<decltype(kind)::dim>;
-    kernel::add_element_blocks<decltype(kind)::dim>(
-        elements, elements.blocks(), Matrices{elements.node_start, row.data()}, blocks.data());
+  with_components(components, [&](auto count) {
+    using Matrices = kernel::RowProducts<count()>;
+    kernel::add_element_blocks<count()>(elements, elements.blocks(),
+                                        Matrices{elements.node_start, row.data()}, blocks.data());
   });
 }
 
@@ -164,13 +162,15 @@ void add_row_blocks(nb::handle of, ConstDoubles row, Doubles blocks) {
 void bind_elements(nb::module_& module) {
   using namespace nb::literals;
   module.def("add_element_forces", &add_element_forces, "elements"_a, "force"_a, "nodal"_a,
-             "Adds the elements' forces (entries, dim) to nodal (nodes, dim).");
-  module.def("add_dense_products", &add_dense_products, "elements"_a, "matrix"_a, "vector"_a,
-             "magnitude"_a, "product"_a,
-             "Adds the elements' matrices (e, n, n, dim, dim), or those of their entries' "
-             "magnitudes, times vector to product.");
-  module.def("add_dense_blocks", &add_dense_blocks, "elements"_a, "matrix"_a, "blocks"_a,
-             "Adds the elements' matrices (e, n, n, dim, dim) to the node-block matrix.");
+             "Adds the elements' forces (entries, components) to nodal (nodes, components).");
+  module.def(
+      "add_dense_products", &add_dense_products, "elements"_a, "matrix"_a, "vector"_a,
+      "magnitude"_a, "product"_a,
+      "Adds the elements' matrices (e, n, n, components, components), or those of their entries' "
+      "magnitudes, times vector to product.");
+  module.def(
+      "add_dense_blocks", &add_dense_blocks, "elements"_a, "matrix"_a, "blocks"_a,
+      "Adds the elements' matrices (e, n, n, components, components) to the node-block matrix.");
   module.def("add_scaled_products", &add_scaled_products, "elements"_a, "weight"_a, "unit"_a,
              "free"_a, "vector"_a, "magnitude"_a, "product"_a,
              "As add_dense_products for matrices weight_e unit_ab of each free component.");

@@ -3,6 +3,7 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include "../components.hpp"
 #include "../multigrid/hierarchy.hpp"
 #include "../multigrid/product.hpp"
 #include "arrays.hpp"
@@ -13,22 +14,26 @@ namespace {
 
 using multigrid::Hierarchy;
 
-std::unique_ptr<Hierarchy> make(int dim, ConstIntegers lattice, ConstIntegers row_start,
-                                ConstShorts column, ConstFlags held) {
+std::unique_ptr<Hierarchy> make(int dim, int components, ConstIntegers lattice,
+                                ConstIntegers row_start, ConstShorts column,
+                                ConstFlags constrained) {
   const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
   require_size(lattice, 3 * nodes, "lattice");
-  require_size(held, nodes * dim, "held");
+  require_size(constrained, nodes * components, "constrained");
   std::vector<multigrid::Place> place(nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
     for (int k = 0; k < 3; ++k) place[v][k] = static_cast<std::int32_t>(lattice.data()[3 * v + k]);
   std::vector<std::int64_t> starts(row_start.data(), row_start.data() + nodes + 1);
   std::vector<std::int32_t> columns(column.data(), column.data() + column.size());
   nb::gil_scoped_release release;
-  if (dim == 2)
-    return std::make_unique<multigrid::HierarchyOf<2>>(std::move(place), std::move(starts),
-                                                       std::move(columns), held.data());
-  return std::make_unique<multigrid::HierarchyOf<3>>(std::move(place), std::move(starts),
-                                                     std::move(columns), held.data());
+  return with_components(components, [&](auto count) -> std::unique_ptr<Hierarchy> {
+    const auto of = [&]<int Dim>() {
+      return std::make_unique<multigrid::HierarchyOf<Dim, count()>>(
+          std::move(place), std::move(starts), std::move(columns), constrained.data());
+    };
+    if (dim == 2) return of.template operator()<2>();
+    return of.template operator()<3>();
+  });
 }
 
 void fill(Hierarchy& hierarchy, ConstDoubles blocks) {
@@ -42,28 +47,31 @@ void cycle(Hierarchy& hierarchy, ConstDoubles residual, Doubles approximate) {
   hierarchy.cycle(residual.data(), approximate.data());
 }
 
-void block_product(int dim, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
-                   ConstFlags held, ConstDoubles x, Doubles product) {
+void block_product(int components, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
+                   ConstFlags constrained, ConstDoubles x, Doubles product) {
   const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
-  require_size(held, nodes * dim, "held");
-  require_size(x, nodes * dim, "x");
-  require_size(product, nodes * dim, "product");
+  require_size(constrained, nodes * components, "constrained");
+  require_size(x, nodes * components, "x");
+  require_size(product, nodes * components, "product");
   nb::gil_scoped_release release;
-  const auto multiply = dim == 2 ? multigrid::block_product<2, 1> : multigrid::block_product<3, 1>;
-  multiply(nodes, row_start.data(), column.data(), blocks.data(), held.data(), {x.data()},
-           {product.data()});
+  with_components(components, [&](auto count) {
+    multigrid::block_product<count(), 1>(nodes, row_start.data(), column.data(), blocks.data(),
+                                         constrained.data(), {x.data()}, {product.data()});
+  });
 }
 
-double asymmetry(int dim, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
-                 ConstFlags held, ConstDoubles u, ConstDoubles v) {
+std::array<double, 3> asymmetry(int components, ConstIntegers row_start, ConstShorts column,
+                                ConstDoubles blocks, ConstFlags constrained, ConstDoubles u,
+                                ConstDoubles v) {
   const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
-  require_size(held, nodes * dim, "held");
-  require_size(u, nodes * dim, "u");
-  require_size(v, nodes * dim, "v");
+  require_size(constrained, nodes * components, "constrained");
+  require_size(u, nodes * components, "u");
+  require_size(v, nodes * components, "v");
   nb::gil_scoped_release release;
-  const auto measure = dim == 2 ? multigrid::asymmetry<2> : multigrid::asymmetry<3>;
-  return measure(nodes, row_start.data(), column.data(), blocks.data(), held.data(), u.data(),
-                 v.data());
+  return with_components(components, [&](auto count) {
+    return multigrid::asymmetry<count()>(nodes, row_start.data(), column.data(), blocks.data(),
+                                         constrained.data(), u.data(), v.data());
+  });
 }
 
 double inner(ConstDoubles a, ConstDoubles b) {
@@ -102,7 +110,8 @@ void bind_multigrid(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Hierarchy>(module, "Multigrid",
                         "Geometric multigrid over an integer lattice of nodes; pattern fixed.")
-      .def(nb::new_(&make), "dim"_a, "lattice"_a, "row_start"_a, "column"_a, "held"_a)
+      .def(nb::new_(&make), "dim"_a, "components"_a, "lattice"_a, "row_start"_a, "column"_a,
+           "constrained"_a)
       .def("begin", &Hierarchy::begin,
            "Forgets all matrices; what follows has the same bits as with a new one.")
       .def("fill", &fill, "blocks"_a, "Takes the values of a matrix of the pattern.")
@@ -110,10 +119,10 @@ void bind_multigrid(nb::module_& module) {
            "Fills `approximate` with one V-cycle for `residual`.")
       .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.")
       .def("bytes", &Hierarchy::bytes, "Memory of all levels [byte].");
-  module.def("block_product", &block_product, "dim"_a, "row_start"_a, "column"_a, "blocks"_a,
-             "held"_a, "x"_a, "product"_a, "Fills the product A x, zero where held.");
-  module.def("asymmetry", &asymmetry, "dim"_a, "row_start"_a, "column"_a, "blocks"_a, "held"_a,
-             "u"_a, "v"_a, "Returns |u . A v - v . A u| / |A v|, zero for no matrix.");
+  module.def("block_product", &block_product, "components"_a, "row_start"_a, "column"_a, "blocks"_a,
+             "constrained"_a, "x"_a, "product"_a, "Fills the product A x, zero where constrained.");
+  module.def("asymmetry", &asymmetry, "components"_a, "row_start"_a, "column"_a, "blocks"_a,
+             "constrained"_a, "u"_a, "v"_a, "Returns A v . A v, u . A v and v . A u.");
   module.def("inner", &inner, "a"_a, "b"_a,
              "Inner product with the same bits for any number of threads.");
   module.def("two_inner", &two_inner, "a"_a, "b"_a, "c"_a,

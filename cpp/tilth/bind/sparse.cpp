@@ -36,12 +36,12 @@ auto nested_dissection(ConstIntegers lattice, int reach) {
   return give(std::vector<std::int64_t>(dissection.order()));
 }
 
-auto restrict_to_free(int dim, ConstIntegers row_start, ConstShorts column, ConstIntegers order,
-                      ConstFlags held) {
+auto restrict_to_free(int components, ConstIntegers row_start, ConstShorts column,
+                      ConstIntegers order, ConstFlags constrained) {
   const auto nodes = static_cast<std::int64_t>(order.size());
-  require_size(held, nodes * dim, "held");
-  auto result = sparse::restrict_to_free(nodes, dim, row_start.data(), column.data(), order.data(),
-                                         held.data());
+  require_size(constrained, nodes * components, "constrained");
+  auto result = sparse::restrict_to_free(nodes, components, row_start.data(), column.data(),
+                                         order.data(), constrained.data());
   return std::make_tuple(give(std::move(result.unknown)), give(std::move(result.start)),
                          give(std::move(result.row)), give(std::move(result.place)));
 }
@@ -96,8 +96,8 @@ void bind_sparse(nb::module_& module) {
              "Rows and sorted columns of all pairs of nodes that share a group.");
   module.def("block_positions", &block_positions, "node_start"_a, "node"_a, "row_start"_a,
              "column"_a, "Where each group's blocks stand in the pattern.");
-  module.def("restrict_to_free", &restrict_to_free, "dim"_a, "row_start"_a, "column"_a, "order"_a,
-             "held"_a,
+  module.def("restrict_to_free", &restrict_to_free, "components"_a, "row_start"_a, "column"_a,
+             "order"_a, "constrained"_a,
              "Matrix of the free unknowns: unknown, column starts, rows, places in the blocks.");
   module.def("gather", &gather, "place"_a, "block"_a, "value"_a,
              "Fills value[i] = block[place[i]].");

@@ -33,8 +33,8 @@ struct Elements {
   int nodes_of(std::int64_t e) const { return static_cast<int>(node_start[e + 1] - node_start[e]); }
 };
 
-/// A matrix of its own for each element, shape (elements, n, n, Dim, Dim).
-template <int Dim>
+/// A matrix of its own for each element, shape (elements, n, n, Components, Components).
+template <int Components>
 struct DenseMatrices {
   const double* matrix;
 
@@ -45,29 +45,31 @@ struct DenseMatrices {
     template <bool Magnitude>
     void multiply(const double* in, double* out) const {
       for (int a = 0; a < n; ++a)
-        for (int i = 0; i < Dim; ++i) {
+        for (int i = 0; i < Components; ++i) {
           double sum = 0.0;
           for (int b = 0; b < n; ++b)
-            for (int k = 0; k < Dim; ++k) {
-              const double entry = block[((a * n + b) * Dim + i) * Dim + k];
-              sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Dim + k];
+            for (int k = 0; k < Components; ++k) {
+              const double entry = block[((a * n + b) * Components + i) * Components + k];
+              sum += (Magnitude ? std::fabs(entry) : entry) * in[b * Components + k];
             }
-          out[a * Dim + i] = sum;
+          out[a * Components + i] = sum;
         }
     }
 
     void add_block(int a, int b, double* into) const {
-      const double* own = block + (a * n + b) * Dim * Dim;
-      for (int ik = 0; ik < Dim * Dim; ++ik) into[ik] += own[ik];
+      const double* own = block + (a * n + b) * Components * Components;
+      for (int ik = 0; ik < Components * Components; ++ik) into[ik] += own[ik];
     }
   };
 
-  Element element(std::int64_t e, int n) const { return {matrix + e * n * n * Dim * Dim, n}; }
+  Element element(std::int64_t e, int n) const {
+    return {matrix + e * n * n * Components * Components, n};
+  }
 };
 
 /// weight_e unit_ab between the components of two nodes in which both are `free`; weights >= 0,
-/// `unit` (n, n), `free` (elements, n, Dim).
-template <int Dim>
+/// `unit` (n, n), `free` (elements, n, Components).
+template <int Components>
 struct ScaledMatrix {
   const double* weight;
   const double* unit;
@@ -77,37 +79,40 @@ struct ScaledMatrix {
     const double* unit;
     int n;
     double weight;
-    double free[maximum_nodes * Dim];  // 1 or 0
+    double free[maximum_nodes * Components];  // 1 or 0
 
     template <bool Magnitude>
     void multiply(const double* in, double* out) const {
       for (int a = 0; a < n; ++a) {
-        double sum[Dim] = {};
+        double sum[Components] = {};
         for (int b = 0; b < n; ++b) {
           const double entry = Magnitude ? std::fabs(unit[a * n + b]) : unit[a * n + b];
-          for (int i = 0; i < Dim; ++i) sum[i] += entry * (free[b * Dim + i] * in[b * Dim + i]);
+          for (int i = 0; i < Components; ++i)
+            sum[i] += entry * (free[b * Components + i] * in[b * Components + i]);
         }
-        for (int i = 0; i < Dim; ++i) out[a * Dim + i] = free[a * Dim + i] * weight * sum[i];
+        for (int i = 0; i < Components; ++i)
+          out[a * Components + i] = free[a * Components + i] * weight * sum[i];
       }
     }
 
     void add_block(int a, int b, double* into) const {
       const double entry = weight * unit[a * n + b];
-      for (int i = 0; i < Dim; ++i)
-        into[i * (Dim + 1)] += free[a * Dim + i] * free[b * Dim + i] * entry;
+      for (int i = 0; i < Components; ++i)
+        into[i * (Components + 1)] += free[a * Components + i] * free[b * Components + i] * entry;
     }
   };
 
   Element element(std::int64_t e, int n) const {
     Element result;
     result.unit = unit, result.n = n, result.weight = weight[e];
-    for (int i = 0; i < n * Dim; ++i) result.free[i] = free[e * n * Dim + i] ? 1.0 : 0.0;
+    for (int i = 0; i < n * Components; ++i)
+      result.free[i] = free[e * n * Components + i] ? 1.0 : 0.0;
     return result;
   }
 };
 
-/// The products of a row (n, Dim) for each element with itself; the rows stand in one array.
-template <int Dim>
+/// The products of a row (n, Components) for each element with itself; the rows stand in one array.
+template <int Components>
 struct RowProducts {
   const std::int64_t* node_start;
   const double* row;
@@ -119,48 +124,53 @@ struct RowProducts {
     template <bool Magnitude>
     void multiply(const double* in, double* out) const {
       double sum = 0.0;
-      for (int i = 0; i < n * Dim; ++i) sum += (Magnitude ? std::fabs(row[i]) : row[i]) * in[i];
-      for (int i = 0; i < n * Dim; ++i) out[i] = (Magnitude ? std::fabs(row[i]) : row[i]) * sum;
+      for (int i = 0; i < n * Components; ++i)
+        sum += (Magnitude ? std::fabs(row[i]) : row[i]) * in[i];
+      for (int i = 0; i < n * Components; ++i)
+        out[i] = (Magnitude ? std::fabs(row[i]) : row[i]) * sum;
     }
 
     void add_block(int a, int b, double* into) const {
-      for (int i = 0; i < Dim; ++i)
-        for (int k = 0; k < Dim; ++k) into[i * Dim + k] += row[a * Dim + i] * row[b * Dim + k];
+      for (int i = 0; i < Components; ++i)
+        for (int k = 0; k < Components; ++k)
+          into[i * Components + k] += row[a * Components + i] * row[b * Components + k];
     }
   };
 
-  Element element(std::int64_t e, int n) const { return {row + node_start[e] * Dim, n}; }
+  Element element(std::int64_t e, int n) const { return {row + node_start[e] * Components, n}; }
 };
 
-/// Adds the forces (entries of `node`, Dim) to `nodal` (nodes, Dim).
-template <int Dim>
+/// Adds the forces (entries of `node`, Components) to `nodal` (nodes, Components).
+template <int Components>
 void add_element_forces(const Elements& elements, const double* force, double* nodal) {
   for_each_by_colour(elements, [&](std::int64_t e) {
     for (std::int64_t a = elements.node_start[e]; a < elements.node_start[e + 1]; ++a)
-      for (int i = 0; i < Dim; ++i)
-        nodal[Dim * std::int64_t{elements.node[a]} + i] += force[a * Dim + i];
+      for (int i = 0; i < Components; ++i)
+        nodal[Components * std::int64_t{elements.node[a]} + i] += force[a * Components + i];
   });
 }
 
-/// Adds each element's matrix, or that of its entries' magnitudes, times `vector` (nodes, Dim) to
-/// `product` (nodes, Dim).
-template <bool Magnitude, int Dim, class Matrices>
+/// Adds each element's matrix, or that of its entries' magnitudes, times `vector` (nodes,
+/// Components) to `product` (nodes, Components).
+template <bool Magnitude, int Components, class Matrices>
 void add_element_products(const Elements& elements, const Matrices& matrices, const double* vector,
                           double* product) {
   for_each_by_colour(elements, [&](std::int64_t e) {
     const int n = elements.nodes_of(e);
     const std::int32_t* node = elements.node + elements.node_start[e];
-    double in[most_element_nodes * Dim], out[most_element_nodes * Dim];
+    double in[most_element_nodes * Components], out[most_element_nodes * Components];
     for (int a = 0; a < n; ++a)
-      for (int i = 0; i < Dim; ++i) in[a * Dim + i] = vector[Dim * std::int64_t{node[a]} + i];
+      for (int i = 0; i < Components; ++i)
+        in[a * Components + i] = vector[Components * std::int64_t{node[a]} + i];
     matrices.element(e, n).template multiply<Magnitude>(in, out);
     for (int a = 0; a < n; ++a)
-      for (int i = 0; i < Dim; ++i) product[Dim * std::int64_t{node[a]} + i] += out[a * Dim + i];
+      for (int i = 0; i < Components; ++i)
+        product[Components * std::int64_t{node[a]} + i] += out[a * Components + i];
   });
 }
 
 /// Adds the elements' matrices to the node blocks `matrix`.
-template <int Dim, class Matrices>
+template <int Components, class Matrices>
 void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
                         const Matrices& matrices, double* matrix) {
   for_each_by_colour(elements, [&](std::int64_t e) {
@@ -170,10 +180,10 @@ void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
     const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < n; ++position) {
-        double* block = matrix + std::int64_t{*position} * Dim * Dim;
+        double* block = matrix + std::int64_t{*position} * Components * Components;
         do {
           element.add_block(a, b, block);
-          block += Dim * Dim;
+          block += Components * Components;
           ++b;
         } while (b < n && node[b] == node[b - 1] + 1);
       }

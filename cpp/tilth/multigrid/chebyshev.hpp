@@ -16,18 +16,18 @@ inline constexpr float safety = 1.1f;            // on the largest eigenvalue th
 
 /// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
 /// nodes shows in the largest entry before it shows in the norm.
-template <int Dim>
-void bound_eigenvalues(Level<Dim>& level, int iterations) {
+template <int Components>
+void bound_eigenvalues(Level<Components>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
     for_scaled_residual(
         level, nullptr, &level.eigenvector,
         [&](std::int32_t first, std::int32_t count, const auto& scaled) {
-          for (int i = 0; i < Dim; ++i) store(scaled[i], count, level.other[i] + first);
+          for (int i = 0; i < Components; ++i) store(scaled[i], count, level.other[i] + first);
         },
         [&](int i, std::int32_t v, float scaled) { level.other[i][v] = scaled; });
     double size = 0.0, before = 0.0;  // in a fixed order: not threaded
     float most = 0.0f, most_before = 0.0f;
-    for (int i = 0; i < Dim; ++i) {
+    for (int i = 0; i < Components; ++i) {
       const float *now = level.other[i], *last = level.eigenvector[i];
 #pragma omp simd reduction(+ : size, before) reduction(max : most, most_before)
       for (std::int32_t v = 0; v < level.nodes(); ++v) {
@@ -41,15 +41,15 @@ void bound_eigenvalues(Level<Dim>& level, int iterations) {
     level.largest =
         safety * std::max(static_cast<float>(std::sqrt(size / before)), most / most_before);
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
-    for (int i = 0; i < Dim; ++i)
+    for (int i = 0; i < Components; ++i)
       for (std::int32_t v = 0; v < level.nodes(); ++v)
         level.eigenvector[i][v] = factor * level.other[i][v];
   }
 }
 
 /// Improves `solution` for the right side `right`; from zero where `from_zero`.
-template <int Dim>
-void smooth(Level<Dim>& level, bool from_zero) {
+template <int Components>
+void smooth(Level<Components>& level, bool from_zero) {
   const float centre = 0.5f * level.largest * (1.0f + smoothed_share);
   const float radius = 0.5f * level.largest * (1.0f - smoothed_share);
   const float ratio = centre / radius;
@@ -62,19 +62,19 @@ void smooth(Level<Dim>& level, bool from_zero) {
     for_scaled_residual(
         level, &level.right, zero ? nullptr : &level.solution,
         [&](std::int32_t first, std::int32_t count, const auto& scaled) {
-          for (int i = 0; i < Dim; ++i) {
-            const float *change = level.change[i] + first, *old = level.solution[i] + first;
-            float next_change[widest], improved[widest];
+          for (int i = 0; i < Components; ++i) {
+            const float *correction = level.correction[i] + first, *old = level.solution[i] + first;
+            float next_correction[widest], improved[widest];
             for (int k = 0; k < widest; ++k) {
-              next_change[k] = keep * change[k] + add * scaled[i][k];
-              improved[k] = (zero ? 0.0f : old[k]) + next_change[k];
+              next_correction[k] = keep * correction[k] + add * scaled[i][k];
+              improved[k] = (zero ? 0.0f : old[k]) + next_correction[k];
             }
-            store(next_change, count, level.change[i] + first);
+            store(next_correction, count, level.correction[i] + first);
             store(improved, count, level.other[i] + first);
           }
         },
         [&](int i, std::int32_t v, float scaled) {
-          level.change[i][v] += add * scaled;
+          level.correction[i][v] += add * scaled;
           level.other[i][v] += add * scaled;
         });
     std::swap(level.solution, level.other);

@@ -55,14 +55,14 @@ inline void invert(int n, double* matrix) {
 
 /// Groups nodes by their strong couplings, the strongest first, around very strong ones only: what
 /// is alike everywhere the smoother deals with as it is, and blocks of one node are cheaper.
-template <int Dim>
-void group_nodes(Level<Dim>& level) {
+template <int Components>
+void group_nodes(Level<Components>& level) {
   std::vector<float> own(level.nodes());
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v) {
     float sum = 0.0f;
-    for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) {
+    for (int i = 0; i < Components; ++i)
+      for (int j = 0; j < Components; ++j) {
         const float number = level.at(v, level.diagonal[v], i, j);
         sum += number * number;
       }
@@ -76,10 +76,10 @@ void group_nodes(Level<Dim>& level) {
     for (std::int32_t v = 0; v < level.nodes(); ++v) {
       const float* row = level.row(v, buffer);
       for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
-        const float* block = row + e * Dim * Dim;
+        const float* block = row + e * Components * Components;
         float coupling = 0.0f;
 #pragma omp simd reduction(+ : coupling)
-        for (int k = 0; k < Dim * Dim; ++k) coupling += block[k] * block[k];
+        for (int k = 0; k < Components * Components; ++k) coupling += block[k] * block[k];
         const std::int64_t at = level.row_start[v] + e;
         const float both = own[v] * own[level.column[at]];
         if (coupling > strong * strong * both)
@@ -126,57 +126,62 @@ void group_nodes(Level<Dim>& level) {
 }
 
 /// Inverts the block of one node by its cofactors; zero where the node shares a block.
-template <int Dim>
-void invert_own(Level<Dim>& level, std::int32_t v) {
-  double a[Dim][Dim], cofactor[Dim][Dim];
-  bool free[Dim];
-  for (int i = 0; i < Dim; ++i) free[i] = level.alone[v] && level.mask[i][v] != 0.0f;
-  for (int i = 0; i < Dim; ++i)
-    for (int j = 0; j < Dim; ++j)
+template <int Components>
+void invert_own(Level<Components>& level, std::int32_t v) {
+  double a[Components][Components], cofactor[Components][Components];
+  bool free[Components];
+  for (int i = 0; i < Components; ++i) free[i] = level.alone[v] && level.mask[i][v] != 0.0f;
+  for (int i = 0; i < Components; ++i)
+    for (int j = 0; j < Components; ++j)
       a[i][j] = free[i] && free[j] ? level.at(v, level.diagonal[v], i, j) : double(i == j);
-  for (int i = 0; i < Dim; ++i)
-    for (int j = 0; j < Dim; ++j) {
-      if constexpr (Dim == 3) {
+  for (int i = 0; i < Components; ++i)
+    for (int j = 0; j < Components; ++j) {
+      if constexpr (Components == 3) {
         const int k = (i + 1) % 3, l = (i + 2) % 3, m = (j + 1) % 3, n = (j + 2) % 3;
         cofactor[i][j] = a[k][m] * a[l][n] - a[k][n] * a[l][m];
+      } else if constexpr (Components == 1) {
+        cofactor[i][j] = 1.0;
       } else {
         cofactor[i][j] = i == j ? a[1 - i][1 - j] : -a[1 - i][1 - j];
       }
     }
   double determinant = 0.0;
-  for (int j = 0; j < Dim; ++j) determinant += a[0][j] * cofactor[0][j];
-  for (int i = 0; i < Dim; ++i)
-    for (int j = 0; j < Dim; ++j)
-      level.inverse[i * Dim + j][v] = free[i] && free[j] && determinant != 0.0
-                                          ? static_cast<float>(cofactor[j][i] / determinant)
-                                          : 0.0f;
+  for (int j = 0; j < Components; ++j) determinant += a[0][j] * cofactor[0][j];
+  for (int i = 0; i < Components; ++i)
+    for (int j = 0; j < Components; ++j)
+      level.inverse[i * Components + j][v] = free[i] && free[j] && determinant != 0.0
+                                                 ? static_cast<float>(cofactor[j][i] / determinant)
+                                                 : 0.0f;
 }
 
-/// Marks unknowns without stiffness as held.
-template <int Dim>
-void hold_unsupported(Level<Dim>& level) {
+/// Marks unknowns without stiffness as constrained.
+template <int Components>
+void constrain_unsupported(Level<Components>& level) {
   for (std::int32_t v = 0; v < level.nodes(); ++v)
-    for (int i = 0; i < Dim; ++i)
+    for (int i = 0; i < Components; ++i)
       if (!(level.at(v, level.diagonal[v], i, i) > 0.0f)) level.mask[i][v] = 0.0f;
 }
 
-/// Inverts the blocks on the free unknowns; an unknown without stiffness becomes held.
-template <int Dim>
-void invert_diagonal(Level<Dim>& level) {
-  hold_unsupported(level);
+/// Inverts the blocks on the free unknowns; an unknown without stiffness becomes constrained.
+template <int Components>
+void invert_diagonal(Level<Components>& level) {
+  constrain_unsupported(level);
   group_nodes(level);
   const auto inverse_of = [&](const std::int32_t* node, int nodes, auto place) {
-    const int n = nodes * Dim;
+    const int n = nodes * Components;
     std::vector<double> matrix(std::size_t(n) * n, 0.0);
-    const auto free = [&](int i) { return level.mask[i % Dim][node[i / Dim]] != 0.0f; };
+    const auto free = [&](int i) {
+      return level.mask[i % Components][node[i / Components]] != 0.0f;
+    };
     for (int a = 0; a < nodes; ++a)
       for (std::int64_t e = 0; e < level.entries(node[a]); ++e)
         for (int b = 0; b < nodes; ++b)
           if (level.column[level.row_start[node[a]] + e] == node[b])
-            for (int i = 0; i < Dim; ++i)
-              for (int j = 0; j < Dim; ++j)
-                if (free(a * Dim + i) && free(b * Dim + j))
-                  matrix[(a * Dim + i) * n + b * Dim + j] = level.at(node[a], e, i, j);
+            for (int i = 0; i < Components; ++i)
+              for (int j = 0; j < Components; ++j)
+                if (free(a * Components + i) && free(b * Components + j))
+                  matrix[(a * Components + i) * n + b * Components + j] =
+                      level.at(node[a], e, i, j);
     for (int i = 0; i < n; ++i)
       if (!free(i)) matrix[i * n + i] = 1.0;
     invert(n, matrix.data());
@@ -186,16 +191,16 @@ void invert_diagonal(Level<Dim>& level) {
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v) invert_own(level, v);
-  constexpr int column = most_in_a_block * Dim;  // padded: one length for all loops
+  constexpr int column = most_in_a_block * Components;  // padded: one length for all loops
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
-  level.shared_inverse.assign(level.shared_node.size() * Dim * column, 0.0f);
+  level.shared_inverse.assign(level.shared_node.size() * Components * column, 0.0f);
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int64_t first = level.shared_start[g];
-    const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Dim;
+    const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Components;
     std::vector<float> rows(std::size_t(n) * n);
     inverse_of(level.shared_node.data() + first, nodes, rows.data());
-    float* inverse = level.shared_inverse.data() + first * Dim * column;
+    float* inverse = level.shared_inverse.data() + first * Components * column;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
   }

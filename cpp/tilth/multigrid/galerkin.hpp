@@ -10,10 +10,12 @@
 
 namespace tilth::multigrid {
 
-/// The box around a coarse node: `fine` places to either side, `coarse` places after contraction.
+/// The box around a coarse node of a lattice of dimension `Dim`: `fine` places to either side,
+/// `coarse` places after contraction.
 template <int Dim>
 struct Box {
-  explicit Box(const Level<Dim>& level) {
+  template <int Components>
+  explicit Box(const Level<Components>& level) {
     std::int32_t reach = 1;
 #pragma omp parallel for schedule(static) reduction(max : reach) if (level.threaded())
     for (std::int32_t v = 0; v < level.nodes(); ++v)
@@ -64,8 +66,8 @@ struct Box {
 };
 
 /// Finds the pattern of the coarse matrix.
-template <int Dim>
-void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
+template <int Dim, int Components>
+void couple(const Level<Components>& fine, Level<Components>& coarse) {
   const Box<Dim> box(fine);
   const std::int64_t n = coarse.nodes(), reach = box.coarse;
   std::vector<std::int64_t> code(fine.nodes()), start(n + 1, 0);
@@ -107,14 +109,14 @@ void couple(const Level<Dim>& fine, Level<Dim>& coarse) {
                                                 static_cast<std::int32_t>(p[2] + z)});
   }
   coarse.set_pattern(std::move(start), std::move(column));
-  coarse.value.assign(coarse.column.size() * Dim * Dim, 0.0f);
+  coarse.value.assign(coarse.column.size() * Components * Components, 0.0f);
 }
 
 /// Fills the values of the coarse matrix.
-template <int Dim>
-void multiply_out(const Level<Dim>& fine, Level<Dim>& coarse) {
+template <int Dim, int Components>
+void multiply_out(const Level<Components>& fine, Level<Components>& coarse) {
   const Box<Dim> box(fine);
-  constexpr std::int64_t width = Dim * Dim;
+  constexpr std::int64_t width = Components * Components;
   const std::int64_t row_size = box.places() * width, reach = box.coarse;
   std::vector<std::int64_t> code(fine.nodes());
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);

@@ -16,7 +16,7 @@ namespace tilth::multigrid {
 inline constexpr std::int64_t coarsest_unknowns = 200;
 inline constexpr int first_power_iterations = 10, later_power_iterations = 4;
 
-/// What the binding sees, whatever the dimension.
+/// What the binding sees, whatever the dimension and the number of components.
 class Hierarchy {
  public:
   virtual ~Hierarchy() = default;
@@ -24,10 +24,10 @@ class Hierarchy {
   /// Forgets all matrices: what follows has the same bits as with a new hierarchy.
   virtual void begin() = 0;
 
-  /// Takes a matrix of the pattern: blocks (entries, dim, dim).
+  /// Takes a matrix of the pattern: blocks (entries, components, components).
   virtual void fill(const double* blocks) = 0;
 
-  /// approximate <- one V-cycle for `residual`, zero for held unknowns.
+  /// approximate <- one V-cycle for `residual`, zero for constrained unknowns.
   virtual void cycle(const double* residual, double* approximate) = 0;
 
   /// Nodes and blocks of each level, the finest first.
@@ -37,21 +37,23 @@ class Hierarchy {
   virtual std::int64_t bytes() const = 0;
 };
 
-template <int Dim>
+/// Of a lattice of dimension `Dim` whose nodes have `Components` unknowns each. The dimension only
+/// enters into the coarse matrices.
+template <int Dim, int Components>
 class HierarchyOf final : public Hierarchy {
  public:
-  /// `place` sorted along z, y, x; `held` (nodes * dim) marks prescribed unknowns.
+  /// `place` sorted along z, y, x; `constrained` (nodes * components) marks prescribed unknowns.
   HierarchyOf(std::vector<Place> place, std::vector<std::int64_t> row_start,
-              std::vector<std::int32_t> column, const bool* held)
-      : held_(held, held + place.size() * Dim) {
-    level_.push_back(std::make_unique<Level<Dim>>(Lattice(std::move(place))));
+              std::vector<std::int32_t> column, const bool* constrained)
+      : constrained_(constrained, constrained + place.size() * Components) {
+    level_.push_back(std::make_unique<Level<Components>>(Lattice(std::move(place))));
     level_[0]->set_pattern(std::move(row_start), std::move(column));
     while (level_.back()->unknowns() > coarsest_unknowns) {
-      Level<Dim>& fine = *level_.back();
-      auto coarse = std::make_unique<Level<Dim>>(fine.lattice.coarser());
+      Level<Components>& fine = *level_.back();
+      auto coarse = std::make_unique<Level<Components>>(fine.lattice.coarser());
       if (coarse->nodes() >= fine.nodes()) break;
       link(fine, coarse->lattice);
-      couple(fine, *coarse);
+      couple<Dim>(fine, *coarse);
       level_.push_back(std::move(coarse));
     }
     begin();
@@ -60,64 +62,67 @@ class HierarchyOf final : public Hierarchy {
   void begin() override {
     filled_ = false;
     for (std::int64_t i = 0; i < level_[0]->unknowns(); ++i)
-      level_[0]->mask[i % Dim][i / Dim] = !held_[i];
+      level_[0]->mask[i % Components][i / Components] = !constrained_[i];
     find_masked_rows();
     for (auto& level : level_) {
       level->largest = 1.0f;
       std::uint32_t random = 1;
       for (std::int64_t i = 0; i < level->unknowns(); ++i) {
         random = 1664525u * random + 1013904223u;
-        level->eigenvector[i % Dim][i / Dim] = static_cast<float>(random >> 8) * 0x1p-23f - 1.0f;
+        level->eigenvector[i % Components][i / Components] =
+            static_cast<float>(random >> 8) * 0x1p-23f - 1.0f;
       }
     }
   }
 
   void fill(const double* blocks) override {
-    Level<Dim>& finest = *level_[0];
+    Level<Components>& finest = *level_[0];
     double greatest = 0.0;
     for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      for (int i = 0; i < Dim; ++i)
+      for (int i = 0; i < Components; ++i)
         greatest = std::max(
-            greatest, blocks[((finest.row_start[v] + finest.diagonal[v]) * Dim + i) * Dim + i]);
+            greatest,
+            blocks[((finest.row_start[v] + finest.diagonal[v]) * Components + i) * Components + i]);
     scale_ = greatest > 0.0 ? 1.0 / greatest : 1.0;
     finest.source.blocks = blocks;
     finest.source.scale = scale_;
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
-        level_[l]->mask = Field<Dim>(level_[l]->nodes(), 1.0f);
-        multiply_out(*level_[l - 1], *level_[l]);
+        level_[l]->mask = Field<Components>(level_[l]->nodes(), 1.0f);
+        multiply_out<Dim>(*level_[l - 1], *level_[l]);
       }
       if (l + 1 == level_.size()) break;
       invert_diagonal(*level_[l]);
-      const Level<Dim>& level = *level_[l];
+      const Level<Components>& level = *level_[l];
       level_[l]->strips.set_values(
           level.row_start, level.alone,
           [&](std::int32_t v, Floats& buffer) { return level.row(v, buffer); });
       bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
     }
-    hold_unsupported(*level_.back());
+    constrain_unsupported(*level_.back());
     coarsest_.factorise(*level_.back());
     finest.source.blocks = nullptr;
     filled_ = true;
   }
 
   void cycle(const double* residual, double* approximate) override {
-    Level<Dim>& finest = *level_[0];
+    Level<Components>& finest = *level_[0];
     const std::int64_t n = finest.unknowns();
     double greatest = 0.0;
     for (std::int64_t i = 0; i < n; ++i) greatest = std::max(greatest, std::abs(residual[i]));
     const double size = greatest > 0.0 ? greatest : 1.0;
 #pragma omp parallel for schedule(static) if (finest.threaded())
     for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      for (int i = 0; i < Dim; ++i)
-        finest.right[i][v] =
-            finest.mask[i][v] * static_cast<float>(residual[std::int64_t{v} * Dim + i] / size);
+      for (int i = 0; i < Components; ++i)
+        finest.right[i][v] = finest.mask[i][v] *
+                             static_cast<float>(residual[std::int64_t{v} * Components + i] / size);
     descend(0);
     const double factor = size * scale_;
 #pragma omp parallel for schedule(static) if (finest.threaded())
     for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      for (int i = 0; i < Dim; ++i)
-        approximate[std::int64_t{v} * Dim + i] = factor * finest.mask[i][v] * finest.solution[i][v];
+      for (int i = 0; i < Components; ++i)
+        approximate[std::int64_t{v} * Components + i] =
+            factor * finest.mask[i][v] * finest.solution[i][v];
   }
 
   std::vector<std::int64_t> sizes() const override {
@@ -137,33 +142,34 @@ class HierarchyOf final : public Hierarchy {
 
  private:
   void find_masked_rows() {
-    Level<Dim>& finest = *level_[0];
+    Level<Components>& finest = *level_[0];
     finest.source.masked.assign(finest.nodes(), 0);
-    const auto held = [&](std::int32_t v) {
-      return std::find(held_.begin() + v * Dim, held_.begin() + (v + 1) * Dim, 1) !=
-             held_.begin() + (v + 1) * Dim;
+    const auto constrained = [&](std::int32_t v) {
+      return std::find(constrained_.begin() + v * Components,
+                       constrained_.begin() + (v + 1) * Components,
+                       1) != constrained_.begin() + (v + 1) * Components;
     };
     for (std::int32_t v = 0; v < finest.nodes(); ++v)
-      if (held(v))  // the pattern is symmetric
+      if (constrained(v))  // the pattern is symmetric
         for (std::int64_t e = finest.row_start[v]; e < finest.row_start[v + 1]; ++e)
           finest.source.masked[finest.column[e]] = 1;
   }
 
   void descend(std::size_t l) {
-    Level<Dim>& level = *level_[l];
+    Level<Components>& level = *level_[l];
     if (l + 1 == level_.size()) {
       coarsest_.solve(level.right, level.solution);
       return;
     }
-    Level<Dim>& coarse = *level_[l + 1];
+    Level<Components>& coarse = *level_[l + 1];
     smooth(level, true);
     level.strips.for_product(level.solution,
                              [&](std::int32_t first, std::int32_t count, const auto& product) {
-                               for (int i = 0; i < Dim; ++i) {
-                                 float rest[widest];
+                               for (int i = 0; i < Components; ++i) {
+                                 float residual[widest];
                                  for (int k = 0; k < widest; ++k)
-                                   rest[k] = level.right[i][first + k] - product[i][k];
-                                 store(rest, count, level.residual[i] + first);
+                                   residual[k] = level.right[i][first + k] - product[i][k];
+                                 store(residual, count, level.residual[i] + first);
                                }
                              });
     restrict_to(level, level.residual, coarse.nodes(), coarse.right);
@@ -172,8 +178,8 @@ class HierarchyOf final : public Hierarchy {
     smooth(level, false);
   }
 
-  std::vector<char> held_;  // (nodes * dim): prescribed unknowns
-  std::vector<std::unique_ptr<Level<Dim>>> level_;
+  std::vector<char> constrained_;  // (nodes * components): prescribed unknowns
+  std::vector<std::unique_ptr<Level<Components>>> level_;
   DenseFactors coarsest_;
   double scale_ = 1.0;
   bool filled_ = false;

@@ -11,18 +11,18 @@
 
 namespace tilth::multigrid {
 
-/// The matrix that the finest level is filled with: node blocks (entries, Dim, Dim), and what makes
-/// them the level's. Rows are converted when they are asked for: a copy would take half as much
-/// memory as the matrix.
+/// The matrix that the finest level is filled with: node blocks (entries, Components, Components),
+/// and what makes them the level's. Rows are converted when they are asked for: a copy would take
+/// half as much memory as the matrix.
 struct Source {
   const double* blocks = nullptr;  // null except during `fill`, and on coarser levels
   double scale = 1.0;
-  std::vector<char> masked;  // rows with an unknown that is held, their own or a neighbour's
+  std::vector<char> masked;  // rows with a constrained unknown, their own or a neighbour's
 };
 
-/// Rows of node blocks, (entries, Dim, Dim), from which coarse matrices and diagonal blocks are
-/// made, and the same coefficients in strips, for products.
-template <int Dim>
+/// Rows of node blocks, (entries, Components, Components), from which coarse matrices and diagonal
+/// blocks are made, and the same coefficients in strips, for products.
+template <int Components>
 struct Level {
   explicit Level(Lattice of)
       : lattice(std::move(of)),
@@ -30,7 +30,7 @@ struct Level {
         mask(nodes(), 1.0f),
         right(nodes()),
         solution(nodes()),
-        change(nodes()),
+        correction(nodes()),
         residual(nodes()),
         other(nodes()),
         eigenvector(nodes()) {}
@@ -46,12 +46,12 @@ struct Level {
   }
 
   std::int32_t nodes() const { return lattice.nodes(); }
-  std::int64_t unknowns() const { return std::int64_t{nodes()} * Dim; }
+  std::int64_t unknowns() const { return std::int64_t{nodes()} * Components; }
   std::int64_t entries(std::int32_t v) const { return row_start[v + 1] - row_start[v]; }
   bool threaded() const { return row_start.back() >= 8 * parallel_from; }
 
   float at(std::int32_t v, std::int64_t entry, int i, int j) const {
-    const std::int64_t place = ((row_start[v] + entry) * Dim + i) * Dim + j;
+    const std::int64_t place = ((row_start[v] + entry) * Components + i) * Components + j;
     if (source.blocks == nullptr) return value[place];
     const float number = static_cast<float>(source.scale * source.blocks[place]);
     return number * mask[i][v] * mask[j][column[row_start[v] + entry]];
@@ -59,7 +59,7 @@ struct Level {
 
   /// The blocks of a row; `buffer` is where they stand if the level does not keep them.
   const float* row(std::int32_t v, Floats& buffer) const {
-    constexpr int size = Dim * Dim;
+    constexpr int size = Components * Components;
     if (source.blocks == nullptr) return value.data() + row_start[v] * size;
     const double* in = source.blocks + row_start[v] * size;
     const std::int64_t count = entries(v);
@@ -69,15 +69,16 @@ struct Level {
       out[k] = static_cast<float>(source.scale * in[k]);
     for (std::int64_t e = 0; source.masked[v] && e < count; ++e) {
       const std::int32_t other = column[row_start[v] + e];
-      for (int i = 0; i < Dim; ++i)
-        for (int j = 0; j < Dim; ++j) out[e * size + i * Dim + j] *= mask[i][v] * mask[j][other];
+      for (int i = 0; i < Components; ++i)
+        for (int j = 0; j < Components; ++j)
+          out[e * size + i * Components + j] *= mask[i][v] * mask[j][other];
     }
     return out;
   }
 
   std::int64_t bytes() const {
     return lattice.bytes() + strips.bytes() + inverse.bytes() + mask.bytes() + right.bytes() +
-           solution.bytes() + change.bytes() + residual.bytes() + other.bytes() +
+           solution.bytes() + correction.bytes() + residual.bytes() + other.bytes() +
            eigenvector.bytes() +
            bytes_of(row_start, column, diagonal, value, alone, shared_start, shared_node,
                     shared_inverse, parent_start, child_start, parent, child, parent_weight,
@@ -89,14 +90,14 @@ struct Level {
   std::vector<std::int32_t> column, diagonal;  // diagonal: which entry of the row it is
   Floats value;
   Source source;
-  Strips<Dim> strips;
-  Field<Dim * Dim> inverse;  // of the diagonal blocks, zero for unknowns that are held
-  std::vector<char> alone;   // whether a node has a block of its own
+  Strips<Components> strips;
+  Field<Components * Components> inverse;  // of the diagonal blocks, zero for constrained unknowns
+  std::vector<char> alone;                 // whether a node has a block of its own
   std::vector<std::int64_t> shared_start;  // the other blocks: their nodes, and inverses
   std::vector<std::int32_t> shared_node;
   Floats shared_inverse;
-  Field<Dim> mask;  // 1 free, 0 held
-  Field<Dim> right, solution, change, residual, other, eigenvector;
+  Field<Components> mask;  // 1 free, 0 constrained
+  Field<Components> right, solution, correction, residual, other, eigenvector;
   float largest = 1.0f;  // bound of the eigenvalues of inverse * matrix
 
   // to the next coarser level: a node's parents, and a parent's nodes, with their weights

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -13,25 +12,26 @@
 
 namespace tilth::multigrid {
 
-/// product <- A x for node blocks (entries, Dim, Dim) and each of some vectors, zero for held
-/// unknowns.
-template <int Dim, std::size_t Count>
+/// product <- A x for node blocks (entries, Components, Components) and each of some vectors, zero
+/// for constrained unknowns.
+template <int Components, std::size_t Count>
 void block_product(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
-                   const double* blocks, const bool* held, std::array<const double*, Count> x,
-                   std::array<double*, Count> product) {
+                   const double* blocks, const bool* constrained,
+                   std::array<const double*, Count> x, std::array<double*, Count> product) {
 #pragma omp parallel for schedule(static) if (row_start[nodes] >= 8 * parallel_from)
   for (std::int64_t v = 0; v < nodes; ++v) {
-    double sum[Count][Dim] = {};
+    double sum[Count][Components] = {};
     for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
-      const double* block = blocks + e * Dim * Dim;
+      const double* block = blocks + e * Components * Components;
       for (std::size_t k = 0; k < Count; ++k) {
-        const double* other = x[k] + std::int64_t{column[e]} * Dim;
-        for (int i = 0; i < Dim; ++i)
-          for (int j = 0; j < Dim; ++j) sum[k][i] += block[i * Dim + j] * other[j];
+        const double* other = x[k] + std::int64_t{column[e]} * Components;
+        for (int i = 0; i < Components; ++i)
+          for (int j = 0; j < Components; ++j) sum[k][i] += block[i * Components + j] * other[j];
       }
     }
     for (std::size_t k = 0; k < Count; ++k)
-      for (int i = 0; i < Dim; ++i) product[k][v * Dim + i] = held[v * Dim + i] ? 0.0 : sum[k][i];
+      for (int i = 0; i < Components; ++i)
+        product[k][v * Components + i] = constrained[v * Components + i] ? 0.0 : sum[k][i];
   }
 }
 
@@ -92,15 +92,17 @@ inline double advance(std::int64_t n, double length, const double* p, const doub
   })[0];
 }
 
-/// |u . A v - v . A u| / |A v|.
-template <int Dim>
-double asymmetry(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
-                 const double* blocks, const bool* held, const double* u, const double* v) {
-  const std::int64_t n = nodes * Dim;
+/// A v . A v, u . A v and v . A u.
+template <int Components>
+std::array<double, 3> asymmetry(std::int64_t nodes, const std::int64_t* row_start,
+                                const std::int32_t* column, const double* blocks,
+                                const bool* constrained, const double* u, const double* v) {
+  const std::int64_t n = nodes * Components;
   std::vector<double> of_u(n), of_v(n);
-  block_product<Dim, 2>(nodes, row_start, column, blocks, held, {u, v}, {of_u.data(), of_v.data()});
+  block_product<Components, 2>(nodes, row_start, column, blocks, constrained, {u, v},
+                               {of_u.data(), of_v.data()});
   const auto [size, u_of_v] = two_inner(n, of_v.data(), of_v.data(), u);
-  return size == 0.0 ? 0.0 : std::abs(u_of_v - inner(n, of_u.data(), v)) / std::sqrt(size);
+  return {size, u_of_v, inner(n, of_u.data(), v)};
 }
 
 }  // namespace tilth::multigrid

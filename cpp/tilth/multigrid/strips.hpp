@@ -65,7 +65,7 @@ struct Strip {
   bool whole = false;                    // whether they are kept in single precision
 };
 
-template <int Dim>
+template <int Components>
 class Strips {
  public:
   /// Takes the pattern. A node joins the strip before it if that costs fewer coefficients, zeros
@@ -94,7 +94,7 @@ class Strips {
       }
     }
     if (nodes > first) close(first, nodes, open);
-    scale_ = Field<Dim>(nodes);
+    scale_ = Field<Components>(nodes);
     slot_.resize(column.size());
 #pragma omp parallel for schedule(static) if (row_start.back() >= 8 * parallel_from)
     for (std::size_t s = 0; s < strip_.size(); ++s) {
@@ -118,7 +118,7 @@ class Strips {
       strip.whole = std::find(own, own + strip.count, 0) != own + strip.count;
       std::int64_t& total = strip.whole ? reals : shorts;
       strip.value = total;
-      total += strip.distances * Dim * Dim * strip.width;
+      total += strip.distances * Components * Components * strip.width;
     }
     short_.resize(shorts);
     real_.resize(reals);
@@ -138,19 +138,19 @@ class Strips {
     }
   }
 
-  /// Calls `use(first, count, product)` with the components product[Dim][widest] of A x for the
-  /// nodes of each strip.
+  /// Calls `use(first, count, product)` with the components product[Components][widest] of A x for
+  /// the nodes of each strip.
   template <class Use>
-  void for_product(const Field<Dim>& x, Use use) const {
+  void for_product(const Field<Components>& x, Use use) const {
 #pragma omp parallel for schedule(static) if (threaded_)
     for (std::size_t s = 0; s < strip_.size(); ++s) {
       const Strip& strip = strip_[s];
-      alignas(64) float product[Dim][widest];
+      alignas(64) float product[Components][widest];
       if (strip.whole)
         multiply(strip, real_.data() + strip.value, x, product);
       else
         multiply(strip, short_.data() + strip.value, x, product);
-      for (int i = 0; i < Dim; ++i)
+      for (int i = 0; i < Components; ++i)
         for (int k = 0; k < widest; ++k) product[i][k] *= scale_[i][strip.first + k];
       use(strip.first, strip.count, product);
     }
@@ -175,19 +175,20 @@ class Strips {
   template <bool Whole, class Row, class T>
   void pack(const Strip& strip, const std::vector<std::int64_t>& row_start, const Row& row,
             T* out) {
-    std::fill_n(out, strip.distances * Dim * Dim * strip.width, T(0));
+    std::fill_n(out, strip.distances * Components * Components * strip.width, T(0));
     for (std::int32_t k = 0; k < strip.count; ++k) {
-      constexpr int size = Dim * Dim;
+      constexpr int size = Components * Components;
       const std::int32_t v = strip.first + k;
       const float* const begin = row(v);
       const float* const end = begin + (row_start[v + 1] - row_start[v]) * size;
       float largest[size] = {}, factor[size];
       for (const float* block = begin; !Whole && block < end; block += size)
         for (int n = 0; n < size; ++n) largest[n] = std::max(largest[n], std::abs(block[n]));
-      for (int i = 0; i < Dim; ++i) {
-        const float most = *std::max_element(largest + i * Dim, largest + (i + 1) * Dim);
+      for (int i = 0; i < Components; ++i) {
+        const float most =
+            *std::max_element(largest + i * Components, largest + (i + 1) * Components);
         scale_[i][v] = Whole ? 1.0f : most / 32767.0f;
-        std::fill_n(factor + i * Dim, Dim, most > 0.0f ? 32767.0f / most : 0.0f);
+        std::fill_n(factor + i * Components, Components, most > 0.0f ? 32767.0f / most : 0.0f);
       }
       const std::uint16_t* slot = slot_.data() + row_start[v];
       for (const float* block = begin; block < end; block += size, ++slot) {
@@ -205,7 +206,7 @@ class Strips {
   }
 
   template <class T>
-  void multiply(const Strip& strip, const T* value, const Field<Dim>& x,
+  void multiply(const Strip& strip, const T* value, const Field<Components>& x,
                 float (*product)[widest]) const {
     if (strip.width == widest)
       multiply<Eight, 2>(strip, value, x, product);
@@ -216,22 +217,23 @@ class Strips {
   }
 
   template <class Vector, int Pieces, class T>
-  void multiply(const Strip& strip, const T* value, const Field<Dim>& x,
+  void multiply(const Strip& strip, const T* value, const Field<Components>& x,
                 float (*product)[widest]) const {
-    typename Vector::Reals sum[Dim][Pieces] = {}, factor, other;
-    const float* from[Dim];
-    for (int j = 0; j < Dim; ++j) from[j] = x[j] + strip.first;
+    typename Vector::Reals sum[Components][Pieces] = {}, factor, other;
+    const float* from[Components];
+    for (int j = 0; j < Components; ++j) from[j] = x[j] + strip.first;
     const std::int32_t* distance = distance_.data() + strip.distance;
-    for (std::int64_t s = 0; s < strip.distances; ++s, value += Dim * Dim * Pieces * Vector::width)
-      for (int j = 0; j < Dim; ++j)
+    for (std::int64_t s = 0; s < strip.distances;
+         ++s, value += Components * Components * Pieces * Vector::width)
+      for (int j = 0; j < Components; ++j)
         for (int p = 0; p < Pieces; ++p) {
           load<Vector>(from[j] + distance[s] + p * Vector::width, other);
-          for (int i = 0; i < Dim; ++i) {
-            load<Vector>(value + ((i * Dim + j) * Pieces + p) * Vector::width, factor);
+          for (int i = 0; i < Components; ++i) {
+            load<Vector>(value + ((i * Components + j) * Pieces + p) * Vector::width, factor);
             sum[i][p] += factor * other;
           }
         }
-    for (int i = 0; i < Dim; ++i)
+    for (int i = 0; i < Components; ++i)
       for (int p = 0; p < Pieces; ++p)
         std::memcpy(product[i] + p * Vector::width, &sum[i][p], sizeof sum[i][p]);
   }
@@ -241,7 +243,7 @@ class Strips {
   std::vector<std::uint16_t> slot_;     // which distance of its strip an entry has
   std::vector<std::int16_t, Aligned<std::int16_t>> short_;
   Floats real_;
-  Field<Dim> scale_;  // of the 16-bit coefficients of a row
+  Field<Components> scale_;  // of the 16-bit coefficients of a row
   bool threaded_ = false;
 };
 

@@ -8,8 +8,8 @@
 namespace tilth::multigrid {
 
 /// Finds parents and children; `coarse` must be fine.lattice.coarser().
-template <int Dim>
-void link(Level<Dim>& fine, const Lattice& coarse) {
+template <int Components>
+void link(Level<Components>& fine, const Lattice& coarse) {
   fine.parent_start.assign(fine.nodes() + 1, 0);
   fine.parent.clear(), fine.parent_weight.clear();
   fine.child_start.assign(coarse.nodes() + 1, 0);
@@ -43,25 +43,27 @@ void link(Level<Dim>& fine, const Lattice& coarse) {
 }
 
 /// coarse <- P^T residual.
-template <int Dim>
-void restrict_to(const Level<Dim>& fine, const Field<Dim>& residual, std::int32_t coarse_nodes,
-                 Field<Dim>& coarse) {
+template <int Components>
+void restrict_to(const Level<Components>& fine, const Field<Components>& residual,
+                 std::int32_t coarse_nodes, Field<Components>& coarse) {
 #pragma omp parallel for schedule(static) if (fine.threaded())
   for (std::int32_t c = 0; c < coarse_nodes; ++c) {
-    float sum[Dim] = {};
+    float sum[Components] = {};
     for (std::int64_t e = fine.child_start[c]; e < fine.child_start[c + 1]; ++e)
-      for (int i = 0; i < Dim; ++i) sum[i] += fine.child_weight[e] * residual[i][fine.child[e]];
-    for (int i = 0; i < Dim; ++i) coarse[i][c] = sum[i];
+      for (int i = 0; i < Components; ++i)
+        sum[i] += fine.child_weight[e] * residual[i][fine.child[e]];
+    for (int i = 0; i < Components; ++i) coarse[i][c] = sum[i];
   }
 }
 
 /// solution <- solution + P coarse on the free unknowns.
-template <int Dim>
-void add_interpolated(const Level<Dim>& fine, const Field<Dim>& coarse, Field<Dim>& solution) {
+template <int Components>
+void add_interpolated(const Level<Components>& fine, const Field<Components>& coarse,
+                      Field<Components>& solution) {
 #pragma omp parallel for schedule(static) if (fine.threaded())
   for (std::int32_t v = 0; v < fine.nodes(); ++v)
     for (std::int64_t e = fine.parent_start[v]; e < fine.parent_start[v + 1]; ++e)
-      for (int i = 0; i < Dim; ++i)
+      for (int i = 0; i < Components; ++i)
         solution[i][v] += fine.mask[i][v] * fine.parent_weight[e] * coarse[i][fine.parent[e]];
 }
 

@@ -13,17 +13,17 @@
 namespace tilth::sparse {
 
 struct Restriction {
-  std::vector<std::int64_t> unknown;  // (free) node * dim + direction of each column
+  std::vector<std::int64_t> unknown;  // (free) node * components + component of each column
   std::vector<std::int32_t> start;    // (free + 1)
   std::vector<std::int32_t> row;      // sorted within a column
   std::vector<std::int64_t> place;    // in the array of blocks
 };
 
-/// `order` lists all nodes; `held` (nodes * dim) marks what is prescribed. The pattern must be
-/// symmetric, as that of block_pattern is.
-inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int64_t* row_start,
-                                    const std::int32_t* column, const std::int64_t* order,
-                                    const bool* held) {
+/// `order` lists all nodes; `constrained` (nodes * components) marks what is prescribed. The
+/// pattern must be symmetric, as that of block_pattern is.
+inline Restriction restrict_to_free(std::int64_t nodes, int components,
+                                    const std::int64_t* row_start, const std::int32_t* column,
+                                    const std::int64_t* order, const bool* constrained) {
   // the block (w, v) of each block (v, w): rows are visited in order, columns are sorted
   std::vector<std::int64_t> transposed(row_start[nodes]), next(row_start, row_start + nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
@@ -36,8 +36,8 @@ inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int6
     const std::int64_t v = order[place];
     rank[v] = static_cast<std::int32_t>(place);
     first[v] = static_cast<std::int32_t>(result.unknown.size());
-    for (int k = 0; k < dim; ++k)
-      if (!held[v * dim + k]) result.unknown.push_back(v * dim + k);
+    for (int k = 0; k < components; ++k)
+      if (!constrained[v * components + k]) result.unknown.push_back(v * components + k);
     free[v] = static_cast<std::int32_t>(result.unknown.size()) - first[v];
   }
   result.start.assign(result.unknown.size() + 1, 0);
@@ -61,14 +61,16 @@ inline Restriction restrict_to_free(std::int64_t nodes, int dim, const std::int6
       std::sort(block.begin(), block.end(),
                 [&](std::int64_t a, std::int64_t b) { return rank[column[a]] < rank[column[b]]; });
       for (std::int32_t k = 0; k < free[v]; ++k) {
-        const std::int64_t direction = result.unknown[first[v] + k] - v * dim;
+        const std::int64_t component = result.unknown[first[v] + k] - v * components;
         std::int32_t at = result.start[first[v] + k];
         for (const std::int64_t e : block) {
           const std::int32_t w = column[e];
           for (std::int32_t i = 0; i < free[w]; ++i, ++at) {
-            const std::int64_t row_direction = result.unknown[first[w] + i] - std::int64_t{w} * dim;
+            const std::int64_t row_component =
+                result.unknown[first[w] + i] - std::int64_t{w} * components;
             result.row[at] = first[w] + i;
-            result.place[at] = (transposed[e] * dim + row_direction) * dim + direction;
+            result.place[at] =
+                (transposed[e] * components + row_component) * components + component;
           }
         }
       }

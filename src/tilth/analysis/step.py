@@ -158,14 +158,14 @@ def solve_step(
                 entries = len(active.column) * active.grid.dim**2
                 system = LinearSystem(active, held, active.buffers.take("matrix", entries))
         balance.fill_stiffness(now.displacement, system.blocks)
-        system.hard = balance.hard_nodes()
+        system.exact_nodes = balance.hard_nodes()
         change = np.zeros_like(displacement)
         right_side = -now.forces.residual
         if moving:
             change = np.where(held, conditions.increment, 0.0)
             right_side = right_side - system.times(change)
         with timers.measure("solve"):
-            share = _share_left(1.0 if moving else now.relative, newton.tolerance)
+            share = forcing_term(1.0 if moving else now.relative, newton.tolerance)
             try:
                 change += solver.solve(system, right_side, share)
             except SolveFailed as error:
@@ -176,7 +176,7 @@ def solve_step(
         moving = False
 
 
-def _share_left(relative: float, tolerance: float) -> float:
+def forcing_term(relative: float, tolerance: float) -> float:
     """Returns how much of the residual an iterative linear solver may leave.
 
     A tenth of what the iteration may end with; but what the linearisation misses is seldom less

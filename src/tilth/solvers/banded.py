@@ -43,7 +43,8 @@ class BandedLU:
 
     def solve(self, right_side: Floats) -> Solution:
         """Solves for one right side, shape (n,)."""
-        return refined(self._matrix.times, right_side, self._apply_inverse)
+        matrix = self._matrix
+        return refined(matrix.times, right_side, self._apply_inverse, matrix.comm)
 
     def _apply_inverse(self, right_side: Floats) -> Floats:
         x = np.empty_like(right_side)

@@ -16,19 +16,21 @@ class ExactPart:
 
     Args:
         active: the active grid, which owns the pattern.
-        held: prescribed degrees of freedom, shape (nodes, dim).
-        blocks: of the matrix, shape (entries of the pattern, dim, dim).
+        constrained: prescribed degrees of freedom, shape (nodes, components).
+        blocks: of the matrix, shape (entries of the pattern, components, components).
         chosen: the nodes, shape (nodes,).
 
     Raises:
         SolveFailed: if the part's matrix is singular.
     """
 
-    def __init__(self, active: ActiveGrid, held: Flags, blocks: Floats, chosen: Flags) -> None:
+    def __init__(
+        self, active: ActiveGrid, constrained: Flags, blocks: Floats, chosen: Flags
+    ) -> None:
         import scipy.sparse as sp  # take 0.2 s: only where they are used
         from scipy.sparse.linalg import splu
 
-        dim = blocks.shape[1]
+        components = blocks.shape[1]
         node = np.flatnonzero(chosen)
         place = np.ascontiguousarray(active.lattice[node])
         node = node[np.asarray(_core.nested_dissection(place, active.reach))]
@@ -37,10 +39,10 @@ class ExactPart:
         entry = np.repeat(first - start[:-1], count) + np.arange(start[-1])
         rows = sp.bsr_matrix(
             (blocks[entry], active.column[entry], start),
-            shape=(len(node) * dim, active.nodes * dim),
+            shape=(len(node) * components, active.nodes * components),
         ).tocsr()
-        unknown = (node[:, None] * dim + np.arange(dim)).ravel()
-        free = ~held.ravel()[unknown]
+        unknown = (node[:, None] * components + np.arange(components)).ravel()
+        free = ~constrained.ravel()[unknown]
         self.unknown = unknown[free]
         self._rows = rows[free]
         try:
@@ -61,5 +63,5 @@ class ExactPart:
 
     def improve(self, approximate: Floats, residual: Floats) -> None:
         """Corrects an approximate solution for `residual` on the chosen nodes, in place."""
-        rest = residual[self.unknown] - self._rows @ approximate
-        approximate[self.unknown] += self._factors.solve(rest)
+        remaining = residual[self.unknown] - self._rows @ approximate
+        approximate[self.unknown] += self._factors.solve(remaining)

@@ -2,7 +2,7 @@
 """Preconditioned Krylov methods: conjugate gradients, and GMRES for unsymmetric matrices.
 
 Saad, Iterative methods for sparse linear systems (2003): algorithms 9.1 and 9.6. Inner products
-are the core's, which have the same bits for any number of threads.
+are those of `tilth.comm`, which have the same bits for any number of threads.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
+from tilth.comm import SERIAL, Communicator, advance, inner, norm, two_inner
 from tilth.solvers.protocol import Solution, SolveFailed
 
 Operator = Callable[[Floats, Floats], None]
@@ -33,7 +34,12 @@ flows), and forgetting them costs more than the memory of the directions.
 
 
 def conjugate_gradients(
-    product: Operator, precondition: Operator, right_side: Floats, tolerance: float, limit: int
+    product: Operator,
+    precondition: Operator,
+    right_side: Floats,
+    tolerance: float,
+    limit: int,
+    comm: Communicator = SERIAL,
 ) -> Solution:
     """Solves A x = b for a symmetric positive definite matrix and preconditioner.
 
@@ -45,7 +51,7 @@ def conjugate_gradients(
         NotDefinite: the matrix or the preconditioner is not positive definite.
         SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
     """
-    size = math.sqrt(_core.inner(right_side, right_side))
+    size = norm(comm, right_side)
     if size == 0.0:
         return Solution(np.zeros_like(right_side), 0, 0.0)
     x, r = np.zeros_like(right_side), right_side.copy()
@@ -54,32 +60,37 @@ def conjugate_gradients(
     for iteration in range(1, limit + 1):
         precondition(r, z)
         z_r_before = z_r
-        z_r, z_q = _core.two_inner(z, r, q)
+        z_r, z_q = two_inner(comm, z, r, q)
         _core.combine(1.0, z, -length * z_q / z_r_before, p)
         product(p, q)
-        p_q = _core.inner(p, q)
+        p_q = inner(comm, p, q)
         if not (z_r > 0.0 and p_q > 0.0):
             raise NotDefinite("a matrix or preconditioner that is not positive definite")
         length = z_r / p_q
-        if _core.advance(length, p, q, x, r) <= (tolerance * size) ** 2:
+        if advance(comm, length, p, q, x, r) <= (tolerance * size) ** 2:
             product(x, q)
             r = right_side - q
-            residual = math.sqrt(_core.inner(r, r)) / size
+            residual = norm(comm, r) / size
             if residual <= 2.0 * tolerance:
                 return Solution(x, iteration, residual)
             p[:] = 0.0
-    raise _too_slow(limit, math.sqrt(_core.inner(r, r)) / size)
+    raise _too_slow(limit, norm(comm, r) / size)
 
 
 def flexible_gmres(
-    product: Operator, precondition: Operator, right_side: Floats, tolerance: float, limit: int
+    product: Operator,
+    precondition: Operator,
+    right_side: Floats,
+    tolerance: float,
+    limit: int,
+    comm: Communicator = SERIAL,
 ) -> Solution:
     """Solves A x = b by GMRES, preconditioned from the right by what may vary.
 
     Raises:
         SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
     """
-    size = math.sqrt(_core.inner(right_side, right_side))
+    size = norm(comm, right_side)
     if size == 0.0:
         return Solution(np.zeros_like(right_side), 0, 0.0)
     x, r = np.zeros_like(right_side), right_side
@@ -89,7 +100,7 @@ def flexible_gmres(
         directions: list[Floats] = []
         triangle = np.zeros((RESTART + 1, RESTART))
         turns: list[tuple[float, float]] = []
-        rest = [residual * size]
+        rotated = [residual * size]  # the right side of the least squares, turned as the matrix
         while len(directions) < RESTART and iterations < limit:
             k = len(directions)
             iterations += 1
@@ -98,9 +109,9 @@ def flexible_gmres(
             precondition(basis[k], directions[k])
             product(directions[k], w)
             for i, v in enumerate(basis):
-                triangle[i, k] = _core.inner(v, w)
+                triangle[i, k] = inner(comm, v, w)
                 _core.combine(-triangle[i, k], v, 1.0, w)
-            length = math.sqrt(_core.inner(w, w))
+            length = norm(comm, w)
             column = triangle[:, k]
             for i, (c, s) in enumerate(turns):
                 column[i], column[i + 1] = (
@@ -112,20 +123,20 @@ def flexible_gmres(
                 raise SolveFailed("the linear system is singular")
             turns.append((column[k] / radius, length / radius))
             column[k] = radius
-            rest.append(-turns[k][1] * rest[k])
-            rest[k] *= turns[k][0]
-            if abs(rest[-1]) <= tolerance * size or length == 0.0:
+            rotated.append(-turns[k][1] * rotated[k])
+            rotated[k] *= turns[k][0]
+            if abs(rotated[-1]) <= tolerance * size or length == 0.0:
                 break
             basis.append(w / length)
         n = len(directions)
         shares = np.zeros(n)
         for i in reversed(range(n)):
-            shares[i] = (rest[i] - triangle[i, i + 1 : n] @ shares[i + 1 :]) / triangle[i, i]
+            shares[i] = (rotated[i] - triangle[i, i + 1 : n] @ shares[i + 1 :]) / triangle[i, i]
         for share, direction in zip(shares, directions, strict=True):
             _core.combine(share, direction, 1.0, x)
         product(x, w)
         r = right_side - w
-        residual = math.sqrt(_core.inner(r, r)) / size
+        residual = norm(comm, r) / size
         if residual <= 2.0 * tolerance:
             return Solution(x, iterations, residual)
         if not math.isfinite(residual):

@@ -31,6 +31,7 @@ class Pardiso:
         """Factorises `matrix`; `near_null_space` is not needed."""
         from pypardiso.pardiso_wrapper import PyPardisoError
 
+        self._comm = matrix.comm
         self._matrix = matrix.in_scipy().tocsr()
         try:
             self._pardiso.factorize(self._matrix)
@@ -43,4 +44,5 @@ class Pardiso:
             lambda x: self._matrix @ x,
             right_side,
             lambda b: self._pardiso.solve(self._matrix, b).ravel(),
+            self._comm,
         )

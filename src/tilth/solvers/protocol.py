@@ -11,6 +11,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats, Shorts
+from tilth.comm import SERIAL, Communicator, norm
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -28,11 +29,13 @@ class Matrix:
         data: the entries, column by column, shape (entries,).
         indices: row of each entry, shape (entries,).
         indptr: first entry of each column, shape (n + 1,).
+        comm: the processes that share the vectors that it multiplies.
     """
 
     data: Floats
     indices: Shorts
     indptr: Shorts
+    comm: Communicator = SERIAL
 
     def times(self, x: Floats) -> Floats:
         """Returns the product with a vector, shape (n,)."""
@@ -102,27 +105,31 @@ def refined(
     times: Callable[[Floats], Floats],
     right_side: Floats,
     apply_inverse: Callable[[Floats], Floats],
+    comm: Communicator = SERIAL,
 ) -> Solution:
     """Solves with `apply_inverse`; improves by iterative refinement where that is needed.
 
     Args:
         times: returns the matrix times a vector.
+        right_side: b, shape (n,).
+        apply_inverse: returns an approximate solution for a right side.
+        comm: the processes that share the vectors.
 
     Raises:
         SolveFailed: if the residual does not fall below `LARGEST_RESIDUAL`.
     """
-    size = float(np.linalg.norm(right_side))
+    size = norm(comm, right_side)
     if size == 0.0:
         return Solution(np.zeros_like(right_side), 0, 0.0)
     x = apply_inverse(right_side)
     refinements = 0
     while True:
-        rest = right_side - times(x)
-        residual = float(np.linalg.norm(rest)) / size
-        if residual < 1e-12 or refinements == 3 or not np.isfinite(residual):
+        residual = right_side - times(x)
+        relative = norm(comm, residual) / size
+        if relative < 1e-12 or refinements == 3 or not np.isfinite(relative):
             break
-        x = x + apply_inverse(rest)
+        x = x + apply_inverse(residual)
         refinements += 1
-    if not residual < LARGEST_RESIDUAL:
-        raise SolveFailed(f"the linear system is singular (relative residual {residual:.1e})")
-    return Solution(x, refinements, residual)
+    if not relative < LARGEST_RESIDUAL:
+        raise SolveFailed(f"the linear system is singular (relative residual {relative:.1e})")
+    return Solution(x, refinements, relative)

@@ -36,4 +36,5 @@ class SuperLU:
 
     def solve(self, right_side: Floats) -> Solution:
         """Solves for one right side, shape (n,)."""
-        return refined(self._matrix.times, right_side, self._factors.solve)
+        matrix = self._matrix
+        return refined(matrix.times, right_side, self._factors.solve, matrix.comm)

@@ -6,10 +6,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers, Shorts
+from tilth.comm import SERIAL, Communicator, inner
+from tilth.mpm.border import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
 
@@ -17,56 +18,77 @@ from tilth.solvers.protocol import Matrix
 class LinearSystem:
     """Node-block matrix with a pattern fixed over the step, and its restriction to free unknowns.
 
+    Each node has as many unknowns as `constrained` has columns, 1, 2 or 3, whatever the dimension
+    of the grid. With a border the system has global unknowns g beside the nodal ones x:
+    [[A, B], [C, D]] [x; g] = [r; s]. A may then be singular, if the whole matrix is not.
+
     Args:
-        memory: where the values stand, at least entries times dim^2; its own if not given.
+        active: the active grid, which owns the pattern.
+        constrained: prescribed degrees of freedom, shape (nodes, components).
+        memory: where the values stand, at least entries times components^2; its own if not given.
+        comm: the processes that share the grid.
 
     Attributes:
-        blocks: the values, shape (entries of the pattern, dim, dim).
-        active: the active grid, which owns the pattern.
-        held: prescribed degrees of freedom, shape (nodes, dim).
-        hard: nodes where an iterative solver may need help, shape (nodes,): all of them first, then
-            the fewer that need it most.
+        blocks: the values, shape (entries of the pattern, components, components).
+        active, constrained, comm: see above.
+        border: what global unknowns add; None for no such unknowns.
+        exact_nodes: choices of nodes, shape (nodes,) each, from many to few, whose equations an
+            iterative solver may solve exactly, for it is slow there.
     """
 
     def __init__(
-        self, active: ActiveGrid, held: npt.NDArray[np.bool_], memory: Floats | None = None
+        self,
+        active: ActiveGrid,
+        constrained: Flags,
+        memory: Floats | None = None,
+        comm: Communicator = SERIAL,
     ) -> None:
-        dim = active.grid.dim
-        size = len(active.column) * dim**2
+        components = constrained.shape[1]
+        size = len(active.column) * components**2
         memory = np.empty(size) if memory is None else memory[:size]
-        self.blocks: Floats = memory.reshape(-1, dim, dim)
+        self.blocks: Floats = memory.reshape(-1, components, components)
         self.active = active
-        self.held = held
-        self.hard: list[npt.NDArray[np.bool_]] = []
+        self.constrained = constrained
+        self.comm = comm
+        self.border: Border | None = None
+        self.exact_nodes: list[Flags] = []
 
-    def times(self, displacement: Floats) -> Floats:
-        """Returns the product of the whole matrix with nodal vectors, shape (nodes, dim)."""
-        product = np.empty(displacement.shape)
+    @property
+    def components(self) -> int:
+        """Number of unknowns of each node."""
+        return int(self.constrained.shape[1])
+
+    def times(self, vector: Floats) -> Floats:
+        """Returns the product of all of A with a nodal vector, shape (nodes, components)."""
+        product = np.empty(vector.shape)
         _core.block_product(
-            displacement.shape[1], self.active.row_start, self.active.column, self.blocks,
-            np.zeros(displacement.shape, dtype=bool), displacement, product,
+            self.components, self.active.row_start, self.active.column, self.blocks,
+            np.zeros(vector.shape, dtype=bool), vector, product,
         )  # fmt: skip
         return product
 
+    def inner_products(self, rows: Floats, vector: Floats) -> Floats:
+        """Returns those of each row, (m, nodes, components), with a nodal vector, shape (m,)."""
+        own = slice(*self.active.owned)
+        return np.array([inner(self.comm, row[own], vector[own]) for row in rows])
+
     @property
     def free(self) -> Integers:
-        """node * dim + direction of each free unknown, in a fill-reducing order."""
+        """node * components + component of each free unknown, in a fill-reducing order."""
         return self._restriction[0]
 
     def matrix(self) -> Matrix:
-        """Returns the matrix of the free unknowns, in the fill-reducing order of `free`."""
+        """Returns A on the free unknowns, in the fill-reducing order of `free`."""
         _, start, row, place = self._restriction
         values = np.empty(len(place))
         _core.gather(place, self.blocks, values)
-        return Matrix(values, row, start)
+        return Matrix(values, row, start, self.comm)
 
     @cached_property
-    def _restriction(
-        self,
-    ) -> tuple[Integers, npt.NDArray[np.int32], npt.NDArray[np.int32], Integers]:
+    def _restriction(self) -> tuple[Integers, Shorts, Shorts, Integers]:
         active = self.active
         order = np.asarray(_core.nested_dissection(active.lattice, active.reach))
         free, start, row, place = _core.restrict_to_free(
-            active.grid.dim, active.row_start, active.column, order, self.held
+            self.components, active.row_start, active.column, order, self.constrained
         )
         return np.asarray(free), np.asarray(start), np.asarray(row), np.asarray(place)

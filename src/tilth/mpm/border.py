@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What unknowns that belong to no node add to the node-block matrix: a border of few columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Border:
+    """Columns B, rows C and corner D of m global unknowns g, as those of a rigid body's motion.
+
+    They stand beside the node-block matrix A: [[A, B], [C, D]] [x; g] = [r; s].
+
+    Attributes:
+        columns: derivative of the nodal residual with respect to each global unknown, shape
+            (m, nodes, components).
+        rows: derivative of the residual of each global unknown's equation with respect to the nodal
+            unknowns, shape (m, nodes, components).
+        corner: derivative of these residuals with respect to the global unknowns, shape (m, m).
+        scale: what makes a global unknown comparable with those of the nodes, shape (m,), positive:
+            the unknown times its scale has their unit, and the residual of its equation over the
+            scale has that of their residuals. Of a rotation [rad] it is a length, of a translation
+            1, of a Lagrange multiplier [force] a compliance [length/force].
+    """
+
+    columns: Floats
+    rows: Floats
+    corner: Floats
+    scale: Floats
+
+    @property
+    def unknowns(self) -> int:
+        """The number m of global unknowns."""
+        return len(self.corner)
+
+    def scaled(self) -> Border:
+        """Returns the border of the unknowns times their scale, whose scale is 1."""
+        by = 1.0 / self.scale
+        return Border(
+            self.columns * by[:, None, None],
+            self.rows * by[:, None, None],
+            self.corner * by[:, None] * by,
+            np.ones_like(by),
+        )

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Systems with unknowns that belong to no node (docs/decisions/0020-unknowns.md).
+
+Of [[A, B], [C, D]] [x; g] = [r; s] a direct solver factorises the whole matrix. An iterative
+solver knows A only: g follows from the Schur complement S = D - C A^-1 B, which takes one solution
+with A for each global unknown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from tilth.arrays import Floats, Integers
+from tilth.comm import norm
+from tilth.mpm.border import Border
+from tilth.solvers.protocol import Matrix, SolveFailed, Solver
+from tilth.solvers.system import LinearSystem
+
+COLUMN_TOLERANCE = 1e-10
+"""Relative residual of A^-1 B, from which the Schur complement is made."""
+
+LARGEST_CONDITION = 1e12
+"""Ratio of what cancels in the Schur complement to what is left, from which it counts as singular:
+so much in double precision leaves four digits."""
+
+REFINEMENTS = 3
+"""Corrections of a condensed solution for its true residual."""
+
+
+def factorise_bordered(solver: Solver, system: LinearSystem, border: Border) -> None:
+    """Sets a direct solver up with the whole matrix; its unknowns are `system.free`, then g.
+
+    Args:
+        solver: the direct solver.
+        system: has A.
+        border: has B, C and D, scaled.
+
+    Raises:
+        SolveFailed: if the matrix is singular or nearly so.
+    """
+    solver.setup(_bordered_matrix(system.matrix(), border, system.free))
+    free, unknowns = len(system.free), border.unknowns
+    inverse = np.empty((unknowns, unknowns))  # of the Schur complement
+    for k in range(unknowns):
+        unit = np.zeros(free + unknowns)
+        unit[free + k] = 1.0
+        inverse[:, k] = solver.solve(unit).x[free:]
+    parts = (border.columns, border.rows, border.corner)
+    _require_regular(inverse, max(float(np.abs(part).max()) for part in parts), LARGEST_CONDITION)
+
+
+def _bordered_matrix(matrix: Matrix, border: Border, free: Integers) -> Matrix:
+    """Returns the whole matrix, its pattern symmetric, with the global unknowns last."""
+    import scipy.sparse as sp  # takes 0.2 s: only where it is used
+
+    unknowns = border.unknowns
+    columns, rows = (part.reshape(unknowns, -1)[:, free] for part in (border.columns, border.rows))
+    number, place = np.nonzero((columns != 0.0) | (rows != 0.0))
+    corner = np.indices((unknowns, unknowns)).reshape(2, -1)
+    shape = (len(free), unknowns)
+    whole = sp.bmat(
+        [
+            [matrix.in_scipy(), sp.coo_matrix((columns[number, place], (place, number)), shape)],
+            [
+                sp.coo_matrix((rows[number, place], (number, place)), shape[::-1]),
+                sp.coo_matrix((border.corner.ravel(), tuple(corner)), (unknowns, unknowns)),
+            ],
+        ],
+        format="csc",
+    )
+    whole.sort_indices()
+    indices, indptr = (part.astype(np.int32, copy=False) for part in (whole.indices, whole.indptr))
+    return Matrix(whole.data, indices, indptr, matrix.comm)
+
+
+def solve_condensed(
+    system: LinearSystem,
+    border: Border,
+    solve: Callable[[Floats, float], Floats],
+    right_side: Floats,
+    global_right_side: Floats,
+    tolerance: float,
+) -> tuple[Floats, Floats]:
+    """Solves by elimination of the nodal unknowns, and corrects for the true residual.
+
+    Args:
+        system: has A, which must not be singular.
+        border: has B, C and D, scaled.
+        solve: returns A^-1 times a nodal vector, to a relative residual; zero where constrained.
+        right_side: r, shape (nodes, components).
+        global_right_side: s, scaled, shape (m,).
+        tolerance: largest norm of the residual, relative to that of the right side.
+
+    Returns:
+        x, shape (nodes, components), zero where constrained, and g, scaled, shape (m,).
+
+    Raises:
+        SolveFailed: A or the Schur complement is singular or nearly so.
+    """
+    comm, own, free = system.comm, slice(*system.active.owned), ~system.constrained
+    solved = [solve(column, COLUMN_TOLERANCE) for column in border.columns]
+
+    def size(nodal: Floats, of_border: Floats) -> float:
+        return math.hypot(norm(comm, nodal[own]), float(np.linalg.norm(of_border)))
+
+    product = np.stack([system.inner_products(border.rows, x) for x in solved], axis=1)
+    schur = border.corner - product
+    rows = np.abs(border.rows)
+    cancels = np.stack([system.inner_products(rows, np.abs(x)) for x in solved], axis=1)
+    try:
+        inverse: Floats = np.asarray(np.linalg.inv(schur), dtype=np.float64)
+    except np.linalg.LinAlgError as error:
+        raise SolveFailed("the equations of the global unknowns are singular") from error
+    terms = float((np.abs(border.corner) + cancels).max())
+    _require_regular(inverse, terms, min(LARGEST_CONDITION, 0.1 / COLUMN_TOLERANCE))
+
+    residual = np.where(free, right_side, 0.0)
+    of_border = global_right_side
+    x, g = np.zeros_like(residual), np.zeros_like(of_border)
+    whole = size(residual, of_border)
+    relative = 1.0 if whole > 0.0 else 0.0
+    for _ in range(1 + REFINEMENTS):
+        if relative <= 2.0 * tolerance or not math.isfinite(relative):
+            break
+        correction = solve(residual, tolerance)
+        step = inverse @ (of_border - system.inner_products(border.rows, correction))
+        g = g + step
+        x = x + correction - sum(share * column for share, column in zip(step, solved, strict=True))
+        coupling = np.tensordot(g, border.columns, axes=1)
+        residual = np.where(free, right_side - system.times(x) - coupling, 0.0)
+        of_border = global_right_side - system.inner_products(border.rows, x) - border.corner @ g
+        relative = size(residual, of_border) / whole
+    if not relative <= 2.0 * tolerance:
+        raise SolveFailed(
+            f"no solution with the global unknowns (relative residual {relative:.1e})"
+        )
+    return x, g
+
+
+def _require_regular(inverse: Floats, terms: float, limit: float) -> None:
+    """Checks a Schur complement by its inverse (m, m) and the size of what cancels in it."""
+    condition = float(np.abs(inverse).max()) * terms
+    if not condition < limit:  # not a number, too
+        raise SolveFailed(
+            f"the equations of the global unknowns are singular or nearly so "
+            f"(condition {condition:.1e})"
+        )
