@@ -13,9 +13,10 @@ import numpy.typing as npt
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
+from tilth.analysis.residual import Newton
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
-from tilth.analysis.step import Equilibrium, Newton, solve_step
+from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.axis import Axis, OnAxis

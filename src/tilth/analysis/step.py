@@ -5,24 +5,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tilth.arrays import Floats
+from tilth.analysis.residual import Newton, Residual, State
+from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
-from tilth.comm import SERIAL, Communicator, norm
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
-from tilth.terms.balance import Balance, Forces
+from tilth.terms.balance import Balance
 from tilth.timers import Timers
-
-ITERATIONS_BEFORE_ROUND_OFF = 3
-"""Iterations that are always done before a small residual is put down to round-off.
-
-Stiff constraints cancel in the residual; what round-off leaves of them cannot be iterated away.
-"""
 
 FORCING_TERM = 1e-4
 """Part of the residual that an iterative linear solver may leave at any time."""
@@ -30,22 +23,8 @@ FORCING_TERM = 1e-4
 LARGEST_FORCING_TERM = 1e-2
 """The same in an iteration after which Newton's tolerance is met in any case."""
 
-
-@dataclass(frozen=True)
-class Newton:
-    """Settings of the iteration.
-
-    Attributes:
-        tolerance: largest residual relative to the forces [-].
-        maximum_iterations: iterations after which the step counts as failed.
-        line_search: whether steps that do not reduce the residual are shortened.
-        round_off: residual [force] that round-off alone explains; it always counts as converged.
-    """
-
-    tolerance: float
-    maximum_iterations: int
-    line_search: bool
-    round_off: float
+LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
+"""Shares of a correction that a line search tries, in this order."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +37,8 @@ class Equilibrium:
         reaction: force of the boundaries on the soil [force], shape (nodes, dim); zero elsewhere.
         initial_reaction: the same at the start of the step, on this step's grid.
         residuals: relative residual of the first guess and after each iteration.
+        global_unknowns: increments in the step of the unknowns that belong to no node, those of one
+            term after the other, shape (m,).
     """
 
     displacement: Floats
@@ -65,28 +46,12 @@ class Equilibrium:
     reaction: Floats
     initial_reaction: Floats
     residuals: list[float]
+    global_unknowns: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def iterations(self) -> int:
         """Number of linear solves."""
         return len(self.residuals) - 1
-
-
-@dataclass(frozen=True)
-class State:
-    """A displacement that Newton's iteration has come to.
-
-    Attributes:
-        displacement: of the nodes in the step [length], shape (nodes, dim).
-        forces: there.
-        free: norm of the residual on the free degrees of freedom [force].
-        relative: the same over the size of the forces [-].
-    """
-
-    displacement: Floats
-    forces: Forces
-    free: float
-    relative: float
 
 
 def solve_step(
@@ -97,83 +62,131 @@ def solve_step(
     timers: Timers,
     guess: Floats | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
-    comm: Communicator = SERIAL,
 ) -> Equilibrium:
-    """Finds the nodal displacement u of the step with f_ext - f_int(u) = 0 on the free nodes.
+    """Finds displacement u and global unknowns g of the step without a residual on what is free.
 
     Args:
         balance: all terms of the step.
+        conditions: prescribed degrees of freedom.
+        solver: of the linear systems.
+        newton: settings of the iteration.
+        timers: are told the time of assembly and solution.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is told the iteration and its relative residual.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
-    active, held = balance.active, conditions.held
-    own = slice(*active.owned)
-    displacement = np.zeros((active.nodes, active.grid.dim))
+    constrained = conditions.held
+    residual = Residual(balance, constrained)
+    linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
-
-    def evaluate(u: Floats) -> State:
-        forces = balance.forces(u)
-        free = norm(comm, np.where(held, 0.0, forces.residual)[own])
-        reaction = norm(comm, np.where(held, forces.residual, 0.0)[own])
-        # not all internal force: implicit boundaries balance the soil's in it
-        size = max(norm(comm, forces.load[own]), norm(comm, forces.soil[own]), reaction)
-        # at rest, an implicit boundary that begins to move is the only force
-        return State(u, forces, free, free / size if size > 0.0 else float(free > 0.0))
-
-    moving = bool(conditions.increment.any())
-    initial_reaction = np.zeros_like(displacement)
-    if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        now = evaluate(displacement)
-        forces = now.forces
-        internal = forces.residual + forces.load
-        initial_reaction = np.where(held, internal - balance.load_before, 0.0)
-    if guess is not None:
-        try:
-            now = evaluate(np.where(held, conditions.increment, guess))
-            moving = False
-        except StepFailed:
-            now = evaluate(displacement)
-    system: LinearSystem | None = None
+    now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
-        balanced = now.relative <= newton.tolerance or now.free <= newton.round_off
-        if not balanced and len(residuals) > ITERATIONS_BEFORE_ROUND_OFF:
-            balanced = now.free <= balance.round_off(now.displacement)
-        if balanced and not moving:
-            reaction = np.where(held, now.forces.residual, 0.0)
-            load = now.forces.load
-            return Equilibrium(now.displacement, load, reaction, initial_reaction, residuals)
+        if residual.balanced(now, newton, len(residuals) - 1) and not moving:
+            reaction = np.where(constrained, now.forces.residual, 0.0)
+            return Equilibrium(
+                now.displacement, now.forces.load, reaction, initial_reaction, residuals,
+                now.unknowns,
+            )  # fmt: skip
         if len(residuals) > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            worst = _nearest_point(active, np.where(held, 0.0, now.forces.residual))
-            raise StepFailed(reason, point=worst, residuals=residuals)
-        if system is None:
-            with timers.measure("assembly"):
-                entries = len(active.column) * active.grid.dim**2
-                system = LinearSystem(active, held, active.buffers.take("matrix", entries))
-        balance.fill_stiffness(now.displacement, system.blocks)
-        system.exact_nodes = balance.hard_nodes()
-        change = np.zeros_like(displacement)
-        right_side = -now.forces.residual
-        if moving:
-            change = np.where(held, conditions.increment, 0.0)
-            right_side = right_side - system.times(change)
-        with timers.measure("solve"):
-            share = forcing_term(1.0 if moving else now.relative, newton.tolerance)
-            try:
-                change += solver.solve(system, right_side, share)
-            except SolveFailed as error:
-                raise StepFailed(str(error), residuals=residuals) from error
-        search = newton.line_search and not moving
-        shares = (1.0, 0.5, 0.25, 0.125) if search else (1.0,)
-        now = _best(evaluate, now, change, shares, residuals)
+            raise StepFailed(reason, point=residual.worst_point(now), residuals=residuals)
+        tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
+        prescribed = conditions.increment if moving else None
+        shares = LINE_SEARCH if newton.line_search and not moving else (1.0,)
+        try:
+            correction = linearised.correction(now, prescribed, tolerance)
+            now = _corrected(residual, now, correction, shares)
+        except SolveFailed as error:
+            raise StepFailed(str(error), residuals=residuals) from error
+        except StepFailed as failure:
+            failure.residuals = residuals
+            raise
         moving = False
+
+
+def _first_state(
+    residual: Residual, balance: Balance, conditions: Conditions, guess: Floats | None
+) -> tuple[State, Floats, bool]:
+    """Returns where the iteration begins, the reaction at the start of the step, (nodes, dim), and
+    whether the prescribed degrees of freedom have yet to move.
+    """
+    constrained = conditions.held
+    still = np.zeros_like(conditions.increment)
+    unknowns = np.zeros_like(balance.global_scale)
+    moving = bool(balance.comm.max(float(conditions.increment.any())))
+    initial_reaction = np.zeros_like(still)
+    if moving or guess is None:  # what does not move does no work: its first reaction is not needed
+        first = residual.at(still, unknowns)
+        internal = first.forces.residual + first.forces.load
+        initial_reaction = np.where(constrained, internal - balance.load_before, 0.0)
+    if guess is None:
+        return first, initial_reaction, moving
+    try:
+        start = np.where(constrained, conditions.increment, guess)
+        return residual.at(start, unknowns), initial_reaction, False
+    except StepFailed:
+        return residual.at(still, unknowns), initial_reaction, moving
+
+
+class Linearisation:
+    """The linear systems of a step.
+
+    Args:
+        balance: all terms of the step.
+        constrained: prescribed degrees of freedom, shape (nodes, dim).
+        solver: of the systems.
+        timers: are told the time of assembly and solution.
+    """
+
+    def __init__(
+        self, balance: Balance, constrained: Flags, solver: LinearSolver, timers: Timers
+    ) -> None:
+        self._balance, self._constrained = balance, constrained
+        self._solver, self._timers = solver, timers
+        self._system: LinearSystem | None = None
+
+    def correction(
+        self, now: State, prescribed: Floats | None, tolerance: float
+    ) -> tuple[Floats, Floats]:
+        """Returns corrections of displacement (nodes, dim) and global unknowns (m,).
+
+        Args:
+            now: where the residual is linearised.
+            prescribed: correction of the constrained degrees of freedom, (nodes, dim); None for 0.
+            tolerance: relative residual that an iterative solver may leave.
+
+        Raises:
+            SolveFailed: the system is singular.
+        """
+        system = self._assembled(now)
+        right_side, of_unknowns = -now.forces.residual, -now.forces.global_residual
+        moved = np.zeros_like(right_side)
+        if prescribed is not None:
+            moved = np.where(self._constrained, prescribed, 0.0)
+            right_side = right_side - system.times(moved)
+            if system.border is not None:
+                of_unknowns = of_unknowns - system.inner_products(system.border.rows, moved)
+        with self._timers.measure("solve"):
+            free, unknowns = self._solver.solve_bordered(system, right_side, of_unknowns, tolerance)
+        return moved + free, unknowns
+
+    def _assembled(self, now: State) -> LinearSystem:
+        balance, active = self._balance, self._balance.active
+        if self._system is None:
+            with self._timers.measure("assembly"):
+                entries = len(active.column) * self._constrained.shape[1] ** 2
+                memory = active.buffers.take("matrix", entries)
+                self._system = LinearSystem(active, self._constrained, memory, balance.comm)
+        balance.fill_stiffness(now.displacement, self._system.blocks)
+        self._system.border = balance.border(now.displacement, now.unknowns)
+        self._system.exact_nodes = balance.exact_nodes()
+        return self._system
 
 
 def forcing_term(relative: float, tolerance: float) -> float:
@@ -186,30 +199,18 @@ def forcing_term(relative: float, tolerance: float) -> float:
     return min(max(0.1 * tolerance / relative, FORCING_TERM), LARGEST_FORCING_TERM)
 
 
-def _nearest_point(active: ActiveGrid, residual: Floats) -> int:
-    """Returns the number of the point nearest to the node with the largest residual force."""
-    points, node = active.points, int(np.linalg.norm(residual, axis=1).argmax())
-    distance = np.linalg.norm(points.position - active.position[node], axis=1)
-    return int(points.point_id[int(distance.argmin())])
-
-
-def _best(
-    evaluate: Callable[[Floats], State],
-    now: State,
-    change: Floats,
-    shares: tuple[float, ...],
-    residuals: list[float],
+def _corrected(
+    residual: Residual, now: State, correction: tuple[Floats, Floats], shares: tuple[float, ...]
 ) -> State:
-    """Takes the first share of `change` that lowers the residual, else the last one."""
+    """Takes the first share of `correction` that lowers the residual, else the last one."""
+    nodal, unknowns = correction
     for share in shares:
         last = share == shares[-1]
         try:
-            trial = evaluate(now.displacement + share * change)
-        except StepFailed as failure:
+            trial = residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+        except StepFailed:
             if last:
-                raise StepFailed(
-                    failure.reason, point=failure.point, residuals=residuals
-                ) from failure
+                raise
             continue
         if last or trial.free <= (1.0 - 1e-4 * share) * now.free:
             return trial

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.comm import SERIAL, norm
+from tilth.comm import SERIAL, Communicator, count, norm
+from tilth.mpm.border import Border
 from tilth.mpm.grid import ActiveGrid
-from tilth.terms.protocol import Role, Term, union
+from tilth.terms.protocol import GlobalUnknowns, Role, Term, union
 
 
 @dataclass(frozen=True)
@@ -22,23 +24,35 @@ class Forces:
         residual: internal minus external force of all terms.
         load: external force.
         soil: internal force of the soil.
+        global_residual: residual of the global unknowns' equations [force times scale], shape (m,).
     """
 
     residual: Floats
     load: Floats
     soil: Floats
+    global_residual: Floats
 
 
 class Balance:
     """The sum of all terms of a step, in the order in which they are given.
 
+    Args:
+        active: the grid of the step.
+        terms: gathered on it.
+        comm: the processes that share the grid.
+
     Attributes:
         active: the grid of the step, with the pattern of all terms.
         terms: the assembled terms.
+        comm: see above.
         load_before: external force at the start of the step [force], shape (nodes, dim).
+        global_scale: of the global unknowns of all terms, one term after the other
+            (`Border.scale`), shape (m,).
     """
 
-    def __init__(self, active: ActiveGrid, terms: Sequence[Term]) -> None:
+    def __init__(
+        self, active: ActiveGrid, terms: Sequence[Term], comm: Communicator = SERIAL
+    ) -> None:
         coupled = [list(term.coupled) for term in terms]
         self.active = active.with_couplings([each for of_term in coupled for each in of_term])
         elements = iter(self.active.elements)
@@ -46,7 +60,12 @@ class Balance:
             term.assembled(self.active, [next(elements) for _ in of_term])
             for term, of_term in zip(terms, coupled, strict=True)
         ]
+        self.comm = comm
         self.load_before = self._sum(term.load_before() for term in self.terms)
+        scales = [t.scale if isinstance(t, GlobalUnknowns) else np.zeros(0) for t in self.terms]
+        ends = np.cumsum([0, *map(len, scales)])
+        self._places = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
+        self.global_scale: Floats = np.concatenate([np.zeros(0), *scales])
 
     def _zero(self) -> Floats:
         return np.zeros((self.active.nodes, self.active.grid.dim))
@@ -62,21 +81,29 @@ class Balance:
         """Returns the force of all linear terms at zero displacement [force], (nodes, dim)."""
         return self._sum(term.constant_force() for term in self.terms)
 
-    def forces(self, displacement: Floats) -> Forces:
-        """Returns the nodal forces for a nodal displacement of the step, shape (nodes, dim).
+    def forces(self, displacement: Floats, unknowns: Floats | None = None) -> Forces:
+        """Returns the forces for a nodal displacement of the step, shape (nodes, dim).
+
+        unknowns: increments of the global unknowns in the step, shape (m,); zero if not given.
 
         Raises:
             StepFailed: a term has no force at this displacement.
         """
         residual, load, soil = self._zero(), self._zero(), self._zero()
-        for term in self.terms:
-            force = term.force(displacement)
+        if unknowns is None:
+            unknowns = np.zeros_like(self.global_scale)
+        global_residual = np.zeros_like(self.global_scale)
+        for term, place in zip(self.terms, self._places, strict=True):
+            if isinstance(term, GlobalUnknowns):
+                force, global_residual[place] = term.forces(displacement, unknowns[place])
+            else:
+                force = term.force(displacement)
             residual += force
             if term.role is Role.LOAD:
                 load -= force
             elif term.role is Role.SOIL:
                 soil += force
-        return Forces(residual, load, soil)
+        return Forces(residual, load, soil, global_residual)
 
     def fill_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """Sets node blocks (blocks, dim, dim) to the derivative of the residual [force/length].
@@ -101,19 +128,37 @@ class Balance:
         for term in self.terms:
             term.commit(displacement)
 
+    def border(self, displacement: Floats, unknowns: Floats) -> Border | None:
+        """Returns what the global unknowns add to the matrix; None if there are none.
+
+        At the displacement and the unknowns for which `forces` was asked last.
+        """
+        total = len(self.global_scale)
+        if total == 0:
+            return None
+        columns, rows = (np.zeros((total, *displacement.shape)) for _ in range(2))
+        corner = np.zeros((total, total))
+        for term, place in zip(self.terms, self._places, strict=True):
+            if isinstance(term, GlobalUnknowns):
+                border = term.border(displacement, unknowns[place])
+                columns[place], rows[place] = border.columns, border.rows
+                corner[place, place] = border.corner
+        return Border(columns, rows, corner, self.global_scale)
+
     def round_off(self, displacement: Floats) -> float:
         """Returns the force that round-off alone may leave where stiff terms cancel [force]."""
         total = self._sum(term.magnitude(displacement) for term in self.terms)
-        return float(np.finfo(np.float64).eps * norm(SERIAL, total))
+        own = slice(*self.active.owned)
+        return float(np.finfo(np.float64).eps * norm(self.comm, total[own]))
 
-    def hard_nodes(self) -> list[Flags]:
-        """Returns nodes where an iterative solver may need help, (nodes,): all, then fewer.
+    def exact_nodes(self) -> list[Flags]:
+        """Returns nodes whose equations an iterative solver may solve exactly, (nodes,) each.
 
         Those of material that yields and those that terms couple beyond their cells, then the
         latter alone; nothing where no material yields.
         """
         yielding = union(self.active.nodes, (term.yielding_nodes() for term in self.terms))
-        if not yielding.any():
+        if count(self.comm, int(yielding.sum())) == 0:
             return []
         joined = union(self.active.nodes, (term.joined_nodes() for term in self.terms))
         return [yielding | joined, joined]

@@ -9,6 +9,8 @@ Newton's iteration is the sum of their derivatives. A step has three phases:
 3. assemble: each term, told where its blocks stand, gives force and derivative as often as asked.
 
 A step that has converged is committed by all terms, after each has found it acceptable.
+
+A term may bring unknowns that belong to no node, as the motion of a rigid body: `GlobalUnknowns`.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats
+from tilth.mpm.border import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 
@@ -101,6 +104,47 @@ class AssembledTerm(ABC):
         At the displacement of the last call of `force`.
         """
         return None
+
+
+class GlobalUnknowns(AssembledTerm):
+    """An assembled term with unknowns of its own that belong to no node, and their equations.
+
+    In each step they begin at zero; whatever they have been before the step the term remembers
+    itself. An iteration asks for `forces`, not for `force`.
+
+    Attributes:
+        scale: what makes each of the m unknowns comparable with a displacement, see `Border.scale`,
+            shape (m,).
+    """
+
+    scale: Floats
+
+    @abstractmethod
+    def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
+        """Returns its part of the nodal residual, and the residual of its own equations.
+
+        Args:
+            displacement: of the nodes in the step [length], shape (nodes, dim).
+            unknowns: its global unknowns' increments in the step, shape (m,).
+
+        Returns:
+            Internal minus external force, of the nodes [force], shape (nodes, dim), and of the
+            global unknowns [force times their scale], shape (m,).
+
+        Raises:
+            StepFailed: there are no such forces.
+        """
+
+    @abstractmethod
+    def border(self, displacement: Floats, unknowns: Floats) -> Border:
+        """Returns all derivatives of `forces` beside that of the nodal force by the displacement.
+
+        That one is `add_stiffness`. Both are asked for at the values of the last call of `forces`.
+        """
+
+    def force(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.force`: with its unknowns zero."""
+        return self.forces(displacement, np.zeros_like(self.scale))[0]
 
 
 class Term(ABC):

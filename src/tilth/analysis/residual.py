@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The residual of a load step: its size relative to the forces, and what counts as balanced."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats
+from tilth.comm import norm
+from tilth.mpm.grid import ActiveGrid
+from tilth.terms.balance import Balance, Forces
+
+ITERATIONS_BEFORE_ROUND_OFF = 3
+"""Iterations that are always done before a small residual is put down to round-off.
+
+Stiff constraints cancel in the residual; what round-off leaves of them cannot be iterated away.
+"""
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Settings of the iteration.
+
+    Attributes:
+        tolerance: largest residual relative to the forces [-].
+        maximum_iterations: iterations after which the step counts as failed.
+        line_search: whether steps that do not reduce the residual are shortened.
+        round_off: residual [force] that round-off alone explains; it always counts as converged.
+    """
+
+    tolerance: float
+    maximum_iterations: int
+    line_search: bool
+    round_off: float
+
+
+@dataclass(frozen=True)
+class State:
+    """Unknowns that Newton's iteration has come to.
+
+    Attributes:
+        displacement: of the nodes in the step [length], shape (nodes, dim).
+        unknowns: increments of the global unknowns in the step, shape (m,).
+        forces: there.
+        free: norm of the residual on the free degrees of freedom and of the global unknowns'
+            equations over their scale [force].
+        relative: the same over the size of the forces [-].
+    """
+
+    displacement: Floats
+    unknowns: Floats
+    forces: Forces
+    free: float
+    relative: float
+
+
+class Residual:
+    """The residual as a function of displacement and global unknowns.
+
+    Args:
+        balance: all terms of the step.
+        constrained: prescribed degrees of freedom, shape (nodes, dim).
+    """
+
+    def __init__(self, balance: Balance, constrained: Flags) -> None:
+        self._balance, self._constrained = balance, constrained
+
+    def at(self, displacement: Floats, unknowns: Floats) -> State:
+        """Returns the state at a nodal displacement (nodes, dim) and global unknowns (m,).
+
+        Raises:
+            StepFailed: a term has no force there.
+        """
+        balance, comm, own = self._balance, self._balance.comm, slice(*self._balance.active.owned)
+        forces = balance.forces(displacement, unknowns)
+        free = norm(comm, np.where(self._constrained, 0.0, forces.residual)[own])
+        if len(unknowns):  # each process has them all
+            free = math.hypot(free, *(forces.global_residual / balance.global_scale))
+        reaction = norm(comm, np.where(self._constrained, forces.residual, 0.0)[own])
+        # not all internal force: implicit boundaries balance the soil's in it
+        size = max(norm(comm, forces.load[own]), norm(comm, forces.soil[own]), reaction)
+        # at rest, an implicit boundary that begins to move is the only force
+        relative = free / size if size > 0.0 else float(free > 0.0)
+        return State(displacement, unknowns, forces, free, relative)
+
+    def balanced(self, state: State, newton: Newton, iterations: int) -> bool:
+        """Returns whether the residual is small enough, after so many iterations."""
+        if state.relative <= newton.tolerance or state.free <= newton.round_off:
+            return True
+        late = iterations >= ITERATIONS_BEFORE_ROUND_OFF
+        return late and state.free <= self._balance.round_off(state.displacement)
+
+    def worst_point(self, state: State) -> int:
+        """Returns the number of the point nearest to the node with the largest residual force."""
+        comm, (first, last) = self._balance.comm, self._balance.active.owned
+        residual = np.where(self._constrained, 0.0, state.forces.residual)[first:last]
+        size = np.linalg.norm(residual, axis=1)
+        node, own = first + int(size.argmax()), float(size.max())
+        point = _nearest_point(self._balance.active, node) if own == comm.max(own) else -1
+        return int(comm.max(float(point)))
+
+
+def _nearest_point(active: ActiveGrid, node: int) -> int:
+    """Returns the permanent number of the material point nearest to a node."""
+    points = active.points
+    distance = np.linalg.norm(points.position - active.position[node], axis=1)
+    return int(points.point_id[int(distance.argmin())])
