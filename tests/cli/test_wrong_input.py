@@ -117,11 +117,11 @@ WRONG = {
     ),
     "no condition": (
         (BASE, ""),
-        ["boundaries: there is no essential condition at all", "singular", "[[boundaries]]"],
+        ["boundaries: there is no boundary condition at all", "singular", "[[boundaries]]"],
     ),
     "a direction that nothing holds": (
         ('condition = "fixed"', 'condition = "roller"'),
-        ["boundaries: no essential condition holds the x direction", "singular", "roller"],
+        ["boundaries: no condition constrains the x direction", "singular", "roller"],
     ),
     "condition off the grid lines": (
         ("at = 0\n", "at = 0.2\n"),
@@ -157,7 +157,7 @@ at = 0
 """,
             'type = "implicit"\n',
         ),
-        ["boundaries[0].geometry: missing", "give `geometry`: Its place at time 0"],
+        ["boundaries[0].geometry: missing", "give `geometry`: Its position at time 0"],
     ),
     "a normal of no length": (
         implicit('condition = "fixed"', '{ type = "plane", point = [0, 0], normal = [0, 0] }'),
@@ -175,7 +175,7 @@ at = 0
             'condition = "fixed"',
             '{ type = "polyline", vertices = [[0, 0], [2, 0], [1, 1], [1, -1]], soil = "left" }',
         ),
-        ["boundaries[0].geometry.vertices", "cross or touch each other", "in order along"],
+        ["boundaries[0].geometry.vertices", "intersect each other", "in order along"],
     ),
     "delta of zero": (
         implicit('condition = "fixed"\ndelta = 0'),
@@ -221,7 +221,7 @@ at = 0
             'quantity = "displacement"\nat = [0.5, 4]\ncomponent = "y"',
             'quantity = "penetration"\nboundary = "base"',
         ),
-        ['track[0].boundary = "base"', "is for implicit boundaries", "there is none"],
+        ['track[0].boundary = "base"', "is for implicit boundaries", "has no implicit boundary"],
     ),
     "moment in the plane": (
         (

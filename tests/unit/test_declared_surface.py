@@ -44,7 +44,7 @@ def test_a_surface_survives_json_to_the_bit(surface: dict[str, Any]) -> None:
         ({"corners": [0]}, "corners", "is for `vertices` only"),
         ({"vertices": VERTICES, "corners": [3]}, "corners", "numbered from 0 to 2"),
         ({"vertices": VERTICES, "corners": [-1]}, "corners", "must not be negative"),
-        ({"vertices": [[0, 0, 0]]}, "vertices", "places in 2D"),
+        ({"vertices": [[0, 0, 0]]}, "vertices", "points in 2D"),
         ({"vertices": VERTICES, "points": "outer_layer"}, "vertices", "consists of material"),
     ],
 )

@@ -188,7 +188,7 @@ def test_only_gimp_points_have_a_domain_update() -> None:
     entries = wedge.model_dump(exclude_none=True)
     for basis, reason in (
         ("linear", "have no domains"),
-        ("cpdi1", "always carried by the deformation gradient"),
+        ("cpdi1", "always follow the deformation gradient"),
         ("cpdi2", "always move with the grid"),
     ):
         assert Body(**{**entries, "basis": basis}).domain_update is None

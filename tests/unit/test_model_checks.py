@@ -43,8 +43,8 @@ CUBE = {"type": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
 @pytest.mark.parametrize(
     ("replaced", "key", "words"),
     [
-        ({"boundaries": [BASE, BASE]}, "boundaries[1].name", "name of boundaries[0] already"),
-        ({"track": [TOP, TOP]}, "track[1].name", "name of track[0] already"),
+        ({"boundaries": [BASE, BASE]}, "boundaries[1].name", "already the name of boundaries[0]"),
+        ({"track": [TOP, TOP]}, "track[1].name", "already the name of track[0]"),
         ({"track": [{**TOP, "body": "c"}]}, "track[0].body", "no body of this name"),
         (
             {"track": [{"name": "r", "quantity": "reaction", "boundary": "bas", "component": "x"}]},
@@ -123,7 +123,7 @@ CUBE = {"type": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
         (
             {"boundaries": [{**BASE, "condition": "roller"}]},
             "boundaries",
-            "holds the x direction",
+            "constrains the x direction",
         ),
     ],
 )

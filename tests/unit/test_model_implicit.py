@@ -160,11 +160,11 @@ WRONG_GEOMETRIES = [
     ({**POLYLINE, "vertices": [[0, 0, 0], [1, 0, 0]]}, "3d", ".vertices", "two coordinates"),
     (
         {**POLYLINE, "vertices": [[0, 0], [2, 0], [1, 1], [1, -1]]},
-        "plane_strain", ".vertices", "cross or touch",
+        "plane_strain", ".vertices", "intersect each other",
     ),
     (
         {**POLYLINE, "vertices": [[0, 0], [2, 0], [1, 0]]},
-        "plane_strain", ".vertices", "cross or touch",
+        "plane_strain", ".vertices", "intersect each other",
     ),
     (
         {**POLYLINE, "vertices": [[0, 0], [1, 0], [1, 1], [0, 0]]},
@@ -176,10 +176,10 @@ WRONG_GEOMETRIES = [
     ),
     (
         {**POLYLINE, "vertices": [[0, 0], [1, 1], [1, 0], [0, 1]], "closed": True},
-        "plane_strain", ".vertices", "cross or touch",
+        "plane_strain", ".vertices", "intersect each other",
     ),
     (SPLINE, "3d", ".type", "does not exist"),
-    ({**SPLINE, "vertices": [[0, 0, 0], [1, 0, 0]]}, "plane_strain", ".vertices", "places in 2D"),
+    ({**SPLINE, "vertices": [[0, 0, 0], [1, 0, 0]]}, "plane_strain", ".vertices", "points in 2D"),
     ({**SPLINE, "corners": [1, 4]}, "plane_strain", ".corners", "numbered from 0 to 3"),
     ({**SPLINE, "corners": [-1]}, "plane_strain", ".corners", "must not be negative"),
     ({**SPLINE, "corners": 2}, "plane_strain", ".corners", "must be a list of whole numbers"),

@@ -76,10 +76,10 @@ def test_area_of_a_polygon_in_either_sense(sense: int) -> None:
     [
         ([[0, 0], [1, 0]], "at least three"),
         ([[0, 0], [1, 0], [2, 0]], "no area"),
-        ([[0, 0], [2, 2], [2, 0], [0, 1]], "cross or touch"),
-        ([[0, 0], [1, 0], [1, 0], [1, 1]], "cross or touch"),
-        ([[0, 0], [2, 0], [1, 0], [1, 1]], "cross or touch"),
-        ([[0, 0], [1, 0], [1, 1], [0, 0]], "cross or touch"),
+        ([[0, 0], [2, 2], [2, 0], [0, 1]], "intersect each other"),
+        ([[0, 0], [1, 0], [1, 0], [1, 1]], "intersect each other"),
+        ([[0, 0], [2, 0], [1, 0], [1, 1]], "intersect each other"),
+        ([[0, 0], [1, 0], [1, 1], [0, 0]], "intersect each other"),
         ([[0, 0, 0], [1, 0, 0], [1, 1, 0]], "two coordinates"),
     ],
 )

@@ -156,7 +156,7 @@ def test_wrong_input(load: dict[str, Any], surface: dict[str, Any], words: list[
 def test_a_load_on_a_body_without_boundary_points() -> None:
     entries = blob(WHOLE)
     del entries["bodies"][0]["surface"]
-    with pytest.raises(BadInput, match="no boundary points that could carry a load") as caught:
+    with pytest.raises(BadInput, match="no tracked surface that could carry a load") as caught:
         Model.from_dict(entries)
     assert "add `surface = {}` to bodies[0]" in str(caught.value)
 
@@ -168,7 +168,7 @@ def test_an_open_chain_encloses_nothing() -> None:
         Simulation(Model.from_dict(entries))
     assert "track[0].body" in str(caught.value)
     del entries["bodies"][0]["surface"], entries["loads"]
-    with pytest.raises(BadInput, match="no boundary points that could enclose anything"):
+    with pytest.raises(BadInput, match="no tracked surface that could enclose anything"):
         Model.from_dict(entries)
 
 

@@ -141,11 +141,11 @@ def test_an_exception_inside_the_function_is_told_with_its_line(folder):
 
 
 def test_wrong_results_are_refused(folder):
-    assert "shape () for 3 places, not (3,)" in refused("shape.py:number", folder).problem
+    assert "shape () for 3 positions, not (3,)" in refused("shape.py:number", folder).problem
     assert "returned a str" in refused("shape.py:words", folder).problem
     error = refused("shape.py:distance", folder, shape=(2,))
-    assert "shape (3,) for 3 places, not (3, 2)" in error.problem
-    assert "return 2 numbers per place" in error.remedy
+    assert "shape (3,) for 3 positions, not (3, 2)" in error.problem
+    assert "return 2 numbers per position" in error.remedy
     assert "shape (n, 2), such as" in error.remedy
 
 
@@ -153,7 +153,7 @@ def test_a_value_that_is_not_finite_names_the_first_place(folder):
     error = refused("shape.py:root", folder)
     assert (
         error.problem
-        == "the function `root` in `shape.py` returned nan at (-3, 0.5) and at 1 further place(s)"
+        == "the function `root` in `shape.py` returned nan at (-3, 0.5) and 1 further position(s)"
     )
     error = refused("shape.py:lift", folder, further=(np.inf,), shape=(2,))
     assert error.problem.startswith(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The declared model of a problem: what a user writes, validated and frozen."""
+"""The model of a problem as the user declares it: validated and immutable."""
 
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether an affine motion is possible: det F > 0 on its path, and a real logarithm."""
+"""Check that an affine motion is possible: det F > 0 on its path, and a real logarithm."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ROUND_OFF = 1e-12
 def affine_problem(
     deformation_gradient: Sequence[Sequence[float]], path: str, least: float, greatest: float
 ) -> str:
-    """Returns what makes the motion impossible for factors from `least` to `greatest`, or "".
+    """Returns why the motion is impossible for factors from `least` to `greatest`, or "".
 
     Linear path: det(I + f (F - I)) vanishes at f = -1 / mu for a real eigenvalue mu of F - I.
     Exponential path: F has a real principal logarithm unless an eigenvalue is real and negative.
@@ -28,8 +28,8 @@ def affine_problem(
         eigenvalues = np.linalg.eigvals(matrix)
         if any(abs(e.imag) <= _ROUND_OFF * abs(e) and e.real < 0.0 for e in eigenvalues):
             return (
-                "has no principal logarithm, which the exponential path needs: it holds a rotation "
-                "by 180 degrees or a reflection of two axes"
+                "has no principal logarithm, which the exponential path needs: it contains a "
+                "rotation by 180 degrees or a reflection of two axes"
             )
         return ""
     for mu in np.linalg.eigvals(matrix - np.eye(len(matrix))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Base class of everything a user declares: frozen, no unknown keys, errors in plain words."""
+"""Base class of all declarations of the user: immutable, no unknown keys, clear messages."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tilth.model.problems import problems_of, rejection, suggestion
 
 
 class Declared(BaseModel):
-    """A frozen, validated declaration; a wrong entry raises `BadInput`, naming key and value."""
+    """An immutable, validated declaration; a wrong entry raises `BadInput` with key and value."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
-    if not TYPE_CHECKING:  # type checkers read the signature off the fields
+    if not TYPE_CHECKING:  # type checkers derive the signature from the fields
 
         def __init__(self, /, **entries: Any) -> None:
             try:
@@ -28,13 +28,13 @@ class Declared(BaseModel):
             except ValidationError as error:
                 raise BadInput.of(_named(type(self), problems_of(error, entries))) from None
 
-        # Nested tables must be checked in place, not through this wrapper: so their keys are full.
+        # Nested tables must be validated in place, not by this wrapper, to have full keys.
         __init__.__pydantic_base_init__ = True
 
     @model_validator(mode="before")
     @classmethod
     def _keys_are_known_and_complete(cls, data: Any) -> Any:
-        """Refuses unknown keys, with a suggestion, and names missing ones, with their meaning."""
+        """Refuses unknown keys, with a suggestion, and reports missing ones, with their meaning."""
         if not isinstance(data, dict):
             return data
         fields = cls.model_fields
@@ -45,7 +45,7 @@ class Declared(BaseModel):
             likely = suggestion(key, [name for name in fields if name not in data])
             if likely in missing:
                 missing.remove(likely)
-            remedy = f"did you mean `{likely}`?" if likely else f"known here: {', '.join(fields)}"
+            remedy = f"did you mean `{likely}`?" if likely else f"known keys: {', '.join(fields)}"
             problems.append(Problem(str(key), "unknown key", remedy, data[key]))
         for key in missing:
             problems.append(Problem(key, "missing", f"give `{key}`: {meaning_of(cls, key)}"))
@@ -55,7 +55,7 @@ class Declared(BaseModel):
 
 
 def chosen_by(discriminator: str, *classes: type[Declared]) -> BeforeValidator:
-    """Returns a check that a table says by its key `discriminator` which of `classes` it is."""
+    """Returns a check that a table has the key `discriminator`, which selects one of `classes`."""
     choices = ", ".join(f'"{cls.model_fields[discriminator].default}"' for cls in classes)
 
     def names_its_kind(entries: Any) -> Any:
@@ -69,7 +69,7 @@ def chosen_by(discriminator: str, *classes: type[Declared]) -> BeforeValidator:
 def meaning_of(cls: type[Declared], key: str) -> str:
     """Returns the text below the field `key` in the source of `cls`, "" where there is none.
 
-    Read when it is asked for: to do so for every field would slow each start of the program.
+    It is read on demand: reading it for every field would slow down each start of the program.
     """
     owner = next(base for base in cls.__mro__ if key in inspect.get_annotations(base))
     try:

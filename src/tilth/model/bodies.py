@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A body: shape, material, basis and how it is divided into material points."""
+"""A body: shape, material, basis and subdivision into material points."""
 
 from __future__ import annotations
 
@@ -21,42 +21,43 @@ DomainUpdate = Literal[
 
 _NO_RULE_TO_CHOOSE = {
     "linear": "points of the linear basis have no domains",
-    "cpdi1": "the domains of cpdi1 are always carried by the deformation gradient",
+    "cpdi1": "the domains of cpdi1 always follow the deformation gradient",
     "cpdi2": "the corners of cpdi2's domains always move with the grid",
 }
 
 
 class Body(Declared):
-    """A body of one material; divided by exactly one of points_per_cell, points and spacing."""
+    """A body of one material; exactly one of points_per_cell, points and spacing subdivides it."""
 
     name: Name
-    """Name of the body; unique."""
+    """Name of the body, unique."""
     material: Name
     """Name of its material, as declared in `materials`."""
     shape: Shape
     """Shape in the undeformed state: a box, polygon, circle, cylinder, sphere or mesh."""
     basis: Literal["linear", "gimp", "cpdi1", "cpdi2"]
-    """Basis functions of its points: "linear" (standard MPM), "gimp", or "cpdi1" and "cpdi2" (GIMP
-    whose domains are parallelograms carried by F, or quadrilaterals whose corners move with the
-    grid; in 3D parallelepipeds and hexahedra).
+    """Basis functions of its points: "linear" (standard MPM), "gimp", "cpdi1" or "cpdi2".
+
+    The domains of "cpdi1" are parallelograms that deform with F, those of "cpdi2" quadrilaterals
+    whose corners move with the grid; in 3D parallelepipeds and hexahedra.
     """
     domain_update: DomainUpdate | None = None
-    """How the domains of "gimp" points follow the deformation; "right_stretch" if not given.
+    """Rule for updating the domains of "gimp" points; "right_stretch" if not given.
 
-    None with the other bases: linear points have no domain, cpdi names its own rule.
+    Not for the other bases: linear points have no domain, and cpdi has its own rule.
     """
     anti_locking: Literal["none", "f_bar"] = "none"
-    """Remedy against volumetric locking: "none", or "f_bar" (the volumetric part of the
-    deformation is that at the centre of the material in a cell).
+    """Remedy against volumetric locking: "none" or "f_bar" (the volumetric part of the deformation
+    of all points in a cell is that at the centre of their material).
     """
     points_per_cell: CountPerDirection | None = None
-    """Material points per cell of the grid and direction: one number, or one per direction."""
+    """Material points per grid cell and direction: one number, or one per direction."""
     points: CountVector | None = None
     """Material points of a box along each of its own (rotated) axes, shape (dimension,)."""
     spacing: PositivePerDirection | None = None
-    """Distance of material points [length] along the body's own axes, > 0."""
+    """Distance between material points [length] along the body's own axes, > 0."""
     surface: Surface | None = None
-    """Boundary points on its surface; none if not given."""
+    """Tracked boundary points on its surface; none if not given."""
 
     @model_validator(mode="before")
     @classmethod

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Essential boundary conditions: on grid planes, at nodes, anywhere, or an affine motion."""
+"""Dirichlet conditions: on grid planes, at nodes, on implicit boundaries, or an affine motion."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ Ranges = Annotated[Mapping[Axis, Interval], AfterValidator(some)]
 
 class _NodalBoundary(Declared):
     name: Name
-    """Name of the boundary; unique."""
+    """Name of the boundary, unique."""
     components: Components | None = None
-    """With condition "fixed": the displacement components that are zero; all if not given."""
+    """With condition "fixed": displacement components that are zero; all if not given."""
     displacement: Displacement | None = None
-    """With condition "prescribed": components at factor 1 [length]; those not named are free."""
+    """With condition "prescribed": displacement at factor 1 [length]; other components are free."""
     factor: Table | None = None
     """With condition "prescribed": rows (time, factor); 0 to 1 over the schedule if not given."""
 
@@ -80,22 +80,24 @@ def _held(
 class PlaneBoundary(_NodalBoundary):
     """Condition on the nodes of a grid line (2D) or grid plane (3D).
 
-    The line stays where it is: material that a prescribed displacement moves more than about half a
-    cell away from it is lost to the condition.
+    The line or plane does not move. Material that a prescribed displacement moves away from it by
+    more than about half a cell is no longer constrained.
     """
 
     type: Literal["plane"] = "plane"
     axis: Axis
-    """Axis that the line or plane is normal to."""
+    """Axis normal to the line or plane."""
     at: Real
-    """Coordinate along `axis` [length]; must be that of a grid line."""
+    """Coordinate of the line or plane along `axis` [length]; must be that of a grid line."""
     range: Ranges | None = None
-    """Part of it, axis -> [least, greatest] coordinate [length]; all of it if not given."""
+    """Part with the condition, axis -> [least, greatest] coordinate [length]; all if not given."""
     condition: Literal["roller", "fixed", "prescribed"]
-    """One of "roller" (normal component zero), "fixed" (as on a node) and "prescribed"."""
+    """One of "roller" (normal component zero), "fixed" (all, or `components`, are zero) and
+    "prescribed".
+    """
 
     def held(self, dimension: int) -> dict[int, float]:
-        """Returns the held directions (0 is x) with their displacement at factor 1 [length]."""
+        """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
         if self.condition == "roller":
             return {AXES.index(self.axis): 0.0}
         return _held(self.displacement, self.components, dimension)
@@ -108,31 +110,32 @@ class NodeBoundary(_NodalBoundary):
     at: Vector
     """Coordinates of the node [length], shape (dimension,); must be those of a grid node."""
     condition: Literal["fixed", "prescribed"]
-    """One of "fixed" (all, or the `components` named, are zero) and "prescribed"."""
+    """One of "fixed" (all, or `components`, are zero) and "prescribed"."""
 
     def held(self, dimension: int) -> dict[int, float]:
-        """Returns the held directions (0 is x) with their displacement at factor 1 [length]."""
+        """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
         return _held(self.displacement, self.components, dimension)
 
 
 class AffineBoundary(Declared):
-    """Motion x = F(t) X prescribed on the active nodes, all or the outer ones; stands alone.
+    """Motion x = F(t) X of all active nodes or of the outer ones; the only boundary of its model.
 
     With the factor f(t): F(t) = I + f (F - I) on the linear path, exp(f ln F) on the exponential.
     """
 
     type: Literal["affine"] = "affine"
     name: Name
-    """Name of the boundary; unique."""
+    """Name of the boundary, unique."""
     deformation_gradient: Matrix
     """F at factor 1 [-], shape (dimension, dimension); in axisymmetry [[F_rr, 0], [0, F_zz]]."""
     path: Literal["linear", "exponential"]
     """Path from the identity to F: "linear" or "exponential"."""
     nodes: Literal["all", "outer"] = "all"
-    """Nodes that are moved: "all", or "outer": those that two cells of soil on each side do not
-    surround; the others are free."""
+    """Nodes with prescribed motion: "all", or "outer": those not surrounded by two cells of soil on
+    each side. The other nodes are free.
+    """
     factor: Table | None = None
-    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+    """Rows (time, factor), shape (n, 2); 0 to 1 over the schedule if not given."""
 
     @model_validator(mode="after")
     def _motion_is_possible(self) -> Any:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks between the entries of a model: names that refer to each other, and what needs what."""
+"""Consistency checks between the entries of a model: references by name, and required entries."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def problems_between_entries(model: Model) -> list[Problem]:
-    """Returns what is wrong between the entries of a model; geometry only once sizes are right."""
+    """Returns the problems between the entries of a model; geometry only if all sizes are right."""
     problems = [
         *_repeated_names(model),
         *_unknown_references(model),
@@ -44,8 +44,8 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
                 first = f"{section}[{names.index(name)}]"
                 yield Problem(
                     f"{section}[{i}].name",
-                    f"is the name of {first} already",
-                    "give each its own name",
+                    f"is already the name of {first}",
+                    "give each entry a different name",
                     name,
                 )
 
@@ -63,7 +63,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         elif isinstance(load, SurfaceLoad):
             number = bodies.index(load.body)
             if model.bodies[number].surface is None:
-                what = f"the body {load.body!r} has no boundary points that could carry a load"
+                what = f"the body {load.body!r} has no tracked surface that could carry a load"
                 remedy = f"add `surface = {{}}` to bodies[{number}]"
                 yield Problem(f"loads[{i}].body", what, remedy, load.body)
     for i, track in enumerate(model.track):
@@ -73,7 +73,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         elif track.quantity == "enclosed" and track.body is not None:
             number = bodies.index(track.body)
             if model.bodies[number].surface is None:
-                what = f"the body {track.body!r} has no boundary points that could enclose anything"
+                what = f"the body {track.body!r} has no tracked surface that could enclose anything"
                 remedy = f"add `surface = {{}}` to bodies[{number}]"
                 yield Problem(f"track[{i}].body", what, remedy, track.body)
         if track.boundary is not None and track.boundary not in boundaries:
@@ -96,10 +96,10 @@ def _state_variables(model: Model, body: str | None) -> list[str]:
 
 
 def _needs_implicit(model: Model) -> Iterator[Problem]:
-    """Only an implicit boundary has sides, so that soil can be behind it, and moves as a body."""
+    """Only an implicit boundary can have soil behind it, or be followed by the grid."""
     kinds = {boundary.name: boundary.type for boundary in model.boundaries}
     implicit = ", ".join(f"`{name}`" for name, kind in kinds.items() if kind == "implicit")
-    remedy = f"choose from {implicit}" if implicit else "there is none in this model"
+    remedy = f"choose from {implicit}" if implicit else "this model has no implicit boundary"
     for i, track in enumerate(model.track):
         kind = kinds.get(track.boundary or "", "implicit")
         if track.quantity == "penetration" and kind != "implicit":
@@ -140,15 +140,15 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
 
 
 def _held_directions(model: Model) -> Iterator[Problem]:
-    """Without a condition in a direction the soil moves freely along it: a singular system.
+    """A direction without any condition makes the system singular: the soil moves freely along it.
 
-    What an implicit boundary holds depends on where it touches soil: the simulation looks at that.
+    What an implicit boundary constrains depends on its contact with soil: the simulation checks it.
     """
     if not model.boundaries:
         yield Problem(
             "boundaries",
-            "there is no essential condition at all, so the system would be singular: "
-            "nothing keeps the soil from moving as a rigid body",
+            "there is no boundary condition at all, so the system would be singular: "
+            "the soil can move as a rigid body",
             "add at least one [[boundaries]], such as a roller on the base",
         )
         return
@@ -163,7 +163,7 @@ def _held_directions(model: Model) -> Iterator[Problem]:
     for axis in free:
         yield Problem(
             "boundaries",
-            f"no essential condition holds the {axis} direction, so the system would be singular: "
+            f"no condition constrains the {axis} direction, so the system would be singular: "
             f"the soil can move freely along {axis}",
-            f"hold {axis} on at least one plane or node, such as by a roller normal to {axis}",
+            f"constrain {axis} on at least one plane or node, such as by a roller normal to {axis}",
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Field types: numbers, vectors and tables that take no text for a number and no NaN or infinity.
+"""Field types: numbers, vectors and tables; they refuse text for a number, NaN and infinity.
 
 Vectors and tables may be given as list, tuple or NumPy array; they are stored as tuples.
 """
@@ -264,7 +264,7 @@ Times = Annotated[Sequence[float], PlainValidator(_times)]
 
 
 AsTuple = AfterValidator(tuple)
-"""Stores a sequence of declarations as a tuple, so that nothing in a model can be changed."""
+"""Stores a sequence of declarations as a tuple, so that a model is immutable."""
 
 Components = Annotated[
     Sequence[Axis],
@@ -284,7 +284,7 @@ def per_direction(value: float | Sequence[float], dimension: int) -> tuple[float
 
 
 def extent_problems(lower: Sequence[float], upper: Sequence[float]) -> list[Problem]:
-    """Returns what is wrong with two opposite corners given as `lower` and `upper`."""
+    """Returns the problems of two opposite corners given as `lower` and `upper`."""
     if len(lower) != len(upper):
         what = f"has {len(lower)} components, but `upper` has {len(upper)}"
         return [Problem("lower", what, "give one per direction", lower)]
@@ -294,7 +294,7 @@ def extent_problems(lower: Sequence[float], upper: Sequence[float]) -> list[Prob
 
 
 def starts_from_zero(table: Sequence[Sequence[float]] | None) -> list[Problem]:
-    """Returns a problem where a motion would start with a jump at time 0."""
+    """Returns a problem if a motion would start with a jump at time 0."""
     if table is None or table[0][1] == 0.0:
         return []
     what = "a displacement starts from the undeformed state, so its first factor must be 0"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Geometries of implicit boundaries: coordinates [length] at rest, at time 0; angles in degrees."""
+"""Geometries of implicit boundaries: coordinates [length] at time 0; angles in degrees."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ _PARALLEL = 1e-9
 
 
 def unit(direction: Sequence[float]) -> tuple[float, ...]:
-    """Returns a direction that is not zero with length 1."""
-    greatest = max(abs(c) for c in direction)  # first, so that no length is too large or too small
+    """Returns the unit vector of a direction that is not zero."""
+    greatest = max(abs(c) for c in direction)  # scaled first: no overflow or underflow
     scaled = [c / greatest for c in direction]
     length = math.hypot(*scaled)
     return tuple(c / length for c in scaled)
@@ -49,13 +49,13 @@ class PlaneGeometry(Declared):
 
     type: Literal["plane"] = "plane"
     point: Vector
-    """A place on it [length], shape (dimension,)."""
+    """A point on it [length], shape (dimension,)."""
     normal: Direction
     """Normal into the soil, shape (dimension,), of any length."""
 
 
 class CircleGeometry(Declared):
-    """Circle (2D); in axisymmetry its part at r >= 0 is the section of a torus or a ball."""
+    """Circle (2D); in axisymmetry its part at r >= 0 is the section of a torus or a sphere."""
 
     type: Literal["circle"] = "circle"
     centre: Vector
@@ -63,7 +63,7 @@ class CircleGeometry(Declared):
     radius: Positive
     """Radius [length], > 0."""
     soil: Literal["inside", "outside"]
-    """On which side of it the soil is."""
+    """Whether the soil is inside or outside."""
 
 
 class CylinderGeometry(Declared):
@@ -71,13 +71,13 @@ class CylinderGeometry(Declared):
 
     type: Literal["cylinder"] = "cylinder"
     centre: Vector
-    """A place on its axis [length], shape (3,)."""
+    """A point on its axis [length], shape (3,)."""
     axis: AxisOrDirection
     """Its axis: a coordinate axis, or a direction of any length, shape (3,)."""
     radius: Positive
     """Radius [length], > 0."""
     soil: Literal["inside", "outside"]
-    """On which side of it the soil is."""
+    """Whether the soil is inside or outside."""
 
     @property
     def direction(self) -> tuple[float, ...]:
@@ -96,19 +96,19 @@ class SphereGeometry(Declared):
     radius: Positive
     """Radius [length], > 0."""
     soil: Literal["inside", "outside"]
-    """On which side of it the soil is."""
+    """Whether the soil is inside or outside."""
 
 
 class PolylineGeometry(Declared):
-    """Straight pieces through given places (2D), open or closed."""
+    """Straight segments through given points (2D), open or closed."""
 
     type: Literal["polyline"] = "polyline"
     vertices: Matrix
-    """Places in order [length], shape (n, 2), n >= 2; n >= 3 where closed."""
+    """Points in order [length], shape (n, 2), n >= 2; n >= 3 if closed."""
     closed: Flag = False
     """Whether the last vertex is joined to the first."""
     soil: Literal["left", "right"]
-    """On which side of it the soil is, seen along the vertices."""
+    """Side of the soil, looking along the vertices in their order."""
 
     @model_validator(mode="after")
     def _is_simple(self) -> Any:
@@ -129,7 +129,7 @@ class PolylineGeometry(Declared):
             problem = "ends where it starts, but is not closed"
             remedy = "leave the last vertex out and set closed = true"
         elif crosses_itself(corners, self.closed):
-            problem = "the pieces cross or touch each other"
+            problem = "the segments intersect each other"
             remedy = "give the vertices in order along the boundary"
         if problem:
             raise rejection([Problem("vertices", problem, remedy, corners)])
@@ -137,23 +137,23 @@ class PolylineGeometry(Declared):
 
 
 class SplineGeometry(Declared):
-    """Open or closed smooth curve through points, with corners where they are asked for (2D)."""
+    """Open or closed smooth curve through points, with optional corners (2D)."""
 
     type: Literal["spline"] = "spline"
     vertices: Matrix
     """Points on the curve in order [length], shape (n, 2)."""
     closed: Flag = False
-    """Whether the last of them is joined to the first."""
+    """Whether the last point is joined to the first."""
     corners: WholeNumbers | None = None
-    """Which of them are corners, counted from 0; none if not given."""
+    """Numbers of the points that are corners, from 0; none if not given."""
     soil: Literal["left", "right"]
-    """On which side of the way along the vertices the soil is."""
+    """Side of the soil, looking along the vertices in their order."""
 
     @model_validator(mode="after")
     def _is_a_curve(self) -> Any:
         if any(len(row) != 2 for row in self.vertices):
             remedy = "give [x, y] for each vertex"
-            raise rejection([Problem("vertices", "are places in 2D", remedy)])
+            raise rejection([Problem("vertices", "must be points in 2D", remedy)])
         wrong = [i for i in self.corners or () if i >= len(self.vertices)]
         if wrong:
             remedy = f"the vertices are numbered from 0 to {len(self.vertices) - 1}"
@@ -166,18 +166,18 @@ class BoxGeometry(Declared):
 
     type: Literal["box"] = "box"
     lower: Vector
-    """Corner of least coordinates before the rotation [length], one per direction."""
+    """Corner of least coordinates before the rotation [length], shape (dimension,)."""
     upper: Vector
-    """Opposite corner before the rotation [length], one per direction."""
+    """Opposite corner before the rotation [length], shape (dimension,)."""
     angle: Real = 0.0
-    """Rotation about the `lower` corner [degrees], anticlockwise seen against the axis."""
+    """Rotation about `lower` [degrees], anticlockwise; in 3D right-handed about `axis`."""
     axis: Axis | None = None
-    """Axis of the rotation, in 3D only, where a rotated box needs it."""
+    """Axis of the rotation; only in 3D, required for a rotated box."""
     soil: Literal["inside", "outside"]
-    """On which side of its faces the soil is."""
+    """Whether the soil is inside or outside the box."""
     faces: Faces | None = None
-    """The faces that act, such as ["x-", "y+"] for that of least x and that of greatest y, x and y
-    being the box's own axes; all if not given.
+    """Faces with the condition, such as ["x-", "y+"] for those of least x and of greatest y in the
+    box's own axes; all if not given.
     """
 
     @model_validator(mode="after")
@@ -193,7 +193,7 @@ class BoxGeometry(Declared):
 
 
 class FootingGeometry(Declared):
-    """Straight piece (2D) or flat rectangle (3D) with edges, such as the base of a footing."""
+    """Straight segment (2D) or flat rectangle (3D), such as the base of a footing."""
 
     type: Literal["footing"] = "footing"
     centre: Vector
@@ -201,9 +201,9 @@ class FootingGeometry(Declared):
     normal: Direction
     """Normal into the soil, shape (dimension,), of any length."""
     width: PositivePerDirection
-    """Width [length], > 0; in 3D two of them, [along `along`, across it]."""
+    """Width [length], > 0; in 3D two widths, parallel and perpendicular to `along`."""
     along: Direction | None = None
-    """Direction of the first width, in 3D only, shape (3,); its part normal to `normal` counts."""
+    """Direction of the first width, in 3D only, shape (3,); it is projected onto the rectangle."""
 
     @model_validator(mode="after")
     def _along_lies_in_it(self) -> Any:
@@ -217,12 +217,12 @@ class FootingGeometry(Declared):
 
 
 class FunctionGeometry(Declared):
-    """Where a Python function is zero."""
+    """Zero level set of a Python function."""
 
     type: Literal["function"] = "function"
     function: PythonFunction
-    """The function as "file.py:name", the file relative to the case file: it takes places, shape
-    (n, dimension), and returns their signed distances [length], shape (n,), > 0 in the soil.
+    """The function as "file.py:name", the file relative to the case file. Its argument is points,
+    shape (n, dimension); it returns their signed distances [length], shape (n,), > 0 in soil.
     """
 
 
@@ -231,9 +231,9 @@ class StlGeometry(Declared):
 
     type: Literal["stl"] = "stl"
     file: Name
-    """Path of the .stl file; in a case file relative to it."""
+    """Path of the .stl file, relative to the case file."""
     soil: Literal["inside", "outside"]
-    """On which side of it the soil is."""
+    """Whether the soil is inside or outside."""
 
 
 Round = CircleGeometry | CylinderGeometry | SphereGeometry

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Implicit boundaries: a geometry that need not follow the grid, its motion and its condition."""
+"""Implicit boundaries: a geometry independent of the grid, its motion and its condition."""
 
 from __future__ import annotations
 
@@ -28,54 +28,54 @@ _LINEAR = ("displacement", "rotation", "radius_change")
 
 
 class Rotation(Declared):
-    """Rotation of an implicit boundary about a place or an axis; not in axisymmetry."""
+    """Rotation of an implicit boundary about a point or an axis; not in axisymmetry."""
 
     angle: Real
-    """Angle at factor 1 [degrees], anticlockwise; in 3D seen against the axis."""
+    """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis."""
     centre: Vector
-    """Place that it turns about [length], shape (dimension,)."""
+    """Centre of the rotation [length], shape (dimension,)."""
     axis: Axis | None = None
-    """Direction of the axis through `centre`, in 3D only, where it is needed."""
+    """Direction of the axis through `centre`; only in 3D, where it is required."""
 
 
 class ImplicitBoundary(Declared):
-    """Condition on a boundary that lies anywhere, by the implicit boundary method.
+    """Condition on a boundary at any position in the grid, by the implicit boundary method.
 
-    It may move: at the factor f the radius has grown by f `radius_change`, then the boundary has
-    turned by f times the angle of `rotation`, then it has moved by f `displacement`. Or a function
-    gives its `motion`. What the condition holds then moves with the boundary; without any of these
-    the boundary rests.
+    The boundary may move: at the factor f its radius is increased by f `radius_change`, then it is
+    rotated by f times the angle of `rotation`, then translated by f `displacement`. Alternatively a
+    function gives its `motion`. The constrained components have the displacement of the boundary;
+    without any of these keys it does not move.
     """
 
     type: Literal["implicit"] = "implicit"
     name: Name
-    """Name of the boundary; unique."""
+    """Name of the boundary, unique."""
     geometry: Geometry
-    """Its place at time 0, and the side that the soil is on."""
+    """Its position at time 0, and the side of the soil."""
     condition: Literal["roller", "fixed", "tangential", "direction"]
-    """Which displacement components it holds: "roller" the normal one, "fixed" all, "tangential"
-    all but the normal one, "direction" the one along `direction`.
+    """Constrained displacement components: "roller" the normal one, "fixed" all, "tangential" all
+    but the normal one, "direction" the one along `direction`.
     """
     direction: Direction | None = None
-    """With condition "direction": shape (dimension,), of any length; turns with the boundary."""
+    """With condition "direction": shape (dimension,), of any length; rotates with the boundary."""
     delta: Real | None = None
     """Width of the band in which the condition acts [length], > 0 and at most half the smallest
     edge of a cell; a thousandth of that edge if not given.
     """
     form: Literal["surface", "band"] = "surface"
-    """How it is integrated: "surface" (the limit of a narrow band) or "band" (all three parts of
-    the stiffness, over the band). The band holds every
-    quadrature point, which makes soil beside boundaries that are not along the grid too stiff.
+    """Form of the boundary terms: "surface" (the limit of a narrow band) or "band" (all three parts
+    of the stiffness, integrated over the band). "band" constrains every quadrature point, which
+    makes the soil too stiff beside boundaries that are oblique to the grid.
     """
     displacement: Displacement | None = None
     """Translation at factor 1 [length]; components not named are zero."""
     rotation: Rotation | None = None
     """Rotation at factor 1."""
     radius_change: Real | None = None
-    """Change of radius at factor 1 [length], of a circle, cylinder or sphere."""
+    """Increase of the radius of a circle, cylinder or sphere at factor 1 [length]."""
     motion: PythonFunction | None = None
-    """In place of these three, a function as "file.py:name", the file relative to the case file:
-    it takes places at time 0, shape (n, dimension), and the factor, and returns their
+    """Instead of these three, a function as "file.py:name", the file relative to the case file. Its
+    arguments are points at time 0, shape (n, dimension), and the factor; it returns their
     displacements [length], shape (n, dimension).
     """
     factor: Table | None = None
@@ -96,7 +96,7 @@ class ImplicitBoundary(Declared):
 
     def _direction_problems(self) -> Iterator[Problem]:
         if self.condition == "direction" and self.direction is None:
-            remedy = "give the direction of the held component, such as direction = [1, 1]"
+            remedy = "give the direction of the constrained component, such as direction = [1, 1]"
             yield Problem("direction", "missing", remedy)
         if self.condition != "direction" and self.direction is not None:
             what = f'has no meaning with condition = "{self.condition}"'

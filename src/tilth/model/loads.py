@@ -19,21 +19,21 @@ class BodyForce(Declared):
     acceleration: Vector
     """Force per mass at factor 1 [length / time^2], shape (dimension,)."""
     factor: Table | None = None
-    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+    """Rows (time, factor), shape (n, 2); 0 to 1 over the schedule if not given."""
 
 
 class PointForce(Declared):
-    """Dead force that moves with the material points nearest to a place at the start."""
+    """Dead force on the material points nearest to a given position at the start."""
 
     type: Literal["point_force"] = "point_force"
     body: Name
-    """Name of the body the force acts on."""
+    """Name of the body on which the force acts."""
     at: Vector
-    """Place [length], shape (dimension,); points equally near it, within 1e-6 cell, share."""
+    """Position [length], shape (dimension,); nearest points, within 1e-6 cell, share the force."""
     force: Vector
-    """Force at factor 1 [force], shape (dimension,); its direction stays."""
+    """Force at factor 1 [force], shape (dimension,), of constant direction."""
     factor: Table | None = None
-    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+    """Rows (time, factor), shape (n, 2); 0 to 1 over the schedule if not given."""
 
 
 Load = Annotated[

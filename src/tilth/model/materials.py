@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The materials a user can declare: parameters with unit and range; none has a default."""
+"""Materials: parameters with unit and range; none has a default."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _poisson_ratio(value: float) -> float:
     if not -1.0 < value < 0.5:
         raise reject(
             "must be greater than -1 and smaller than 0.5",
-            "a material that keeps its volume is approached by a value such as 0.49",
+            "for a nearly incompressible material choose a value such as 0.49",
         )
     return value
 
@@ -28,14 +28,14 @@ PoissonRatio = Annotated[Real, AfterValidator(_poisson_ratio)]
 
 class _Isotropic(Declared):
     young_modulus: Positive
-    """Young's modulus of the Kirchhoff stress - logarithmic strain law [stress], > 0."""
+    """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
     poisson_ratio: PoissonRatio
     """Poisson's ratio [-], -1 < nu < 0.5."""
     density: NotNegative | None = None
-    """Mass per initial volume [mass / length^3], >= 0; needed where a body force acts."""
+    """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
 
     def parameter(self, name: str) -> float:
-        """Returns the value of a parameter as the core's material of this model names it."""
+        """Returns the value of a parameter by its name in the core's material of this model."""
         return float(getattr(self, name))
 
 
@@ -48,7 +48,7 @@ class HenckyElastic(_Isotropic):
 class VonMises(_Isotropic):
     """Hencky elasticity with the von Mises yield condition and linear isotropic hardening.
 
-    The size of the yield cylinder is given by exactly one of `yield_stress`, `deviatoric_radius`.
+    Exactly one of `yield_stress` and `deviatoric_radius` gives the size of the yield cylinder.
     """
 
     model: Literal["von_mises"] = "von_mises"
@@ -84,7 +84,7 @@ class VonMises(_Isotropic):
         return math.sqrt(1.5) * self.deviatoric_radius
 
     def parameter(self, name: str) -> float:
-        """Returns a parameter as the core names it; the yield stress is the uniaxial one."""
+        """Returns a parameter by its name in the core; the yield stress is the uniaxial one."""
         return self.initial_yield_stress if name == "yield_stress" else super().parameter(name)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The whole declared problem: what a case file holds, and what Python builds in its place."""
+"""The complete declaration of a problem, from a case file or from Python."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ Loaded = (
 
 
 FORMAT = 1
-"""Version of the case file's schema that this tilth reads."""
+"""Version of the case file's schema that this version of tilth reads."""
 
 BAND = 1e-3
-"""Width of an implicit boundary's band as a fraction of a cell's smallest edge, if not given."""
+"""Default width of an implicit boundary's band as a fraction of a cell's smallest edge."""
 
 
 def _format(value: Any) -> int:
@@ -51,15 +51,15 @@ def _format(value: Any) -> int:
 
 def _one(value: Any) -> Any:
     if not value:
-        raise reject("must hold at least one entry")
+        raise reject("must have at least one entry")
     return value
 
 
 class Model(Declared):
-    """A declared, validated and frozen problem; the same names as in the case file.
+    """A declared, validated and immutable problem; the names are those of the case file.
 
-    Units are the user's, consistent. Tension is positive; y is up in 2D, z is up in 3D; in
-    axisymmetry x is the radius and y the axis. Raises `BadInput` naming every wrong entry.
+    Units are the user's and must be consistent. Tension is positive; y is up in 2D, z is up in 3D;
+    in axisymmetry x is the radius and y the axis. Raises `BadInput` with every wrong entry.
     """
 
     format: Annotated[int, PlainValidator(_format)] = FORMAT
@@ -77,15 +77,15 @@ class Model(Declared):
     bodies: Annotated[Sequence[Body], AsTuple, AfterValidator(_one)]
     """a section [[bodies]] for each body."""
     boundaries: Annotated[Sequence[Boundary], AsTuple] = ()
-    """Essential conditions, at least one."""
+    """Dirichlet boundary conditions, at least one."""
     loads: Annotated[Sequence[Load], AsTuple] = ()
     """Body forces, point forces and loads on surfaces."""
     schedule: Schedule
     """a section [schedule] with the number of steps or the step_size."""
     track: Annotated[Sequence[Track], AsTuple] = ()
-    """Tracked quantities, a column of history.csv each."""
+    """Tracked quantities, one column of history.csv each."""
     output: Output = Output()
-    """What is written beside the results."""
+    """Additional output."""
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -105,13 +105,13 @@ class Model(Declared):
 
     @property
     def origin(self) -> tuple[float, ...]:
-        """A node of the grid [length], shape (dimension,)."""
+        """Coordinates of a node of the grid [length], shape (dimension,)."""
         return tuple(self.grid.origin or (0.0,) * self.dimension)
 
     def load_curve(self, item: Loaded) -> LoadCurve:
         """Returns how a boundary's motion or a load grows.
 
-        Without a table of its own the factor grows linearly from 0 to 1 over the schedule.
+        Without a table the factor increases linearly from 0 to 1 over the schedule.
         """
         ramp = ((0.0, 0.0), (self.schedule.end, 1.0))
         return LoadCurve(getattr(item, "factor", None) or ramp)
@@ -125,12 +125,12 @@ class Model(Declared):
         return BAND * min(self.cell_size) if boundary.delta is None else boundary.delta
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the model as a dictionary that JSON holds without loss; see `from_dict`."""
+        """Returns the model as a dictionary that JSON stores without loss; see `from_dict`."""
         return self.model_dump(mode="json", exclude_none=True)
 
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Model:
-        """Returns the model of such a dictionary, or of a case file's; raises `BadInput`."""
+        """Returns the model from such a dictionary or that of a case file; raises `BadInput`."""
         try:
             return cls.model_validate(dict(entries))
         except ValidationError as error:

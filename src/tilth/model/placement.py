@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks where things lie: conditions on grid lines, bodies inside the limits, r >= 0, bands."""
+"""Checks of positions: conditions on grid lines, bodies inside the limits, r >= 0, bands."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from tilth.model.model import Model
 
 ON_GRID_LINE = 1e-9
-"""Distance from a grid line, as a fraction of a cell, below which a place lies on it."""
+"""Distance from a grid line, as a fraction of a cell, below which a position is on it."""
 
 
 def geometry_problems(model: Model) -> list[Problem]:
-    """Returns every boundary off the grid lines or too wide, and every body out of bounds."""
+    """Returns the problems of boundaries off the grid lines or too wide, and of bodies outside."""
     return [
         *_lines_that_move(model),
         *_off_grid_lines(model),
@@ -32,7 +32,7 @@ def geometry_problems(model: Model) -> list[Problem]:
 
 
 def _lines_that_move(model: Model) -> Iterator[Problem]:
-    """A grid that follows a boundary leaves conditions on its lines behind."""
+    """Conditions on lines that move because the grid follows a boundary."""
     follow = model.grid.follow
     for i, boundary in enumerate(model.boundaries if follow is not None else ()):
         assert follow is not None
@@ -85,7 +85,7 @@ def _implicit(model: Model) -> Iterator[Problem]:
 
 
 def _nearest_lines(model: Model, direction: int, at: float) -> str:
-    """Returns a remedy naming the nearest two grid lines, or "" for a place on a grid line."""
+    """Returns a remedy with the two nearest grid lines, or "" for a position on a grid line."""
     origin, size = model.origin[direction], model.cell_size[direction]
     number = (at - origin) / size
     if abs(number - round(number)) <= ON_GRID_LINE:
@@ -104,7 +104,7 @@ def _out_of_bounds(model: Model) -> Iterator[Problem]:
         lower, upper = bounds
         ball = isinstance(body.shape, Circle) and body.shape.centre[0] == 0.0
         if model.analysis.kind == "axisymmetric" and lower[0] < -slack[0] and not ball:
-            what = f"the body reaches x = {lower[0]:g}, but x is the radius in axisymmetry"
+            what = f"the body extends to x = {lower[0]:g}, but x is the radius in axisymmetry"
             yield Problem(f"bodies[{i}].shape", what, "keep the body at x >= 0")
         if limits is None:
             continue

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a pydantic validation error to problems in plain words, with keys as in the case file."""
+"""Translation of pydantic's validation errors into clear messages with the case file's keys."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PLAIN_WORDS = {
 
 
 def rejection(problems: Sequence[Problem]) -> PydanticCustomError:
-    """Returns the error that a validator raises to report `problems`; keys relative to it."""
+    """Returns the error with which a validator reports `problems`; keys are relative to it."""
     return PydanticCustomError(_REJECTED, "rejected", {"problems": tuple(problems)})
 
 
@@ -37,13 +37,13 @@ def reject(problem: str, remedy: str = "") -> PydanticCustomError:
 
 
 def suggestion(word: object, known: Iterable[str]) -> str | None:
-    """Returns the entry of `known` that `word` is probably a misspelling of, or None."""
+    """Returns the entry of `known` of which `word` is probably a misspelling, or None."""
     likely = difflib.get_close_matches(str(word), list(known), n=1, cutoff=0.6)
     return likely[0] if likely else None
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> tuple[str, str]:
-    """Returns (problem, remedy) for a `name` that refers to no declared `what`."""
+    """Returns (problem, remedy) for a `name` that is not the name of any declared `what`."""
     names = list(known)
     likely = suggestion(name, names)
     listed = ", ".join(f"`{n}`" for n in names) or "none"

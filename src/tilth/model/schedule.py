@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The schedule: pseudo-time of the loading, its steps and output times."""
+"""The schedule: pseudo-time of the loading, load steps and output times."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ _ROUND_OFF = 1e-9
 
 
 class Schedule(Declared):
-    """Time runs from 0 to `end`, in steps given by exactly one of `steps` and `step_size`.
+    """Load steps from time 0 to `end`; exactly one of `steps` and `step_size` gives their size.
 
     Results are written at the start, at the end and at the times given by at most one of
-    `output_times`, `outputs` and `output_every` (about 10 regular steps if none is given).
+    `output_times`, `outputs` and `output_every` (at about 10 regular steps if none is given).
     """
 
     end: Positive = 1.0
-    """Time at the end, the argument of the tables of load factors, > 0."""
+    """Time at the end, > 0; time is the argument of the tables of load factors."""
     steps: Count | None = None
     """Number of equal steps."""
     step_size: Positive | None = None
-    """Size of the steps in time, > 0; the last one is shorter where they do not add up."""
+    """Time increment of the steps, > 0; the last one is shorter if they do not sum to `end`."""
     adaptive: Flag = True
-    """Whether a step that fails is undone and halved, and steps grow back afterwards."""
+    """Whether a failed step is undone and halved; steps grow again afterwards."""
     minimum_step: Fraction = 1.0 / 1024.0
-    """Least step as a fraction of the first one; a smaller one ends the analysis."""
+    """Least step size as a fraction of the first one; the analysis ends if it is not enough."""
     output_times: Times | None = None
-    """Times of output, increasing, in (0, end]; the end is added where missing."""
+    """Times of output, increasing, in (0, end]; the end is added if missing."""
     outputs: Count | None = None
-    """Number of outputs, equally spaced in time; the last is at the end."""
+    """Number of outputs, equally spaced in time; the last one is at the end."""
     output_every: Count | None = None
-    """Regular steps from one output to the next."""
+    """Number of regular steps from one output to the next."""
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -73,12 +73,12 @@ class Schedule(Declared):
 
     @property
     def first_step(self) -> float:
-        """Size of the first regular step in time."""
+        """Time increment of the first regular step."""
         return self.regular_time(1)
 
     @property
     def least_step(self) -> float:
-        """Size of the least step in time that adaptive stepping may take."""
+        """Least time increment of adaptive stepping."""
         return self.minimum_step * self.first_step
 
     def regular_time(self, step: int) -> float:
@@ -92,7 +92,7 @@ class Schedule(Declared):
     def times_of_output(self) -> tuple[float, ...]:
         """Returns the times of output after the start, increasing; the last is `end`.
 
-        A time that differs from a regular one by no more than round-off is that one.
+        A time that equals a regular one to round-off is replaced by it.
         """
         last = self.number_of_steps
         if self.output_times is not None:
@@ -104,11 +104,11 @@ class Schedule(Declared):
             times = {
                 self.regular_time(k) for k in range(self.output_every, last, self.output_every)
             }
-        else:  # regular times only, so that the number of steps stays what was asked for
+        else:  # regular times only, so that the number of steps does not change
             times = {self.regular_time(round(last * k / 10)) for k in range(1, 10)} - {0.0}
         return tuple(sorted(times | {self.end}))
 
     def _snapped(self, time: float) -> float:
-        """Returns the regular time that `time` is to round-off, or `time` itself."""
+        """Returns the regular time that equals `time` to round-off, or `time` itself."""
         nearest = self.regular_time(round(time / self.first_step))
         return nearest if abs(time - nearest) <= _ROUND_OFF * self.first_step else time

@@ -28,7 +28,7 @@ Kind = Literal["plane_strain", "axisymmetric", "3d"]
 
 
 class Units(Declared):
-    """Labels of the user's consistent units, shown in every output; they convert nothing."""
+    """Labels of the user's consistent units, shown in every output; nothing is converted."""
 
     length: Text = "m"
     """Label of lengths and displacements."""
@@ -39,45 +39,45 @@ class Units(Declared):
     mass: Text = "kg"
     """Label of masses."""
     time: Text = ""
-    """Label of the schedule's time; empty where it only orders the loading."""
+    """Label of the schedule's time; empty if the time has no physical meaning."""
 
 
 class Analysis(Declared):
-    """What is analysed and how accurately its equilibrium is solved."""
+    """Kind of analysis, tolerance of the equilibrium and solver."""
 
     kind: Kind
-    """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis, which holds the soil
-    that reaches it by itself) or "3d".
+    """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis; soil on the axis is
+    constrained radially without a declaration) or "3d".
     """
     tolerance: Fraction = 1e-9
-    """Newton's iteration ends where the residual, relative to the forces, is below this [-]."""
+    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-]."""
     maximum_iterations: Count = 15
-    """Newton iterations after which a step counts as not converged."""
+    """Maximum number of Newton iterations of a load step."""
     line_search: Flag | None = None
-    """Whether Newton's step is shortened where the full one does not reduce the residual.
+    """Whether the Newton correction is shortened if the full one does not reduce the residual.
 
-    If not given, a load step that fails without is repeated with it, and with twice the
+    If not given, a load step that fails without line search is repeated with it, and with twice the
     iterations, before it is halved.
     """
     predictor: Flag = True
-    """Whether a load step begins with the displacement of the last one, scaled by its size."""
+    """Whether the displacement of the last step, scaled, is the initial estimate of a load step."""
     ghost_stabilisation: NotNegative = 0.005
-    """Dimensionless stiffness that ties hardly filled cells to the material beside them [-]; 0
-    leaves their nodes on weak springs.
+    """Dimensionless stiffness that couples partly filled cells at a body's edge to the material
+    beside them [-]; with 0 only weak springs support their nodes.
     """
     solver: Literal["auto", "superlu", "pardiso", "banded", "multigrid"] = "auto"
-    """Linear solver; "auto" takes multigrid for many unknowns, "banded" for slender bodies, else
-    the fastest direct solver installed.
+    """Linear solver; "auto" selects "multigrid" for many unknowns, "banded" for slender bodies, and
+    otherwise the fastest installed direct solver.
     """
 
 
 class Limits(Declared):
-    """Box that the material may not leave; coordinates [length], shape (dimension,)."""
+    """Box that the material must not leave; coordinates [length], shape (dimension,)."""
 
     lower: Vector
-    """Least coordinates [length], one per direction."""
+    """Least coordinates [length], shape (dimension,)."""
     upper: Vector
-    """Greatest coordinates [length], one per direction."""
+    """Greatest coordinates [length], shape (dimension,)."""
 
     @model_validator(mode="after")
     def _upper_above_lower(self) -> Any:
@@ -87,31 +87,31 @@ class Limits(Declared):
 
 
 class Follow(Declared):
-    """A place on an implicit boundary that a grid line goes through in every step.
+    """A point of an implicit boundary through which a grid line passes in every step.
 
-    A stiff condition on part of a cell holds the whole cell, so the edge of a footing is best on a
-    line. The grid is thrown away after each step; where it stands in the next one is free.
+    A stiff condition on part of a cell constrains the whole cell, so the edge of a footing should
+    be on a grid line. The grid is discarded after each step, so the next one can be shifted.
     """
 
     boundary: Name
-    """The implicit boundary."""
+    """Name of the implicit boundary."""
     place: Vector
-    """Place that moves with it, at time 0 [length], shape (dimension,): a footing's edge."""
+    """Position of the point at time 0 [length], shape (dimension,), such as a footing's edge."""
     axes: Components
-    """Axes along which the grid is moved: "x" puts a line x = const. through the place."""
+    """Axes along which the grid is shifted: with "x" a line x = const. passes through the point."""
 
 
 class Grid(Declared):
     """Regular background grid; unbounded unless `limits` are given."""
 
     origin: Vector | None = None
-    """A grid node [length], shape (dimension,); zeros where not given."""
+    """Coordinates of a grid node [length], shape (dimension,); zeros if not given."""
     follow: Follow | None = None
-    """A place that a grid line goes through in every step, in place of that part of `origin`."""
+    """A point through which a grid line passes in every step, instead of through `origin`."""
     cell_size: PositivePerDirection
     """Edge length of a cell [length], > 0: one number, or one per direction."""
     limits: Limits | None = None
-    """Box that no material point may leave."""
+    """Box that the material points must not leave."""
 
 
 COLOURS = (
@@ -136,13 +136,13 @@ def _colour(value: str) -> str:
 
 
 class Output(Declared):
-    """What is written beside the results at the output times."""
+    """Additional output at the output times."""
 
     checkpoint_every: CountOrZero = 1
-    """Steps from one checkpoint to the next; 0 writes none, so that no run can be resumed."""
+    """Steps from one checkpoint to the next; with 0 there is none, and no run can be resumed."""
     deformation_gradient: Flag = False
     """Whether the deformation gradient of the points is written to the results."""
     colour_by: Annotated[Text, AfterValidator(_colour)] = "displacement"
-    """Field that colours the report's pictures; a vector without component by its magnitude."""
+    """Field that colours the report's pictures; of a vector without component the magnitude."""
     report: Flag = True
     """Whether report.html is written at the end of the run."""

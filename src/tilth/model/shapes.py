@@ -35,13 +35,13 @@ class Box(Declared):
 
     type: Literal["box"] = "box"
     lower: Vector
-    """Corner of least coordinates before the rotation [length], one per direction."""
+    """Corner of least coordinates before the rotation [length], shape (dimension,)."""
     upper: Vector
-    """Opposite corner before the rotation [length], one per direction."""
+    """Opposite corner before the rotation [length], shape (dimension,)."""
     angle: Real = 0.0
-    """Rotation about the `lower` corner [degrees], anticlockwise seen against the axis."""
+    """Rotation about `lower` [degrees], anticlockwise; in 3D right-handed about `axis`."""
     axis: Axis | None = None
-    """Axis of the rotation, in 3D only, where a rotated box needs it."""
+    """Axis of the rotation; only in 3D, required for a rotated box."""
 
     @model_validator(mode="after")
     def _has_extent(self) -> Any:
@@ -51,7 +51,7 @@ class Box(Declared):
 
     @property
     def dimension(self) -> int:
-        """Number of directions the corners are given in."""
+        """Number of directions."""
         return len(self.lower)
 
     @property
@@ -73,7 +73,7 @@ class Box(Declared):
 
 
 class Polygon(Declared):
-    """Simple polygon in the plane of a 2D analysis; its vertices in either sense of rotation."""
+    """Simple polygon (2D) with its vertices in clockwise or anticlockwise order."""
 
     type: Literal["polygon"] = "polygon"
     vertices: Matrix
@@ -90,7 +90,7 @@ class Polygon(Declared):
         elif self.area == 0.0:
             problem = "encloses no area"
         elif crosses_itself(corners):
-            problem = "the edges cross or touch each other"
+            problem = "the edges intersect each other"
         if problem:
             remedy = "give the corners in order around the body, each once"
             raise rejection([Problem("vertices", problem, remedy, corners)])
@@ -103,7 +103,7 @@ class Polygon(Declared):
 
     @property
     def area(self) -> float:
-        """Enclosed area [length^2] (Gauss's area formula), whatever the sense of rotation."""
+        """Enclosed area [length^2] (Gauss's area formula), for either order of the vertices."""
         x0, y0 = self.vertices[0]
         moved = [(x - x0, y - y0) for x, y in self.vertices]
         pairs = zip(moved, moved[1:] + moved[:1], strict=True)
@@ -115,7 +115,7 @@ class Polygon(Declared):
 
 
 class Circle(Declared):
-    """Disc in the plane of a 2D analysis (in axisymmetry: a torus, or a ball on the axis)."""
+    """Disc (2D); in axisymmetry a torus, or a sphere if its centre is on the axis."""
 
     type: Literal["circle"] = "circle"
     centre: Vector
@@ -134,7 +134,7 @@ class Circle(Declared):
 
 
 class Cylinder(Declared):
-    """Cylinder along a coordinate axis (3D), solid or a tube, whole or a half or quarter of it."""
+    """Solid or hollow cylinder along a coordinate axis (3D), or a half or quarter of it."""
 
     type: Literal["cylinder"] = "cylinder"
     centre: Vector
@@ -142,21 +142,21 @@ class Cylinder(Declared):
     radius: Positive
     """Radius [length], > 0."""
     axis: Axis
-    """Direction in which the cylinder rises from its centre."""
+    """Axis along which the cylinder extends from its lower end face."""
     height: Positive
     """Length along the axis [length], > 0."""
     inner_radius: Positive | None = None
-    """Radius of the hole of a tube [length], below `radius`; solid if not given."""
+    """Inner radius of a hollow cylinder [length], below `radius`; solid if not given."""
     sides: Faces | None = None
-    """Sides of its axis on which there is material, such as ["x+", "y+"] for a quarter cut off at
-    planes of symmetry; all if not given.
+    """Sides of its axis with material, such as ["x+", "y+"] for a quarter between planes of
+    symmetry; all if not given.
     """
 
     @model_validator(mode="after")
     def _is_a_tube_or_a_part(self) -> Any:
         problems = _round_problems(self.radius, self.inner_radius, self.sides)
         if along := [side for side in self.sides or () if side[0] == self.axis]:
-            remedy = "leave it out: `centre` and `height` say where the cylinder ends"
+            remedy = "leave it out: `centre` and `height` give the ends of the cylinder"
             problems.append(Problem("sides", f"{along[0]} is along the axis", remedy, self.sides))
         if problems:
             raise rejection(problems)
@@ -177,7 +177,7 @@ class Cylinder(Declared):
 
 
 class Sphere(Declared):
-    """Ball or spherical shell (3D), whole or a half, quarter or octant of it."""
+    """Solid or hollow sphere (3D), or a half, quarter or octant of it."""
 
     type: Literal["sphere"] = "sphere"
     centre: Vector
@@ -185,10 +185,10 @@ class Sphere(Declared):
     radius: Positive
     """Radius [length], > 0."""
     inner_radius: Positive | None = None
-    """Radius of the hole of a shell [length], below `radius`; solid if not given."""
+    """Inner radius of a hollow sphere [length], below `radius`; solid if not given."""
     sides: Faces | None = None
-    """Sides of its centre on which there is material, such as ["x+", "y+", "z+"] for an octant cut
-    off at planes of symmetry; all if not given.
+    """Sides of its centre with material, such as ["x+", "y+", "z+"] for an octant between planes of
+    symmetry; all if not given.
     """
 
     @model_validator(mode="after")
@@ -210,14 +210,15 @@ class Sphere(Declared):
 class Mesh(Declared):
     """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D).
 
-    Its elements are cut into pieces of about the wanted spacing, a point in each. With "cpdi1" and
-    "cpdi2" the pieces are the points' domains, three at least of a triangle, four of a tetrahedron:
-    those of "cpdi2" fill the body without gaps, those of "cpdi1" are parallelograms of their size.
+    Its elements are divided into pieces of about the wanted spacing, with one point in each. With
+    "cpdi1" and "cpdi2" the pieces are the points' domains, at least three of a triangle, four of a
+    tetrahedron. Those of "cpdi2" fill the body without gaps, those of "cpdi1" are parallelograms of
+    the same size.
     """
 
     type: Literal["mesh"] = "mesh"
     file: Name
-    """Path of the .msh file; in a case file relative to it."""
+    """Path of the .msh file, relative to the case file."""
 
     @property
     def dimension(self) -> None:
@@ -237,7 +238,7 @@ Shape = Annotated[
 
 
 def box_axes(dimension: int, angle: float, axis: Axis | None) -> tuple[tuple[float, ...], ...]:
-    """Returns the axes of a box rotated by `angle` [degrees] as rows, each a unit vector."""
+    """Returns unit vectors along the axes of a box rotated by `angle` [degrees], as rows."""
     axes = [[float(i == j) for j in range(dimension)] for i in range(dimension)]
     if angle:
         cosine, sine = _cos_sin(angle)
@@ -271,7 +272,7 @@ def _around(
 
 
 def side_signs(sides: Sequence[Face] | None) -> tuple[int, ...]:
-    """Returns 1 or -1 for the directions of which one side is named, 0 for the others, (3,)."""
+    """Returns 1 or -1 for directions with one side named, 0 for the others, shape (3,)."""
     named = {side[0]: 1 if side[1] == "+" else -1 for side in sides or ()}
     return tuple(named.get(axis, 0) for axis in AXES)
 
@@ -291,7 +292,7 @@ def _round_problems(
 
 
 def crosses_itself(corners: Sequence[Sequence[float]], closed: bool = True) -> bool:
-    """Whether two edges that are not neighbours meet, or neighbours fold back on each other."""
+    """Whether two edges intersect that are not neighbours, or two neighbours overlap."""
     n = len(corners) if closed else len(corners) - 1
     edges = [(corners[i], corners[(i + 1) % len(corners)]) for i in range(n)]
     for i in range(n):

@@ -53,7 +53,7 @@ def size_problems(model: Model) -> list[Problem]:
         if isinstance(boundary, AffineBoundary):
             problems += _affine(f"{key}.deformation_gradient", boundary, dimension, kind)
         if isinstance(boundary, PlaneBoundary) and boundary.axis in (boundary.range or {}):
-            what = f"is the axis the plane is normal to, where `at` = {boundary.at:g} says all"
+            what = f"is the axis normal to the plane, along which `at` = {boundary.at:g} is given"
             problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
         if isinstance(boundary, ImplicitBoundary):
             problems += _geometry(f"{key}.geometry", boundary, dimension, kind)
@@ -66,14 +66,14 @@ def size_problems(model: Model) -> list[Problem]:
 
 
 def _surfaces(model: Model) -> Iterator[Problem]:
-    """What of surfaces and their loads is for curves only, or for triangles only."""
+    """Entries of surfaces and their loads that are only for curves, or only for triangles."""
     if model.dimension == 2:
         for i, load in enumerate(model.loads):
             if isinstance(load, SurfaceLoad) and load.part is not None:
                 remedy = "give `start` and `end`"
                 yield Problem(f"loads[{i}].part", "is for surfaces in 3D", remedy, load.part)
         return
-    remedy = 'leave it out: an analysis of kind "3d" has triangles on the outline of a body'
+    remedy = 'leave it out: in an analysis of kind "3d" the outline of a body has triangles'
     for i, body in enumerate(model.bodies):
         surface = body.surface
         if surface is not None and surface.vertices is not None:
@@ -191,7 +191,7 @@ def _shape(key: str, body: Body, dimension: int, kind: str) -> Iterator[Problem]
 
 def _turned_box(key: str, box: Box | BoxGeometry, dimension: int) -> Iterator[Problem]:
     if dimension == 2 and box.axis is not None:
-        remedy = "leave it out: `angle` turns the box in the plane"
+        remedy = "leave it out: `angle` rotates the box in the plane"
         yield Problem(f"{key}.axis", "is for 3D only", remedy, box.axis)
     if dimension == 3 and box.angle and box.axis is None:
         yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
@@ -215,10 +215,10 @@ def _footing(key: str, footing: FootingGeometry, dimension: int) -> Iterator[Pro
     if dimension == 2 and widths is not None:
         yield Problem(f"{key}.width", "must be one number in 2D", "such as width = 2", widths)
     if dimension == 3 and (widths is None or len(widths) != 2):
-        remedy = "give the width along `along` and that across it, such as width = [2, 1]"
+        remedy = "give the widths parallel and perpendicular to `along`, such as width = [2, 1]"
         yield Problem(f"{key}.width", "must be two numbers in 3D", remedy, footing.width)
     if dimension == 2 and footing.along is not None:
-        remedy = "leave it out: the normal says all"
+        remedy = "leave it out: the normal is sufficient"
         yield Problem(f"{key}.along", "is for 3D only", remedy, footing.along)
     if dimension == 3 and footing.along is None:
         yield Problem(f"{key}.along", "missing", "give the direction of the first width")
@@ -232,7 +232,7 @@ def _rotation(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -
         what = "a rotation would break the axisymmetry"
         yield Problem(key, what, "leave it out", rotation.model_dump(exclude_none=True))
     elif dimension == 2 and rotation.axis is not None:
-        remedy = "leave it out: the boundary turns in the plane"
+        remedy = "leave it out: the boundary rotates in the plane"
         yield Problem(f"{key}.axis", "is for 3D only", remedy, rotation.axis)
     elif dimension == 3 and rotation.axis is None:
         yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
@@ -240,7 +240,7 @@ def _rotation(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -
 
 def _moment(key: str, track: Track, dimension: int, kind: str) -> Iterator[Problem]:
     if kind == "axisymmetric":
-        what = "the forces all around the axis have no moment in axisymmetry"
+        what = "the reaction has no moment in axisymmetry"
         yield Problem(f"{key}.quantity", what, 'track the "reaction"', track.quantity)
     elif dimension == 2 and track.component != "z":
         what = f"{kind} has moments about z only"
@@ -255,6 +255,6 @@ def _affine(key: str, boundary: AffineBoundary, dimension: int, kind: str) -> It
         yield Problem(key, what, remedy, matrix)
     elif kind == "axisymmetric" and (matrix[0][1] != 0.0 or matrix[1][0] != 0.0):
         what = "couples radius and axis"
-        yield Problem(key, what, "give [[F_rr, 0], [0, F_zz]]; the hoop follows the radius", matrix)
+        yield Problem(key, what, "give [[F_rr, 0], [0, F_zz]]; the hoop stretch is F_rr", matrix)
     elif kind == "axisymmetric" and matrix[0][0] <= 0.0:
         yield Problem(key, "turns the radius inside out", "give F_rr > 0 and F_zz > 0", matrix)

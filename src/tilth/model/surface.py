@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Surfaces of bodies: boundary points that move with the soil, and loads distributed over them."""
+"""Surfaces of bodies: boundary points that move with the soil, and distributed loads on them."""
 
 from __future__ import annotations
 
@@ -24,30 +24,34 @@ from tilth.model.problems import rejection
 
 
 class Surface(Declared):
-    """Boundary points on a body's surface: a spline goes through them, in 3D triangles."""
+    """Boundary points on a body's surface, connected by a spline in 2D and by triangles in 3D."""
 
     points: Literal["extra", "outer_layer"] = "extra"
-    """"extra": points without volume on the edge itself; "outer_layer" (2D): the body's outermost
-    material points, half their spacing inside."""
+    """One of "extra" (points without volume on the edge itself) and "outer_layer" (2D: the body's
+    outermost material points, half their spacing inside).
+    """
     spacing: Positive | None = None
-    """Largest distance of the boundary points [length]; half a cell if not given."""
+    """Largest distance between boundary points [length]; half a cell if not given."""
     vertices: Matrix | None = None
-    """Boundary points in place of those on the body's outline [length], shape (n, 2), with the
-    soil on the left of the way along them (2D)."""
+    """Boundary points instead of those on the body's outline [length], shape (n, 2), in an order
+    with the soil on the left (2D).
+    """
     closed: Flag = True
     """Whether the last of `vertices` is joined to the first."""
     corners: WholeNumbers | None = None
-    """Which of `vertices` are corners, counted from 0; those that turn by more than `corner_angle`
-    if not given."""
+    """Numbers of the `vertices` that are corners, from 0; if not given, those where the direction
+    changes by more than `corner_angle`.
+    """
     corner_angle: Positive = 20.0
-    """Turning angle [degrees] above which a vertex of a polygon, a mesh or `vertices` is a corner;
-    the spline is smooth at the others."""
+    """Change of direction [degrees] above which a vertex of a polygon, a mesh or `vertices` is a
+    corner; the spline is smooth at the others.
+    """
 
     @model_validator(mode="after")
     def _chain(self) -> Any:
         problems = []
         if self.vertices is None:
-            remedy = "leave it out: the outline of the body knows"
+            remedy = "leave it out: the outline of the body determines it"
             if self.corners is not None:
                 problems.append(Problem("corners", "is for `vertices` only", remedy))
             if not self.closed:
@@ -55,7 +59,7 @@ class Surface(Declared):
         else:
             if any(len(row) != 2 for row in self.vertices):
                 remedy = "give [x, y] for each boundary point"
-                problems.append(Problem("vertices", "are places in 2D", remedy))
+                problems.append(Problem("vertices", "must be points in 2D", remedy))
             if self.points == "outer_layer":
                 remedy = 'leave out `vertices`, or choose points = "extra"'
                 what = "the outer layer consists of material points"
@@ -70,42 +74,44 @@ class Surface(Declared):
 
 
 class Hydrostatic(Declared):
-    """Pressure of water at rest: unit_weight (level - height) below the level, none above."""
+    """Hydrostatic pressure: unit_weight (level - height) below the level, zero above."""
 
     level: Real | Table
     """Height of the water's surface [length], along y in 2D and z in 3D: a number, or rows (time,
-    level)."""
+    level).
+    """
     unit_weight: Positive
-    """Weight of the water per volume [force / length^3]."""
+    """Unit weight of the water [force / length^3]."""
 
 
 class SurfaceLoad(Declared):
-    """Load distributed over a body's surface, or part of it; the body needs a `surface`."""
+    """Load distributed over a body's surface or a part of it; the body needs a `surface`."""
 
     type: Literal["surface"] = "surface"
     body: Name
     """Name of the body."""
     start: Vector | None = None
-    """Where the loaded part begins [length], shape (2,), in 2D; the whole surface if not given."""
+    """Start of the loaded part [length], shape (2,), in 2D; the whole surface if not given."""
     end: Vector | None = None
-    """Where it ends; the soil is on the left of the way from `start` to `end`."""
+    """End of the loaded part [length], shape (2,); from `start` to `end`, soil is on the left."""
     part: Name | None = None
     """Named part of the surface in 3D, such as "z+" of a box; the whole surface if not given."""
     pressure: Real = 0.0
     """Pressure on the soil at factor 1 [stress], > 0 compresses."""
     hydrostatic: Hydrostatic | None = None
-    """Pressure of water, added to `pressure`."""
+    """Water pressure, added to `pressure`."""
     pressure_along: Profile | None = None
     """Rows (arc length from `start`, pressure) at factor 1, added to `pressure` (2D)."""
     shear: Real = 0.0
-    """Shear traction at factor 1 [stress], > 0 from `start` towards `end` (2D)."""
+    """Shear traction at factor 1 [stress], > 0 in the direction from `start` to `end` (2D)."""
     traction: Vector | None = None
-    """Force per initial area at factor 1 [stress], shape (dimension,): its direction stays."""
+    """Force per initial area at factor 1 [stress], shape (dimension,), of constant direction."""
     follower: Flag = True
-    """Whether pressure and shear follow the surface: its direction and its area. If not, they act
-    on the initial surface for ever; `traction` always does."""
+    """Whether pressure and shear act on the current direction and area of the surface. If not, they
+    act on the initial ones, as `traction` always does.
+    """
     factor: Table | None = None
-    """Rows (time, factor), shape (n, 2); from 0 to 1 over the schedule where not given."""
+    """Rows (time, factor), shape (n, 2); 0 to 1 over the schedule if not given."""
 
     @model_validator(mode="after")
     def _some_load(self) -> Any:

@@ -56,42 +56,44 @@ _FIRST_COLUMNS = ("step", "time", "iterations")
 
 
 class Track(Declared):
-    """A quantity that is recorded after every step; the keys it takes depend on `quantity`.
+    """A quantity that is recorded after every step; its keys depend on `quantity`.
 
-    | quantity | takes |
+    | quantity | keys |
     | --- | --- |
     | reaction | `boundary`, `component` x, y, z: force of the boundary on the soil |
-    | moment | `boundary`, `about`, `component` z, in 3D x, y, z: that force's moment |
+    | moment | `boundary`, `about`, `component` z, in 3D x, y, z: moment of that force |
     | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy); optional `body` |
-    | top_height | `of` "points" or "domains": greatest coordinate upwards; optional `body` |
+    | top_height | `of` "points" or "domains": greatest vertical coordinate; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
-    | enclosed | `body`: area, in 3D volume, that its closed tracked surface encloses |
+    | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
+
+    Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
 
     name: Name
-    """Name of the column in history.csv; unique."""
+    """Name of the column in history.csv, unique."""
     quantity: Quantity
-    """What is recorded."""
+    """Recorded quantity."""
     boundary: Name | None = None
     """Boundary whose reaction, moment or penetration is recorded."""
     about: Vector | None = None
-    """Place that the moment is taken about [length], shape (dimension,); it does not move."""
+    """Fixed reference point of the moment [length], shape (dimension,)."""
     at: Vector | None = None
-    """Place [length], shape (dimension,): the material point nearest to it at the start."""
+    """Position [length], shape (dimension,), of the nearest material point at the start."""
     body: Name | None = None
-    """Body that the points or the surface belong to; any if not given."""
+    """Body of the points or the surface; any if not given."""
     component: Name | None = None
     """Component; tension positive."""
     axis: Axis | None = None
     """Axis along which the run-out is measured."""
     of: Literal["points", "domains"] | None = None
-    """Whether the points' centres or the outer edges of their domains are meant."""
+    """Whether the points' centres or the outer edges of their domains are used."""
     kind: Literal["elastic", "external_work", "plastic_dissipation"] | None = None
-    """Which energy is recorded [force length]."""
+    """Kind of energy [force length]."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

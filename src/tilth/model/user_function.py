@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Functions that the user writes in a Python file and names in the case file as `file.py:name`."""
+"""Functions of the user in a Python file, named in the case file as `file.py:name`."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from tilth.model.problems import suggestion
 def load_function(
     reference: str, folder: str | Path, *, key: str = "function"
 ) -> Callable[..., Any]:
-    """Returns the function that `reference` names.
+    """Returns the function with the name `reference`.
 
     reference: `file.py:name`; the file's path is absolute or relative to `folder`.
-    key: where the reference stands in the case file, for messages.
-    The file is run anew for each call, under a module name of its own. The path on which Python
-    looks for modules stays as it is, and nothing is written beside the file.
+    key: key of the reference in the case file, for messages.
+    Each call runs the file again, under a separate module name. Python's module search path is not
+    changed, and nothing is written to the folder of the file.
     Raises BadInput for a reference of another form, a file that is missing or fails when it is
-    run, and a name that is missing or no function.
+    run, and a name that is missing or not a function.
     """
     file, colon, name = reference.rpartition(":")
     if not colon or not file or not name.isidentifier():
@@ -59,10 +59,10 @@ def load_function(
 
 
 class UserFunction:
-    """A function of places, loaded from its file, whose results are checked at every call.
+    """A function of positions, loaded from its file, whose results are checked at every call.
 
-    reference, folder, key: as in `load_function`, which says what is refused here.
-    shape: of the value at one place: () for a number, (dim,) for a vector.
+    reference, folder, key: as in `load_function`; raises BadInput in the same cases.
+    shape: of the value at one position: () for a number, (dim,) for a vector.
     """
 
     def __init__(
@@ -81,11 +81,11 @@ class UserFunction:
         self._name = f"the function `{name}` in `{Path(file).name}`"
 
     def __call__(self, places: Floats, *further: Any) -> Floats:
-        """Returns the function's values at `places` (n, dim), shape (n, *shape).
+        """Returns the function's values at the positions `places` (n, dim), shape (n, *shape).
 
-        further: what the function takes beside the places, such as the load factor.
-        Raises BadInput where the function raises an exception, returns an array of another shape
-        or no numbers, or a value that is not finite.
+        further: additional arguments, such as the load factor.
+        Raises BadInput if the function raises an exception, or returns an array of another shape,
+        no numbers, or a value that is not finite.
         """
         wanted = (len(places), *self.shape)
         try:
@@ -94,30 +94,30 @@ class UserFunction:
         except (Exception, SystemExit) as error:
             raise self._refused(
                 f"{self._name} failed: {_described(error, _file_of(self._function))}",
-                f"it must work for every array of places, shape (n, {places.shape[1]})",
+                f"it must accept any array of positions, shape (n, {places.shape[1]})",
             ) from error
         try:
             values = np.array(result, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise self._refused(
-                f"{self._name} returned a {type(result).__name__} that is no array of numbers",
+                f"{self._name} returned a {type(result).__name__}, not an array of numbers",
                 self._remedy_for_shape(places.shape[1]),
             ) from error
         if values.shape != wanted:
             raise self._refused(
                 f"{self._name} returned an array of shape {values.shape} for {len(places)} "
-                f"places, not {wanted}",
+                f"positions, not {wanted}",
                 self._remedy_for_shape(places.shape[1]),
             )
         bad = np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))
         if len(bad):
             place = ", ".join(f"{c:.6g}" for c in places[bad[0]])
             with_further = "".join(f" and {value!r}" for value in further)
-            more = f" and at {len(bad) - 1} further place(s)" if len(bad) > 1 else ""
+            more = f" and {len(bad) - 1} further position(s)" if len(bad) > 1 else ""
             raise self._refused(
                 f"{self._name} returned {values[bad[0]]} at ({place}){with_further}{more}",
-                "it must return a finite number at every place of the grid and one cell around "
-                "it, also far from the boundary",
+                "it must return a finite number everywhere in the grid and one cell around it, "
+                "also far from the boundary",
             )
         return values
 
@@ -126,8 +126,8 @@ class UserFunction:
         shape = ", ".join(["n", *(str(n) for n in self.shape)]) + ("" if self.shape else ",")
         example = "0.1 * x" if self.shape else "x[:, 1] - 2.0"
         return (
-            f"return {number} number{'s' if self.shape else ''} per place: for places x of shape "
-            f"(n, {dimension}) an array of shape ({shape}), such as `{example}`"
+            f"return {number} number{'s' if self.shape else ''} per position: for positions x of "
+            f"shape (n, {dimension}) an array of shape ({shape}), such as `{example}`"
         )
 
     def _refused(self, problem: str, remedy: str) -> BadInput:
@@ -143,11 +143,11 @@ def _run(path: Path, key: str, reference: str) -> ModuleType:
             key=key,
             value=reference,
         )
-    # Compiled here, not imported: a stale or new `__pycache__` beside the user's file is no help.
+    # Compiled here, not imported, to neither use nor write a `__pycache__` beside the user's file.
     digest = hashlib.sha256(str(path).encode()).hexdigest()[:16]
     module = ModuleType(f"tilth_user_{path.stem}_{digest}")
     module.__file__ = str(path)
-    sys.modules[module.__name__] = module  # dataclasses look their module up there
+    sys.modules[module.__name__] = module  # dataclasses need their module there
     try:
         exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
     except (Exception, SystemExit) as error:
@@ -162,7 +162,7 @@ def _run(path: Path, key: str, reference: str) -> ModuleType:
 
 
 def _described(error: BaseException, file: str | None) -> str:
-    """The exception in one line, with the last line of the user's `file` that led to it."""
+    """The exception in one line, with the last line of the user's `file` in its traceback."""
     text = " ".join(str(error).split())
     line: int | None = None
     if isinstance(error, SyntaxError) and error.filename == file:
@@ -176,7 +176,7 @@ def _described(error: BaseException, file: str | None) -> str:
 
 
 def _file_of(function: Callable[..., Any]) -> str | None:
-    """The file in which `function`, or for an object with `__call__` its class, is written."""
+    """The file that defines `function`, or the class of an object with `__call__`."""
     module = sys.modules.get(getattr(function, "__module__", None) or "")
     code = getattr(function, "__code__", None)
     return code.co_filename if code is not None else getattr(module, "__file__", None)
