@@ -2,8 +2,8 @@
 #include "../kernel/advance.hpp"
 #include "../kernel/cells.hpp"
 #include "../kernel/internal_force.hpp"
-#include "../kernel/smoothing.hpp"
 #include "../kernel/predict.hpp"
+#include "../kernel/smoothing.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/stress.hpp"
 #include "../material/list.hpp"
@@ -205,7 +205,7 @@ void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles
 }
 
 auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
-                   ConstDoubles strain, ConstDoubles volume, ConstDoubles forget) {
+                    ConstDoubles strain, ConstDoubles volume, ConstDoubles forget) {
   const CentresView centres(centres_handle);
   const auto groups = static_cast<std::int64_t>(group_start.size()) - 1;
   const std::int64_t points = group_start.data()[groups];
@@ -214,7 +214,7 @@ auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::i
   require_size(forget, points, "forget");
   std::vector<double> change(points);
   kernel::smooth_strains(groups, group_start.data(), centres, cells, strain.data(), volume.data(),
-                        forget.data(), change.data());
+                         forget.data(), change.data());
   return give(std::move(change));
 }
 

@@ -24,8 +24,8 @@ inline void volumetric_strains(std::int64_t points, const double* deformation, d
 /// Fills `change` with forget times (mean of the point's cells - strain), where the mean of a cell
 /// is weighted by share, volume and `forget`. `group_start` (groups + 1) are the groups' points.
 inline void smooth_strains(std::int64_t groups, const std::int64_t* group_start,
-                          const Centres& centres, std::int64_t cells, const double* strain,
-                          const double* volume, const double* forget, double* change) {
+                           const Centres& centres, std::int64_t cells, const double* strain,
+                           const double* volume, const double* forget, double* change) {
   std::vector<double> total(cells, 0.0), mean(cells, 0.0);
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int32_t* cell = centres.cell + centres.cell_start[g];
