@@ -40,6 +40,12 @@ _THREADS = click.option(
     type=click.IntRange(min=1),
     help="Threads to compute with; all cores if not given. The results do not depend on it.",
 )
+_UNTIL = click.option(
+    "--until",
+    type=float,
+    metavar="TIME",
+    help="Stop at the first step that reaches this time of the schedule; `tilth resume` goes on.",
+)
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
@@ -62,9 +68,17 @@ def cli() -> None:
     help="Folder of the results; beside the case file and named after it if not given.",
 )
 @_THREADS
+@_UNTIL
 @click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
 @_QUIET
-def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quiet: bool) -> None:
+def run(
+    case: Path,
+    out: Path | None,
+    threads: int | None,
+    until: float | None,
+    overwrite: bool,
+    quiet: bool,
+) -> None:
     """Run the analysis of a case file.
 
     Writes results.vtkhdf (for ParaView), history.csv, report.html and log.txt.
@@ -81,13 +95,15 @@ def run(case: Path, out: Path | None, threads: int | None, overwrite: bool, quie
     from tilth.analysis import run as analysis
 
     try:
-        analysis.run(model, folder, threads=threads, overwrite=overwrite, quiet=quiet)
+        result = analysis.run(
+            model, folder, threads=threads, until=until, overwrite=overwrite, quiet=quiet
+        )
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     if not quiet:
-        click.echo(f"results in {folder}")
+        click.echo(_where(folder, result.finished))
 
 
 @cli.command()
@@ -127,8 +143,9 @@ def check(case: Path, picture: Path | None) -> None:
 @cli.command()
 @_FOLDER
 @_THREADS
+@_UNTIL
 @_QUIET
-def resume(folder: Path, threads: int | None, quiet: bool) -> None:
+def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) -> None:
     """Go on with an interrupted run from its last complete step.
 
     The result has the same bits as that of an uninterrupted run.
@@ -137,11 +154,11 @@ def resume(folder: Path, threads: int | None, quiet: bool) -> None:
     from tilth.analysis import run as analysis
 
     try:
-        analysis.resume(folder, threads=threads, quiet=quiet)
+        result = analysis.resume(folder, threads=threads, until=until, quiet=quiet)
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
     if not quiet:
-        click.echo(f"results in {folder}")
+        click.echo(_where(folder, result.finished))
 
 
 @cli.command()
@@ -167,6 +184,11 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
     from tilth.verification import run_verification
 
     context.exit(run_verification(names, long=long, as_json=as_json))
+
+
+def _where(folder: Path, finished: bool) -> str:
+    where = f"results in {folder}"
+    return where if finished else f"{where}; go on with: tilth resume {folder}"
 
 
 def _must_be_folder(folder: Path) -> None:

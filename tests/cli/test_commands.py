@@ -34,10 +34,11 @@ def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
     module.calls = []
     module.fails = None
 
-    def record(*arguments: Any, **options: Any) -> None:
+    def record(*arguments: Any, **options: Any) -> types.SimpleNamespace:
         module.calls.append((arguments, options))
         if module.fails is not None:
             raise module.fails
+        return types.SimpleNamespace(finished=options["until"] is None)
 
     module.run = module.resume = record
     monkeypatch.setitem(sys.modules, "tilth.analysis.run", module)
@@ -67,19 +68,30 @@ def test_every_command_has_help(tilth: Tilth, command: str) -> None:
 def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None:
     file = case()
     assert tilth("run", file) == Outcome(0, f"results in {file.with_suffix('')}\n", "")
-    every_option = ("--out", "x", "--threads", "2", "--overwrite", "--quiet")
+    every_option = ("--out", "x", "--threads", "2", "--until", "0.5", "--overwrite", "--quiet")
     assert tilth("run", file, *every_option) == Outcome(0, "", "")
     ((model, folder), options), ((_, other), more) = analysis.calls
     assert model.title == "Column under its own weight"
     assert folder == file.with_suffix("")
-    assert options == {"threads": None, "overwrite": False, "quiet": False}
+    assert options == {"threads": None, "until": None, "overwrite": False, "quiet": False}
     assert other == Path("x")
-    assert more == {"threads": 2, "overwrite": True, "quiet": True}
+    assert more == {"threads": 2, "until": 0.5, "overwrite": True, "quiet": True}
 
 
 def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
     assert tilth("resume", tmp_path, "--threads", "1").code == 0
-    assert analysis.calls == [((tmp_path,), {"threads": 1, "quiet": False})]
+    options = {"threads": 1, "until": None, "quiet": False}
+    assert analysis.calls == [((tmp_path,), options)]
+
+
+def test_a_run_that_stops_at_a_time_says_how_to_go_on(
+    tilth: Tilth, case: Case, analysis: Any
+) -> None:
+    folder = case().with_suffix("")
+    folder.mkdir()
+    text = f"results in {folder}; go on with: tilth resume {folder}\n"
+    for arguments in (["run", case()], ["resume", folder]):
+        assert tilth(*arguments, "--until", "0.5") == Outcome(0, text, "")
 
 
 def test_report_hands_the_folder_on(

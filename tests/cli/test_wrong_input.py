@@ -333,6 +333,18 @@ def test_a_body_without_points(tilth: Tilth, case: Case) -> None:
         refused(tilth(command, file), str(file), ["column", "point"])
 
 
+def test_a_stop_outside_the_schedule(tilth: Tilth, case: Case) -> None:
+    pytest.importorskip("tilth._core")
+    file = case()
+    for until in ("1.5", "0", "-1", "nan"):
+        outcome = tilth("run", file, "--until", until)
+        refused(outcome, str(file), ["until = ", "the schedule, which goes from 0 to 1", "above 0"])
+    assert not file.with_suffix("").exists()
+    outcome = tilth("run", file, "--until", "soon")
+    assert outcome.code == 2
+    assert "'--until': 'soon' is not a valid float" in outcome.err
+
+
 def test_an_output_folder_that_is_not_empty(tilth: Tilth, case: Case) -> None:
     pytest.importorskip("tilth._core")
     file = case()

@@ -96,6 +96,30 @@ def test_without_adaptivity_a_failed_step_is_the_end() -> None:
     assert not Clock(Schedule(steps=2, adaptive=False)).cut()
 
 
+@pytest.mark.parametrize(
+    ("until", "time"), [(0.3, 0.3), (0.29, 0.3), (0.31, 0.4), (0.05, 0.1), (0.95, 1.0), (1.0, 1.0)]
+)
+def test_the_clock_stops_with_the_first_step_that_reaches_the_time(
+    until: float, time: float
+) -> None:
+    schedule = Schedule(steps=10)
+    clock, whole = Clock(schedule, until=until), Clock(schedule)
+    while not clock.stops:
+        assert clock.next_time() == whole.next_time()
+        clock.accept(clock.next_time())
+        whole.accept(whole.next_time())
+    assert clock.time == pytest.approx(time, rel=1e-14)
+    assert clock.done == (time == 1.0)
+    assert not whole.stops
+
+
+def test_a_stop_is_reached_to_round_off() -> None:
+    schedule = Schedule(steps=3, end=0.3)
+    time = schedule.regular_time(2)
+    assert time < 0.2  # by round-off
+    assert Clock(schedule, step=2, time=time, until=0.2).stops
+
+
 @pytest.mark.parametrize("stop", range(1, 12))
 def test_restored_clock_goes_on_as_the_first(stop: int) -> None:
     schedule = Schedule(steps=3, output_times=[0.2, 0.7], minimum_step=1e-3)

@@ -19,6 +19,7 @@ from resumed_runs import (
     Stopped,
     assert_same_results,
     checkpoint_of,
+    datasets,
     entries_of,
     run_until,
 )
@@ -33,7 +34,7 @@ from tilth import BadInput, Model, resume, run
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.simulation import StepResult
 from tilth.cli import run_command
-from tilth.output import read_checkpoint, read_results, write_checkpoint
+from tilth.output import read_checkpoint, read_history, read_results, write_checkpoint
 
 
 @pytest.fixture(scope="module")
@@ -185,6 +186,63 @@ def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
         resume(tmp_path / "out", quiet=True)
     with pytest.raises(BadInput, match="cannot be read"):
         resume(tmp_path, quiet=True)
+
+
+# --- runs that stop at a time ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("until", [1e-3, 0.125, 0.13, 0.2, 0.55, 0.7])
+def test_resumed_after_a_stop(
+    until: float, model: Model, uninterrupted: Path, tmp_path: Path
+) -> None:
+    """The steps up to the stop are those of the whole run; its state is the last output."""
+    first = run(model, tmp_path / "out", until=until, quiet=True)
+    assert not first.finished
+    whole = read_history(uninterrupted / "history.csv")
+    taken = int(np.searchsorted(whole["time"], until))
+    assert first.steps == taken
+    for name, values in first.history.items():
+        np.testing.assert_array_equal(values, whole[name][: taken + 1])
+    written = read_results(tmp_path / "out" / "results.vtkhdf")
+    assert (written.steps[-1], written.times[-1]) == (taken, whole["time"][taken])
+    assert "it was to stop at time" in (tmp_path / "out" / "log.txt").read_text()
+    assert resume(tmp_path / "out", quiet=True).finished
+    assert_same_results(uninterrupted, tmp_path / "out")
+
+
+def test_stopped_again_and_again_without_checkpoints_of_its_own(tmp_path: Path) -> None:
+    entries = entries_of()
+    entries["output"]["checkpoint_every"] = 0
+    model = Model.from_dict(entries)
+    run(model, tmp_path / "whole", quiet=True)
+    run(model, tmp_path / "out", until=0.3, quiet=True)
+    resume(tmp_path / "out", until=0.4, quiet=True, threads=2)
+    resume(tmp_path / "out", until=0.8, quiet=True)
+    last = resume(tmp_path / "out", until=1.0, quiet=True)
+    assert last.finished
+    whole, other = (tmp_path / name / "history.csv" for name in ("whole", "out"))
+    assert whole.read_bytes() == other.read_bytes()
+    assert datasets(whole.with_name("results.vtkhdf")) == datasets(
+        other.with_name("results.vtkhdf")
+    )
+
+
+@pytest.mark.parametrize("until", [0.0, -0.1, 1.001, float("nan"), float("inf"), float("-inf")])
+def test_a_stop_outside_the_schedule_is_refused(until: float, model: Model, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="not a time of the schedule, which goes from 0 to 1") as e:
+        run(model, tmp_path / "out", until=until, quiet=True)
+    assert e.value.key == "until"
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_stop_in_the_past_is_refused(model: Model, tmp_path: Path) -> None:
+    run(model, tmp_path / "out", until=0.3, quiet=True)
+    before = datasets(tmp_path / "out" / "results.vtkhdf")
+    with pytest.raises(BadInput, match=r"already complete up to time 0\.375"):
+        resume(tmp_path / "out", until=0.3, quiet=True)
+    with pytest.raises(BadInput, match="goes from 0 to 1"):
+        resume(tmp_path / "out", until=-0.3, quiet=True)
+    assert datasets(tmp_path / "out" / "results.vtkhdf") == before
 
 
 # --- a process that is killed ----------------------------------------------------------------

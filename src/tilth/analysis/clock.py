@@ -23,6 +23,7 @@ class Clock:
         time: time reached.
         size: size of the next step, unless an event comes first.
         successes: steps accepted since the last cut.
+        until: time at which to stop before the end of the schedule; None to go on to its end.
     """
 
     schedule: Schedule
@@ -30,12 +31,14 @@ class Clock:
     time: float = 0.0
     size: float = 0.0
     successes: int = 0
+    until: float | None = None
 
     def __post_init__(self) -> None:
         regular = self.schedule.number_of_steps
         events = {self.schedule.regular_time(k) for k in range(1, regular + 1)}
         self._events = sorted(events | set(self.schedule.times_of_output()))
         self._regular_size = self.schedule.first_step
+        self._round_off = 1e-9 * self._regular_size
         if self.size == 0.0:
             self.size = self._regular_size
 
@@ -44,11 +47,15 @@ class Clock:
         """Whether the end of the schedule is reached."""
         return self.time >= self.schedule.end
 
+    @property
+    def stops(self) -> bool:
+        """Whether `until` is reached, by the end of a step: the steps do not depend on it."""
+        return self.until is not None and self.time >= self.until - self._round_off
+
     def next_time(self) -> float:
         """Returns the time at the end of the step to try next."""
-        round_off = 1e-9 * self._regular_size
         event = next(e for e in self._events if e > self.time)
-        if event - self.time <= self.size + round_off:
+        if event - self.time <= self.size + self._round_off:
             return event
         return self.time + self.size
 

@@ -48,6 +48,8 @@ class Recorder:
     work: float = 0.0
     _progress: Progress | None = None
     _last: tuple[Clock, StepResult] | None = None
+    _beside_schedule: bool = False
+    """Whether the last output is that of a run that stopped between the times of output."""
 
     @classmethod
     def start(
@@ -86,6 +88,8 @@ class Recorder:
             work=meta["work"],
         )
         kept = read_results(folder / RESULTS)
+        regular = {0.0, *model.schedule.times_of_output()}
+        recorder._beside_schedule = kept.times[-1] not in regular
         if kept.surfaces:
             recorder._table_surfaces(kept.snapshot(-1))
         active = locate(simulation.points, simulation.grid, Buffers())
@@ -105,7 +109,7 @@ class Recorder:
     @contextmanager
     def recording(self, clock: Clock, quiet: bool) -> Iterator[Progress]:
         """Shows progress; closes all files however the run ends, and logs why."""
-        end = self.simulation.model.schedule.end
+        end = self.simulation.model.schedule.end if clock.until is None else clock.until
         progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
         failure: str | None = "the run was interrupted by an unexpected error"
         try:
@@ -113,7 +117,11 @@ class Recorder:
                 self._progress = progress
                 self._say_warnings()
                 yield progress
+                if clock.stops and not clock.done:
+                    self._write_last()
             failure = None
+            if not clock.done:
+                failure = f"it was to stop at time {clock.until:.6g}; `tilth resume` goes on"
         except TilthError as error:
             failure = error.message
             self._write_last()
@@ -138,10 +146,11 @@ class Recorder:
             values = self.tracker.values(self.simulation, result, self.work)
             self.history.append(clock.step, clock.time, equilibrium.iterations, values)
             self._last = (clock, result)
+            self._drop_output_of_stop()
             if clock.time in model.schedule.times_of_output():
                 self._write_last()
             every = model.output.checkpoint_every
-            if every and (clock.step % every == 0 or clock.done):
+            if clock.stops or (every and (clock.step % every == 0 or clock.done)):
                 self._checkpoint(clock)
 
     def _write_last(self) -> None:
@@ -151,6 +160,13 @@ class Recorder:
         clock, result = self._last
         self._output(snapshot(self.simulation, result.active, result, clock.step, clock.time))
         self._last = None
+
+    def _drop_output_of_stop(self) -> None:
+        """Takes from the results what an uninterrupted run would not hold, once it goes on."""
+        if self._beside_schedule:
+            results = read_results(self.folder / RESULTS)
+            self.results = ResultsWriter.resume(results.path, results.steps[-1] - 1)
+            self._beside_schedule = False
 
     def _output(self, state: Snapshot) -> None:
         self.results.append(state)

@@ -29,6 +29,7 @@ class Result:
     """A finished analysis.
 
     Attributes:
+        finished: whether the end of the schedule is reached.
         folder: where results.vtkhdf, history.csv, report.html and log.txt are.
         points: the material points at the end.
         steps, iterations: load steps taken and Newton iterations in all, of this run.
@@ -36,6 +37,7 @@ class Result:
             assembly, solve, rest [s].
     """
 
+    finished: bool
     folder: Path
     points: MaterialPoints
     steps: int
@@ -54,6 +56,7 @@ def run(
     out: Path | str,
     *,
     threads: int | None = None,
+    until: float | None = None,
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Result:
@@ -61,33 +64,48 @@ def run(
 
     Args:
         threads: all cores if None; the results do not depend on it.
+        until: time of the schedule at which to stop, in (0, end]; its end if None. The steps are
+            those of the whole run: it stops at the end of the first one that reaches this time,
+            writes that state and a checkpoint, and `resume` goes on.
         overwrite: whether an earlier run in `out` is replaced.
         quiet: whether the progress bar is left out.
 
     Raises:
-        BadInput: the model cannot be computed, or `out` is not empty.
+        BadInput: the model cannot be computed, `until` is not a time of its schedule, or `out` is
+            not empty.
         AnalysisFailed: no equilibrium with the least step; results so far are on disk.
     """
+    clock = _checked(Clock(model.schedule, until=until))
     used = set_threads(threads)
     simulation = Simulation(model)
     active = simulation.check()
     folder = prepare_output_folder(out, overwrite)
     (folder / MODEL).write_text(json.dumps(model.to_dict(), indent=1), encoding="utf-8")
     recorder = Recorder.start(folder, simulation, active, used)
-    return _march(simulation, Clock(model.schedule), recorder, quiet)
+    return _march(simulation, clock, recorder, quiet)
 
 
-def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) -> Result:
+def resume(
+    out: Path | str,
+    *,
+    threads: int | None = None,
+    until: float | None = None,
+    quiet: bool = False,
+) -> Result:
     """Goes on from the last checkpoint in `out`; the run ends in the same bits.
 
+    Args:
+        threads, until, quiet: as in `run`; `until` is later than the checkpoint.
+
     Raises:
-        BadInput: there is nothing to resume in `out`.
+        BadInput: there is nothing to resume in `out`, or `until` is not a time that is to come.
         AnalysisFailed: as in `run`.
     """
     folder = Path(out)
     used = set_threads(threads)
     model = load_model(folder)
     arrays, meta = read_checkpoint(folder / CHECKPOINT)
+    clock = _checked(Clock(model.schedule, **meta["clock"], until=until))
     try:
         simulation = Simulation.restored(model, arrays)
     except MissingState as missing:
@@ -96,9 +114,24 @@ def resume(out: Path | str, *, threads: int | None = None, quiet: bool = False) 
             f"({meta.get('version', 'unknown')})",
             "resume it with that version, or run the case anew",
         ) from missing
-    clock = Clock(model.schedule, **meta["clock"])
     recorder = Recorder.resume(folder, simulation, meta, used)
     return _march(simulation, clock, recorder, quiet)
+
+
+def _checked(clock: Clock) -> Clock:
+    """Returns the clock; raises `BadInput` where it is asked to stop at a time that never comes."""
+    until, end = clock.until, clock.schedule.end
+    if until is None:
+        return clock
+    if 0.0 < until <= end:
+        if not clock.stops:
+            return clock
+        problem = f"the run is already complete up to time {clock.time:.6g}"
+        remedy = f"give a later time, at most {end:.6g}, or leave it out"
+    else:
+        problem = f"is not a time of the schedule, which goes from 0 to {end:.6g}"
+        remedy = f"give a time above 0 and at most {end:.6g}"
+    raise BadInput(problem, remedy, key="until", value=until)
 
 
 def set_threads(threads: int | None) -> int:
@@ -119,6 +152,7 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
         raise
     _report(simulation, recorder)
     return Result(
+        finished=clock.done,
         folder=recorder.folder,
         points=simulation.points,
         steps=clock.step - first,
@@ -137,13 +171,13 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
 
 
 def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
-    """Takes load steps to the end of the schedule, halving those that fail.
+    """Takes load steps to the end of the schedule or of the part asked for, halving failed ones.
 
     Returns the number of Newton iterations.
     """
     iterations = 0
     with recorder.recording(clock, quiet) as progress, InterruptKey() as interrupt:
-        while not clock.done:
+        while not (clock.done or clock.stops):
             interrupt.check()
             before, after = clock.time, clock.next_time()
 
