@@ -160,10 +160,7 @@ def page() -> str:
         "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
         "volume of the shape to round-off.",
-        *_variants(
-            "type", model.Box, model.Polygon, model.Circle, model.Cylinder, model.Sphere,
-            model.Mesh, level=4,
-        ),
+        *_variants("type", *model.shapes.SHAPES, level=4),
         _section("`[bodies.surface]`", model.Surface, 3),
         "## `[[boundaries]]`\n\nEssential conditions; at least one. Where two hold the same "
         "component of a node they must prescribe the same value.",
@@ -217,7 +214,7 @@ def _type(cls: type[Declared], key: str) -> str:
     if key == "domain_update":
         return _choices(model.bodies.DomainUpdate.__args__)
     if key == "kind" and cls is model.Analysis:
-        return _choices(model.Kind.__args__)
+        return _choices(model.settings.Kind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
     name = annotation.removesuffix(" | None")

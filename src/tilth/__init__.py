@@ -12,151 +12,44 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from tilth.analysis.run import resume, run
-    from tilth.case import load_case
-    from tilth.errors import AnalysisFailed, BadInput, Interrupted, TilthError
-    from tilth.model import (
-        AffineBoundary,
-        Analysis,
-        Body,
-        BodyForce,
-        Box,
-        BoxGeometry,
-        Circle,
-        CircleGeometry,
-        Cylinder,
-        CylinderGeometry,
-        Follow,
-        FootingGeometry,
-        FunctionGeometry,
-        Grid,
-        HenckyElastic,
-        Hydrostatic,
-        ImplicitBoundary,
-        Limits,
-        Mesh,
-        Model,
-        NodeBoundary,
-        Output,
-        PlaneBoundary,
-        PlaneGeometry,
-        PointForce,
-        Polygon,
-        PolylineGeometry,
-        Rotation,
-        Schedule,
-        Sphere,
-        SphereGeometry,
-        SplineGeometry,
-        StlGeometry,
-        Surface,
-        SurfaceLoad,
-        Track,
-        Units,
-        VonMises,
-    )
+    from tilth.analysis.run import resume as resume
+    from tilth.analysis.run import run as run
+    from tilth.case import load_case as load_case
+    from tilth.errors import AnalysisFailed as AnalysisFailed
+    from tilth.errors import BadInput as BadInput
+    from tilth.errors import Interrupted as Interrupted
+    from tilth.errors import TilthError as TilthError
+    from tilth.model import *  # noqa: F403 - all that can be declared
 
-_MODULES = {
-    "tilth.analysis.run": ("resume", "run"),
-    "tilth.case": ("load_case",),
-    "tilth.errors": ("AnalysisFailed", "BadInput", "Interrupted", "TilthError"),
-    "tilth.model": (
-        "AffineBoundary",
-        "Analysis",
-        "Body",
-        "BodyForce",
-        "Box",
-        "BoxGeometry",
-        "Circle",
-        "CircleGeometry",
-        "Cylinder",
-        "CylinderGeometry",
-        "Follow",
-        "FootingGeometry",
-        "FunctionGeometry",
-        "Grid",
-        "HenckyElastic",
-        "Hydrostatic",
-        "ImplicitBoundary",
-        "Limits",
-        "Mesh",
-        "Model",
-        "NodeBoundary",
-        "Output",
-        "PlaneBoundary",
-        "PlaneGeometry",
-        "PointForce",
-        "Polygon",
-        "PolylineGeometry",
-        "Rotation",
-        "Schedule",
-        "Sphere",
-        "SphereGeometry",
-        "SplineGeometry",
-        "StlGeometry",
-        "Surface",
-        "SurfaceLoad",
-        "Track",
-        "Units",
-        "VonMises",
-    ),
+_HOME = {
+    **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
+    "load_case": "tilth.case",
+    **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),
 }
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
-__all__ = [
-    "AffineBoundary",
-    "Analysis",
-    "AnalysisFailed",
-    "BadInput",
-    "Body",
-    "BodyForce",
-    "Box",
-    "BoxGeometry",
-    "Circle",
-    "CircleGeometry",
-    "Cylinder",
-    "CylinderGeometry",
-    "Follow",
-    "FootingGeometry",
-    "FunctionGeometry",
-    "Grid",
-    "HenckyElastic",
-    "Hydrostatic",
-    "ImplicitBoundary",
-    "Interrupted",
-    "Limits",
-    "Mesh",
-    "Model",
-    "NodeBoundary",
-    "Output",
-    "PlaneBoundary",
-    "PlaneGeometry",
-    "PointForce",
-    "Polygon",
-    "PolylineGeometry",
-    "Rotation",
-    "Schedule",
-    "Sphere",
-    "SphereGeometry",
-    "SplineGeometry",
-    "StlGeometry",
-    "Surface",
-    "SurfaceLoad",
-    "TilthError",
-    "Track",
-    "Units",
-    "VonMises",
-    "load_case",
-    "resume",
-    "run",
-]
+"""Where the public names are that are no declarations; those are all classes of `tilth.model`."""
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+if not TYPE_CHECKING:  # type checkers refuse a name that is not above
+
+    def __getattr__(name: str) -> Any:
+        if name in _HOME:
+            return getattr(importlib.import_module(_HOME[name]), name)
+        if name == "__all__":
+            return _public_names()
+        if not name.startswith("_") and name in (declared := _declarations()):
+            return declared[name]
         raise AttributeError(f"module 'tilth' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *_public_names()})
+
+
+def _public_names() -> list[str]:
+    return sorted({*_HOME, *_declarations()})
+
+
+def _declarations() -> dict[str, type]:
+    """Returns the classes that `tilth.model` offers, by name."""
+    names = vars(importlib.import_module("tilth.model"))
+    return {name: entry for name, entry in names.items() if isinstance(entry, type)}

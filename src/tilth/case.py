@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput, Problem
-from tilth.model import FORMAT, Model
+from tilth.model import Model
+from tilth.model.model import FORMAT
 
 if sys.version_info >= (3, 11):
     import tomllib

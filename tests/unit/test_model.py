@@ -20,7 +20,6 @@ from tilth.model import (
     Box,
     Grid,
     HenckyElastic,
-    LoadCurve,
     Model,
     NodeBoundary,
     PlaneBoundary,
@@ -29,8 +28,9 @@ from tilth.model import (
     Schedule,
     Track,
     VonMises,
-    per_direction,
 )
+from tilth.model.fields import per_direction
+from tilth.model.load_curve import LoadCurve
 
 ODD_VALUES = [
     None,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A declared body to its material points: one line a shape."""
+"""A declared body to its material points."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from tilth.bodies.polygon import polygon_points
 from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
 from tilth.model import Body, Box, Circle, Cylinder, Mesh, Polygon, Sphere
+from tilth.model.shapes import DeclaredShape
 
-SHAPES: dict[type, tuple[Callable[[Any, Request], BodyPoints], tuple[int, ...]]] = {
-    Box: (box_points, (2, 3)),
-    Polygon: (polygon_points, (2,)),
-    Circle: (circle_points, (2,)),
-    Cylinder: (cylinder_points, (3,)),
-    Sphere: (sphere_points, (3,)),
-    Mesh: (mesh_points, (2, 3)),
+SHAPES: dict[type[DeclaredShape], Callable[[Any, Request], BodyPoints]] = {
+    Box: box_points,
+    Polygon: polygon_points,
+    Circle: circle_points,
+    Cylinder: cylinder_points,
+    Sphere: sphere_points,
+    Mesh: mesh_points,
 }
+"""One line per shape: what divides it into material points."""
 
 
 def discretise(
@@ -40,7 +42,6 @@ def discretise(
     Raises BadInput, naming the body, for a body without points, a shape that has no such points,
     or points so far apart that cells inside the body hold none.
     """
-    make, dimensions = SHAPES[type(body.shape)]
     request = Request(
         name=body.name,
         axisymmetric=kind == "axisymmetric",
@@ -51,14 +52,13 @@ def discretise(
         spacing=per_direction(body.spacing, dimension),
         basis=body.basis,
     )
-    if dimension not in dimensions:
+    if dimension not in body.shape.dimensions:
         raise request.refused(
             f"a {body.shape.type} is not a shape of {dimension} dimensions",
-            "choose "
-            + ", ".join(s.__name__.lower() for s, (_, d) in SHAPES.items() if dimension in d),
+            "choose " + ", ".join(s.__name__.lower() for s in SHAPES if dimension in s.dimensions),
             "shape.type",
         )
-    points = make(body.shape, request)
+    points = SHAPES[type(body.shape)](body.shape, request)
     request.check_distance(points)
     turned = points.frame is not None and request.has_corners
     if not request.axisymmetric or turned or points.corner is not None:

@@ -15,7 +15,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.protocol import Prescribed
-from tilth.model import AffineBoundary, LoadCurve
+from tilth.model import AffineBoundary
+from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 
 

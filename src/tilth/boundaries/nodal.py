@@ -13,8 +13,9 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags
 from tilth.boundaries.protocol import Prescribed
-from tilth.model import LoadCurve, NodeBoundary, PlaneBoundary
+from tilth.model import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 
 TOLERANCE = 1e-6

@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
+from tilth import model as declared
 from tilth.curves.chain import BadSurface, Chain
 from tilth.curves.crossing import require_no_crossing
 from tilth.curves.spline import LocalCubicSpline
@@ -20,20 +24,10 @@ from tilth.geometry.spline import SplineGeometry
 from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.fields import per_direction
-from tilth.model.geometry import (
-    BoxGeometry,
-    CircleGeometry,
-    CylinderGeometry,
-    FootingGeometry,
-    FunctionGeometry,
-    PlaneGeometry,
-    PolylineGeometry,
-    SphereGeometry,
-)
-from tilth.model.geometry import SplineGeometry as Splined
+from tilth.model.geometry import DeclaredGeometry
 from tilth.model.user_function import UserFunction
 
-__all__ = ["Geometry", "make_geometry"]
+__all__ = ["GEOMETRIES", "Geometry", "make_geometry"]
 
 
 def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
@@ -42,45 +36,76 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
     Raises:
         BadInput: a file or function that it names cannot be used.
     """
-    declared = boundary.geometry
     number = [b.name for b in model.boundaries].index(boundary.name)
-    key = f"boundaries[{number}].geometry"
-    inside = getattr(declared, "soil", None) == "inside"
-    if isinstance(declared, PlaneGeometry):
-        return Plane(np.array(declared.point), np.array(declared.normal))
-    if isinstance(declared, CircleGeometry):
-        return Circle(np.array(declared.centre), declared.radius, inside)
-    if isinstance(declared, CylinderGeometry):
-        axis = np.array(declared.direction)
-        return Cylinder(np.array(declared.centre), axis, declared.radius, inside)
-    if isinstance(declared, SphereGeometry):
-        return Sphere(np.array(declared.centre), declared.radius, inside)
-    if isinstance(declared, PolylineGeometry):
-        return Polyline(np.array(declared.vertices), declared.closed, declared.soil == "left")
-    if isinstance(declared, Splined):
-        return _spline(declared, f"{key}.vertices")
-    if isinstance(declared, BoxGeometry):
-        corners = np.array(declared.lower), np.array(declared.upper)
-        return Box(*corners, np.array(declared.axes), inside, declared.faces)
-    if isinstance(declared, FootingGeometry):
-        widths = np.array(per_direction(declared.width, model.dimension - 1))
-        along = None if declared.along is None else np.array(declared.along)
-        return Footing(np.array(declared.centre), np.array(declared.normal), widths, along)
-    if isinstance(declared, FunctionGeometry):
-        function = UserFunction(declared.function, key=f"{key}.function")
-        return LevelSet(function, model.dimension, np.array(model.cell_size))
-    return TriangleMesh.from_file(declared.file, declared.soil, key=f"{key}.file")
+    make = GEOMETRIES[type(boundary.geometry)]
+    return make(boundary.geometry, model, f"boundaries[{number}].geometry")
 
 
-def _spline(declared: Splined, key: str) -> SplineGeometry:
-    points = np.array(declared.vertices)
+def _plane(plane: declared.PlaneGeometry, model: Model, key: str) -> Geometry:
+    return Plane(np.array(plane.point), np.array(plane.normal))
+
+
+def _circle(circle: declared.CircleGeometry, model: Model, key: str) -> Geometry:
+    return Circle(np.array(circle.centre), circle.radius, circle.soil == "inside")
+
+
+def _cylinder(cylinder: declared.CylinderGeometry, model: Model, key: str) -> Geometry:
+    centre, axis = np.array(cylinder.centre), np.array(cylinder.direction)
+    return Cylinder(centre, axis, cylinder.radius, cylinder.soil == "inside")
+
+
+def _sphere(sphere: declared.SphereGeometry, model: Model, key: str) -> Geometry:
+    return Sphere(np.array(sphere.centre), sphere.radius, sphere.soil == "inside")
+
+
+def _polyline(line: declared.PolylineGeometry, model: Model, key: str) -> Geometry:
+    return Polyline(np.array(line.vertices), line.closed, line.soil == "left")
+
+
+def _spline(spline: declared.SplineGeometry, model: Model, key: str) -> Geometry:
+    points = np.array(spline.vertices)
     corner = np.zeros(len(points), dtype=bool)
-    corner[list(declared.corners or ())] = True
-    if declared.soil == "right":  # along the chain it is on the left
+    corner[list(spline.corners or ())] = True
+    if spline.soil == "right":  # along the chain it is on the left
         points, corner = points[::-1], corner[::-1]
     try:
-        chain = Chain(points, declared.closed, corner)
+        chain = Chain(points, spline.closed, corner)
     except BadSurface as error:
-        raise BadInput(error.problem, error.remedy, key=key) from error
-    require_no_crossing(chain, key)
+        raise BadInput(error.problem, error.remedy, key=f"{key}.vertices") from error
+    require_no_crossing(chain, f"{key}.vertices")
     return SplineGeometry(LocalCubicSpline(chain))
+
+
+def _box(box: declared.BoxGeometry, model: Model, key: str) -> Geometry:
+    corners = np.array(box.lower), np.array(box.upper)
+    return Box(*corners, np.array(box.axes), box.soil == "inside", box.faces)
+
+
+def _footing(footing: declared.FootingGeometry, model: Model, key: str) -> Geometry:
+    widths = np.array(per_direction(footing.width, model.dimension - 1))
+    along = None if footing.along is None else np.array(footing.along)
+    return Footing(np.array(footing.centre), np.array(footing.normal), widths, along)
+
+
+def _function(declaration: declared.FunctionGeometry, model: Model, key: str) -> Geometry:
+    function = UserFunction(declaration.function, key=f"{key}.function")
+    return LevelSet(function, model.dimension, np.array(model.cell_size))
+
+
+def _stl(stl: declared.StlGeometry, model: Model, key: str) -> Geometry:
+    return TriangleMesh.from_file(stl.file, stl.soil, key=f"{key}.file")
+
+
+GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] = {
+    declared.PlaneGeometry: _plane,
+    declared.CircleGeometry: _circle,
+    declared.CylinderGeometry: _cylinder,
+    declared.SphereGeometry: _sphere,
+    declared.PolylineGeometry: _polyline,
+    declared.SplineGeometry: _spline,
+    declared.BoxGeometry: _box,
+    declared.FootingGeometry: _footing,
+    declared.FunctionGeometry: _function,
+    declared.StlGeometry: _stl,
+}
+"""One line per geometry: what makes it from its declaration, the model and its key there."""

@@ -1,81 +1,44 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The model of a problem as the user declares it: validated and immutable."""
+"""The model of a problem as the user declares it: validated and immutable.
 
-from tilth.model.bodies import Body
-from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
-from tilth.model.fields import AXES, Axis, per_direction
-from tilth.model.geometry import (
-    BoxGeometry,
-    CircleGeometry,
-    CylinderGeometry,
-    FootingGeometry,
-    FunctionGeometry,
-    Geometry,
-    PlaneGeometry,
-    PolylineGeometry,
-    SphereGeometry,
-    SplineGeometry,
-    StlGeometry,
-)
-from tilth.model.implicit import ImplicitBoundary, Rotation
-from tilth.model.load_curve import LoadCurve
-from tilth.model.loads import BodyForce, Load, PointForce
-from tilth.model.materials import HenckyElastic, Material, VonMises
-from tilth.model.model import FORMAT, Model
-from tilth.model.schedule import Schedule
-from tilth.model.settings import Analysis, Follow, Grid, Kind, Limits, Output, Units
-from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Shape, Sphere
-from tilth.model.surface import Hydrostatic, Surface, SurfaceLoad
-from tilth.model.track import Track
+All names here are public: the package offers them as its own (`tilth.Box`).
+"""
 
-__all__ = [
-    "AXES",
-    "FORMAT",
-    "AffineBoundary",
-    "Analysis",
-    "Axis",
-    "Body",
-    "BodyForce",
-    "Boundary",
-    "Box",
-    "BoxGeometry",
-    "Circle",
-    "CircleGeometry",
-    "Cylinder",
-    "CylinderGeometry",
-    "Follow",
-    "FootingGeometry",
-    "FunctionGeometry",
-    "Geometry",
-    "Grid",
-    "HenckyElastic",
-    "Hydrostatic",
-    "ImplicitBoundary",
-    "Kind",
-    "Limits",
-    "Load",
-    "LoadCurve",
-    "Material",
-    "Mesh",
-    "Model",
-    "NodeBoundary",
-    "Output",
-    "PlaneBoundary",
-    "PlaneGeometry",
-    "PointForce",
-    "Polygon",
-    "PolylineGeometry",
-    "Rotation",
-    "Schedule",
-    "Shape",
-    "Sphere",
-    "SphereGeometry",
-    "SplineGeometry",
-    "StlGeometry",
-    "Surface",
-    "SurfaceLoad",
-    "Track",
-    "Units",
-    "VonMises",
-    "per_direction",
-]
+from tilth.model.bodies import Body as Body
+from tilth.model.boundaries import AffineBoundary as AffineBoundary
+from tilth.model.boundaries import NodeBoundary as NodeBoundary
+from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
+from tilth.model.geometry import BoxGeometry as BoxGeometry
+from tilth.model.geometry import CircleGeometry as CircleGeometry
+from tilth.model.geometry import CylinderGeometry as CylinderGeometry
+from tilth.model.geometry import FootingGeometry as FootingGeometry
+from tilth.model.geometry import FunctionGeometry as FunctionGeometry
+from tilth.model.geometry import PlaneGeometry as PlaneGeometry
+from tilth.model.geometry import PolylineGeometry as PolylineGeometry
+from tilth.model.geometry import SphereGeometry as SphereGeometry
+from tilth.model.geometry import SplineGeometry as SplineGeometry
+from tilth.model.geometry import StlGeometry as StlGeometry
+from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
+from tilth.model.implicit import Rotation as Rotation
+from tilth.model.loads import BodyForce as BodyForce
+from tilth.model.loads import PointForce as PointForce
+from tilth.model.materials import HenckyElastic as HenckyElastic
+from tilth.model.materials import VonMises as VonMises
+from tilth.model.model import Model as Model
+from tilth.model.schedule import Schedule as Schedule
+from tilth.model.settings import Analysis as Analysis
+from tilth.model.settings import Follow as Follow
+from tilth.model.settings import Grid as Grid
+from tilth.model.settings import Limits as Limits
+from tilth.model.settings import Output as Output
+from tilth.model.settings import Units as Units
+from tilth.model.shapes import Box as Box
+from tilth.model.shapes import Circle as Circle
+from tilth.model.shapes import Cylinder as Cylinder
+from tilth.model.shapes import Mesh as Mesh
+from tilth.model.shapes import Polygon as Polygon
+from tilth.model.shapes import Sphere as Sphere
+from tilth.model.surface import Hydrostatic as Hydrostatic
+from tilth.model.surface import Surface as Surface
+from tilth.model.surface import SurfaceLoad as SurfaceLoad
+from tilth.model.track import Track as Track

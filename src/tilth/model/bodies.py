@@ -11,7 +11,7 @@ from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.fields import CountPerDirection, CountVector, Name, PositivePerDirection
 from tilth.model.problems import rejection
-from tilth.model.shapes import Box, Shape
+from tilth.model.shapes import Shape
 from tilth.model.surface import Surface
 
 DomainUpdate = Literal[
@@ -34,7 +34,7 @@ class Body(Declared):
     material: Name
     """Name of its material, as declared in `materials`."""
     shape: Shape
-    """Shape in the undeformed state: a box, polygon, circle, cylinder, sphere or mesh."""
+    """Shape in the undeformed state."""
     basis: Literal["linear", "gimp", "cpdi1", "cpdi2"]
     """Basis functions of its points: "linear" (standard MPM), "gimp", "cpdi1" or "cpdi2".
 
@@ -75,7 +75,7 @@ class Body(Declared):
             what = f"{' and '.join(given)} given together" if given else "missing"
             remedy = "give exactly one of `points_per_cell`, `points` and `spacing`"
             problems.append(Problem(given[-1] if given else ways[0], what, remedy))
-        elif self.points is not None and not isinstance(self.shape, Box):
+        elif self.points is not None and not self.shape.has_own_axes:
             remedy = "give `points_per_cell` or `spacing` instead"
             problems.append(Problem("points", "is for a box only", remedy, self.points))
         if self.basis != "gimp" and self.domain_update is not None:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
 
 from pydantic import Field, model_validator
 
@@ -30,7 +30,7 @@ from tilth.model.fields import (
     extent_problems,
 )
 from tilth.model.problems import rejection
-from tilth.model.shapes import box_axes, crosses_itself
+from tilth.model.shapes import box_axes, crosses_itself, turned_box_problems
 
 _PARALLEL = 1e-9
 """Sine of an angle below which two directions count as parallel."""
@@ -44,8 +44,39 @@ def unit(direction: Sequence[float]) -> tuple[float, ...]:
     return tuple(c / length for c in scaled)
 
 
-class PlaneGeometry(Declared):
+class DeclaredGeometry(Declared):
+    """What every geometry says of itself; a class below this one is a `Geometry` by that."""
+
+    type: str
+    dimensions: ClassVar[tuple[int, ...]]
+    """Numbers of directions of the analyses that it exists in."""
+
+    @property
+    def radius_at_rest(self) -> float | None:
+        """Its radius at time 0 [length], which `radius_change` changes; None where it has none."""
+        return None
+
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """Returns the entries that have one component per direction, by key."""
+        return {}
+
+    def axes_named(self) -> dict[str, Sequence[str]]:
+        """Returns the entries that name axes, by key."""
+        return {}
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """Yields what else does not fit an analysis of this dimension, with the keys there."""
+        yield from ()
+
+    def axisymmetry_problems(self) -> Iterator[Problem]:
+        """Yields what has no meaning where x is the radius, with keys of the geometry."""
+        yield from ()
+
+
+class PlaneGeometry(DeclaredGeometry):
     """Infinite straight line (2D) or plane (3D)."""
+
+    dimensions = (2, 3)
 
     type: Literal["plane"] = "plane"
     point: Vector
@@ -53,9 +84,15 @@ class PlaneGeometry(Declared):
     normal: Direction
     """Normal into the soil, shape (dimension,), of any length."""
 
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`."""
+        return {"point": self.point, "normal": self.normal}
 
-class CircleGeometry(Declared):
+
+class CircleGeometry(DeclaredGeometry):
     """Circle (2D); in axisymmetry its part at r >= 0 is the section of a torus or a sphere."""
+
+    dimensions = (2,)
 
     type: Literal["circle"] = "circle"
     centre: Vector
@@ -65,9 +102,26 @@ class CircleGeometry(Declared):
     soil: Literal["inside", "outside"]
     """Whether the soil is inside or outside."""
 
+    @property
+    def radius_at_rest(self) -> float:
+        """Its radius at time 0 [length]."""
+        return self.radius
 
-class CylinderGeometry(Declared):
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`."""
+        return {"centre": self.centre}
+
+    def axisymmetry_problems(self) -> Iterator[Problem]:
+        """As `DeclaredGeometry.axisymmetry_problems`."""
+        if self.centre[0] < 0.0:
+            what = f"the centre has r = {self.centre[0]:g}, but x is the radius in axisymmetry"
+            yield Problem("centre", what, "keep the centre at x >= 0", self.centre)
+
+
+class CylinderGeometry(DeclaredGeometry):
     """Infinite circular cylinder (3D)."""
+
+    dimensions = (3,)
 
     type: Literal["cylinder"] = "cylinder"
     centre: Vector
@@ -86,9 +140,21 @@ class CylinderGeometry(Declared):
             return tuple(float(axis == self.axis) for axis in AXES)
         return unit(self.axis)
 
+    @property
+    def radius_at_rest(self) -> float:
+        """Its radius at time 0 [length]."""
+        return self.radius
 
-class SphereGeometry(Declared):
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`."""
+        by_name = isinstance(self.axis, str)
+        return {"centre": self.centre} | ({} if by_name else {"axis": self.axis})
+
+
+class SphereGeometry(DeclaredGeometry):
     """Sphere (3D)."""
+
+    dimensions = (3,)
 
     type: Literal["sphere"] = "sphere"
     centre: Vector
@@ -98,9 +164,20 @@ class SphereGeometry(Declared):
     soil: Literal["inside", "outside"]
     """Whether the soil is inside or outside."""
 
+    @property
+    def radius_at_rest(self) -> float:
+        """Its radius at time 0 [length]."""
+        return self.radius
 
-class PolylineGeometry(Declared):
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`."""
+        return {"centre": self.centre}
+
+
+class PolylineGeometry(DeclaredGeometry):
     """Straight segments through given points (2D), open or closed."""
+
+    dimensions = (2,)
 
     type: Literal["polyline"] = "polyline"
     vertices: Matrix
@@ -136,8 +213,10 @@ class PolylineGeometry(Declared):
         return self
 
 
-class SplineGeometry(Declared):
+class SplineGeometry(DeclaredGeometry):
     """Open or closed smooth curve through points, with optional corners (2D)."""
+
+    dimensions = (2,)
 
     type: Literal["spline"] = "spline"
     vertices: Matrix
@@ -161,8 +240,10 @@ class SplineGeometry(Declared):
         return self
 
 
-class BoxGeometry(Declared):
+class BoxGeometry(DeclaredGeometry):
     """Faces of a rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
+
+    dimensions = (2, 3)
 
     type: Literal["box"] = "box"
     lower: Vector
@@ -191,9 +272,23 @@ class BoxGeometry(Declared):
         """Unit vectors of the box's own axes as rows, shape (dimension, dimension)."""
         return box_axes(len(self.lower), self.angle, self.axis)
 
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`."""
+        return {"lower": self.lower, "upper": self.upper}
 
-class FootingGeometry(Declared):
+    def axes_named(self) -> dict[str, Sequence[str]]:
+        """As `DeclaredGeometry.axes_named`."""
+        return {"faces": self.faces or ()}
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredGeometry.size_problems`."""
+        yield from turned_box_problems(self.angle, self.axis, dimension)
+
+
+class FootingGeometry(DeclaredGeometry):
     """Straight segment (2D) or flat rectangle (3D), such as the base of a footing."""
+
+    dimensions = (2, 3)
 
     type: Literal["footing"] = "footing"
     centre: Vector
@@ -215,9 +310,30 @@ class FootingGeometry(Declared):
             raise rejection([Problem("along", "is parallel to `normal`", remedy, self.along)])
         return self
 
+    def vectors(self, dimension: int) -> dict[str, Any]:
+        """As `DeclaredGeometry.vectors`; `along` is for 3D only."""
+        along = {"along": self.along} if dimension == 3 else {}
+        return {"centre": self.centre, "normal": self.normal, **along}
 
-class FunctionGeometry(Declared):
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredGeometry.size_problems`."""
+        widths = self.width if isinstance(self.width, Sequence) else None
+        if dimension == 2 and widths is not None:
+            yield Problem("width", "must be one number in 2D", "such as width = 2", widths)
+        if dimension == 3 and (widths is None or len(widths) != 2):
+            remedy = "give the widths parallel and perpendicular to `along`, such as width = [2, 1]"
+            yield Problem("width", "must be two numbers in 3D", remedy, self.width)
+        if dimension == 2 and self.along is not None:
+            remedy = "leave it out: the normal is sufficient"
+            yield Problem("along", "is for 3D only", remedy, self.along)
+        if dimension == 3 and self.along is None:
+            yield Problem("along", "missing", "give the direction of the first width")
+
+
+class FunctionGeometry(DeclaredGeometry):
     """Zero level set of a Python function."""
+
+    dimensions = (2, 3)
 
     type: Literal["function"] = "function"
     function: PythonFunction
@@ -226,8 +342,10 @@ class FunctionGeometry(Declared):
     """
 
 
-class StlGeometry(Declared):
+class StlGeometry(DeclaredGeometry):
     """Closed surface of triangles in an STL file (3D)."""
+
+    dimensions = (3,)
 
     type: Literal["stl"] = "stl"
     file: Name
@@ -236,33 +354,14 @@ class StlGeometry(Declared):
     """Whether the soil is inside or outside."""
 
 
-Round = CircleGeometry | CylinderGeometry | SphereGeometry
-"""Geometries with a radius."""
+GEOMETRIES: tuple[type[DeclaredGeometry], ...] = tuple(DeclaredGeometry.__subclasses__())
+"""All geometries, in the order of this file."""
 
-GEOMETRIES = (
-    PlaneGeometry,
-    CircleGeometry,
-    CylinderGeometry,
-    SphereGeometry,
-    PolylineGeometry,
-    SplineGeometry,
-    BoxGeometry,
-    FootingGeometry,
-    FunctionGeometry,
-    StlGeometry,
-)
-
-Geometry = Annotated[
-    PlaneGeometry
-    | CircleGeometry
-    | CylinderGeometry
-    | SphereGeometry
-    | PolylineGeometry
-    | SplineGeometry
-    | BoxGeometry
-    | FootingGeometry
-    | FunctionGeometry
-    | StlGeometry,
-    Field(discriminator="type"),
-    chosen_by("type", *GEOMETRIES),
-]
+if TYPE_CHECKING:
+    Geometry = DeclaredGeometry
+else:
+    Geometry = Annotated[
+        Union[GEOMETRIES],  # noqa: UP007 - of a tuple
+        Field(discriminator="type"),
+        chosen_by("type", *GEOMETRIES),
+    ]

@@ -21,7 +21,7 @@ from tilth.model.fields import (
     Vector,
     starts_from_zero,
 )
-from tilth.model.geometry import Geometry, Round
+from tilth.model.geometry import Geometry
 from tilth.model.problems import rejection
 
 _LINEAR = ("displacement", "rotation", "radius_change")
@@ -113,14 +113,15 @@ class ImplicitBoundary(Declared):
             yield Problem("factor", "there is nothing to scale", remedy, self.factor)
         if self.radius_change is None:
             return
-        if not isinstance(self.geometry, Round):
+        at_rest = self.geometry.radius_at_rest
+        if at_rest is None:
             what = f'a geometry of type = "{self.geometry.type}" has no radius'
             remedy = "leave it out: it is for a circle, cylinder or sphere"
             yield Problem("radius_change", what, remedy, self.radius_change)
             return
         factors = [0.0, 1.0] if self.factor is None else [row[1] for row in self.factor]
-        radius, factor = min((self.geometry.radius + self.radius_change * f, f) for f in factors)
+        radius, factor = min((at_rest + self.radius_change * f, f) for f in factors)
         if radius <= 0.0:
-            what = f"the radius {self.geometry.radius:g} becomes {radius:g} at factor {factor:g}"
+            what = f"the radius {at_rest:g} becomes {radius:g} at factor {factor:g}"
             remedy = "keep the radius above 0"
             yield Problem("radius_change", what, remedy, self.radius_change)

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.model.geometry import CircleGeometry
 from tilth.model.implicit import ImplicitBoundary
-from tilth.model.shapes import Circle
+from tilth.model.problems import below
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -73,15 +72,9 @@ def _implicit(model: Model) -> Iterator[Problem]:
             )
             remedy = f"leave it out for a thousandth of that edge, {1e-3 * edge:g}"
             yield Problem(f"boundaries[{i}].delta", what, remedy, boundary.delta)
-        geometry = boundary.geometry
-        if (
-            model.analysis.kind == "axisymmetric"
-            and isinstance(geometry, CircleGeometry)
-            and geometry.centre[0] < 0.0
-        ):
-            what = f"the centre has r = {geometry.centre[0]:g}, but x is the radius in axisymmetry"
-            key = f"boundaries[{i}].geometry.centre"
-            yield Problem(key, what, "keep the centre at x >= 0", geometry.centre)
+        if model.analysis.kind == "axisymmetric":
+            found = boundary.geometry.axisymmetry_problems()
+            yield from below(f"boundaries[{i}].geometry", found)
 
 
 def _nearest_lines(model: Model, direction: int, at: float) -> str:
@@ -102,8 +95,8 @@ def _out_of_bounds(model: Model) -> Iterator[Problem]:
         if bounds is None:
             continue
         lower, upper = bounds
-        ball = isinstance(body.shape, Circle) and body.shape.centre[0] == 0.0
-        if model.analysis.kind == "axisymmetric" and lower[0] < -slack[0] and not ball:
+        beyond = lower[0] < -slack[0] and not body.shape.may_cross_axis()
+        if model.analysis.kind == "axisymmetric" and beyond:
             what = f"the body extends to x = {lower[0]:g}, but x is the radius in axisymmetry"
             yield Problem(f"bodies[{i}].shape", what, "keep the body at x >= 0")
         if limits is None:

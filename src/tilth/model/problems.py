@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -34,6 +34,12 @@ def rejection(problems: Sequence[Problem]) -> PydanticCustomError:
 def reject(problem: str, remedy: str = "") -> PydanticCustomError:
     """Returns the error that a field's validator raises to refuse the value it was given."""
     return rejection([Problem("", problem, remedy)])
+
+
+def below(key: str, problems: Iterable[Problem]) -> Iterator[Problem]:
+    """Yields `problems`, whose keys are relative to the entry `key`, with their whole keys."""
+    for problem in problems:
+        yield Problem(f"{key}.{problem.key}", problem.problem, problem.remedy, problem.value)
 
 
 def suggestion(word: object, known: Iterable[str]) -> str | None:

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
 
 from pydantic import Field, model_validator
 
@@ -30,8 +30,42 @@ Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Least and greatest coordinates [length], each of shape (dimension,)."""
 
 
-class Box(Declared):
+class DeclaredShape(Declared):
+    """What every shape of a body says of itself; a class below this one is a `Shape` by that."""
+
+    type: str
+    dimensions: ClassVar[tuple[int, ...]]
+    """Numbers of directions of the analyses that it exists in."""
+    has_own_axes: ClassVar[bool] = False
+    """Whether its points are in rows along axes of its own, so that `points` can count them."""
+
+    @property
+    def dimension(self) -> int | None:
+        """Number of directions; None where only its file says it."""
+        return self.dimensions[0] if len(self.dimensions) == 1 else None
+
+    def bounds(self) -> Bounds | None:
+        """Returns the bounding box; None where only its file says it."""
+        return None
+
+    def vectors(self) -> dict[str, Any]:
+        """Returns the entries that have one component per direction, by key."""
+        return {}
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """Yields what else does not fit an analysis of this dimension, with keys of the shape."""
+        yield from ()
+
+    def may_cross_axis(self) -> bool:
+        """Whether in axisymmetry its part at r >= 0 is meant where it reaches beyond the axis."""
+        return False
+
+
+class Box(DeclaredShape):
     """Rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
+
+    dimensions = (2, 3)
+    has_own_axes = True
 
     type: Literal["box"] = "box"
     lower: Vector
@@ -71,9 +105,19 @@ class Box(Declared):
             corners.append([low + o for low, o in zip(self.lower, offset, strict=True)])
         return _bounds_of(corners)
 
+    def vectors(self) -> dict[str, Any]:
+        """As `DeclaredShape.vectors`."""
+        return {"lower": self.lower, "upper": self.upper}
 
-class Polygon(Declared):
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredShape.size_problems`."""
+        yield from turned_box_problems(self.angle, self.axis, dimension)
+
+
+class Polygon(DeclaredShape):
     """Simple polygon (2D) with its vertices in clockwise or anticlockwise order."""
+
+    dimensions = (2,)
 
     type: Literal["polygon"] = "polygon"
     vertices: Matrix
@@ -97,11 +141,6 @@ class Polygon(Declared):
         return self
 
     @property
-    def dimension(self) -> int:
-        """Number of directions: 2."""
-        return 2
-
-    @property
     def area(self) -> float:
         """Enclosed area [length^2] (Gauss's area formula), for either order of the vertices."""
         x0, y0 = self.vertices[0]
@@ -114,8 +153,10 @@ class Polygon(Declared):
         return _bounds_of(self.vertices)
 
 
-class Circle(Declared):
+class Circle(DeclaredShape):
     """Disc (2D); in axisymmetry a torus, or a sphere if its centre is on the axis."""
+
+    dimensions = (2,)
 
     type: Literal["circle"] = "circle"
     centre: Vector
@@ -123,18 +164,23 @@ class Circle(Declared):
     radius: Positive
     """Radius [length], > 0."""
 
-    @property
-    def dimension(self) -> int:
-        """Number of directions: 2."""
-        return 2
-
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 2)
 
+    def vectors(self) -> dict[str, Any]:
+        """As `DeclaredShape.vectors`."""
+        return {"centre": self.centre}
 
-class Cylinder(Declared):
+    def may_cross_axis(self) -> bool:
+        """Whether its centre is on the axis of symmetry: it is a ball."""
+        return self.centre[0] == 0.0
+
+
+class Cylinder(DeclaredShape):
     """Solid or hollow cylinder along a coordinate axis (3D), or a half or quarter of it."""
+
+    dimensions = (3,)
 
     type: Literal["cylinder"] = "cylinder"
     centre: Vector
@@ -162,11 +208,6 @@ class Cylinder(Declared):
             raise rejection(problems)
         return self
 
-    @property
-    def dimension(self) -> int:
-        """Number of directions: 3."""
-        return 3
-
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         along = AXES.index(self.axis)
@@ -175,9 +216,15 @@ class Cylinder(Declared):
         rise = [self.height if i == along else 0.0 for i in range(3)]
         return lower, tuple(high + r for high, r in zip(upper, rise, strict=True))
 
+    def vectors(self) -> dict[str, Any]:
+        """As `DeclaredShape.vectors`."""
+        return {"centre": self.centre}
 
-class Sphere(Declared):
+
+class Sphere(DeclaredShape):
     """Solid or hollow sphere (3D), or a half, quarter or octant of it."""
+
+    dimensions = (3,)
 
     type: Literal["sphere"] = "sphere"
     centre: Vector
@@ -197,17 +244,16 @@ class Sphere(Declared):
             raise rejection(problems)
         return self
 
-    @property
-    def dimension(self) -> int:
-        """Number of directions: 3."""
-        return 3
-
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 3, self.sides)
 
+    def vectors(self) -> dict[str, Any]:
+        """As `DeclaredShape.vectors`."""
+        return {"centre": self.centre}
 
-class Mesh(Declared):
+
+class Mesh(DeclaredShape):
     """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D).
 
     Its elements are divided into pieces of about the wanted spacing, with one point in each. With
@@ -216,25 +262,29 @@ class Mesh(Declared):
     the same size.
     """
 
+    dimensions = (2, 3)
+
     type: Literal["mesh"] = "mesh"
     file: Name
     """Path of the .msh file, relative to the case file."""
 
-    @property
-    def dimension(self) -> None:
-        """Known only once the file is read."""
-        return None
 
-    def bounds(self) -> None:
-        """Returns None: known only once the file is read."""
-        return None  # noqa: RET501 - the other shapes return their bounds
+SHAPES: tuple[type[DeclaredShape], ...] = tuple(DeclaredShape.__subclasses__())
+"""All shapes, in the order of this file."""
+
+if TYPE_CHECKING:
+    Shape = DeclaredShape
+else:
+    Shape = Annotated[Union[SHAPES], Field(discriminator="type"), chosen_by("type", *SHAPES)]  # noqa: UP007 - of a tuple
 
 
-Shape = Annotated[
-    Box | Polygon | Circle | Cylinder | Sphere | Mesh,
-    Field(discriminator="type"),
-    chosen_by("type", Box, Polygon, Circle, Cylinder, Sphere, Mesh),
-]
+def turned_box_problems(angle: float, axis: Axis | None, dimension: int) -> Iterator[Problem]:
+    """Yields what is wrong with the rotation of a box in an analysis of this dimension."""
+    if dimension == 2 and axis is not None:
+        remedy = "leave it out: `angle` rotates the box in the plane"
+        yield Problem("axis", "is for 3D only", remedy, axis)
+    if dimension == 3 and angle and axis is None:
+        yield Problem("axis", "missing", "give the axis of the rotation by `angle`")
 
 
 def box_axes(dimension: int, angle: float, axis: Axis | None) -> tuple[tuple[float, ...], ...]:

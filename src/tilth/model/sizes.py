@@ -7,38 +7,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
-from tilth.model.base import Declared
-from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.model.geometry import (
-    BoxGeometry,
-    CircleGeometry,
-    CylinderGeometry,
-    FootingGeometry,
-    FunctionGeometry,
-    PlaneGeometry,
-    PolylineGeometry,
-    SphereGeometry,
-    SplineGeometry,
-    StlGeometry,
-)
+from tilth.model.geometry import GEOMETRIES, DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce
-from tilth.model.shapes import Box, Circle, Cylinder, Mesh, Polygon, Sphere
+from tilth.model.problems import below
+from tilth.model.shapes import SHAPES, DeclaredShape
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
-
-_SHAPES_OF = {2: (Box, Polygon, Circle, Mesh), 3: (Box, Cylinder, Sphere, Mesh)}
-_EVERYWHERE = (PlaneGeometry, BoxGeometry, FootingGeometry, FunctionGeometry)
-_GEOMETRIES_OF: dict[int, tuple[type[Declared], ...]] = {
-    2: (*_EVERYWHERE, CircleGeometry, PolylineGeometry, SplineGeometry),
-    3: (*_EVERYWHERE, CylinderGeometry, SphereGeometry, StlGeometry),
-}
-_VECTORS_OF_GEOMETRY = ("point", "normal", "centre", "lower", "upper", "along")
 
 
 def size_problems(model: Model) -> list[Problem]:
@@ -47,7 +27,7 @@ def size_problems(model: Model) -> list[Problem]:
     problems = [p for key, value in _vectors(model) for p in _length(key, value, dimension, kind)]
     problems += [p for key, axes in _axes(model) for p in _axis(key, axes, dimension, kind)]
     for i, body in enumerate(model.bodies):
-        problems += _shape(f"bodies[{i}].shape", body, dimension, kind)
+        problems += _variant(f"bodies[{i}].shape", body.shape, SHAPES, dimension, kind)
     for i, boundary in enumerate(model.boundaries):
         key = f"boundaries[{i}]"
         if isinstance(boundary, AffineBoundary):
@@ -56,7 +36,8 @@ def size_problems(model: Model) -> list[Problem]:
             what = f"is the axis normal to the plane, along which `at` = {boundary.at:g} is given"
             problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
         if isinstance(boundary, ImplicitBoundary):
-            problems += _geometry(f"{key}.geometry", boundary, dimension, kind)
+            geometry = boundary.geometry
+            problems += _variant(f"{key}.geometry", geometry, GEOMETRIES, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
     problems += _surfaces(model)
     for i, track in enumerate(model.track):
@@ -100,11 +81,9 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     for i, body in enumerate(model.bodies):
         for way in ("points_per_cell", "points", "spacing"):
             yield f"bodies[{i}].{way}", getattr(body, way)
-        if isinstance(body.shape, Box):
-            yield f"bodies[{i}].shape.lower", body.shape.lower
-            yield f"bodies[{i}].shape.upper", body.shape.upper
-        elif not isinstance(body.shape, Polygon | Mesh) and body.shape.dimension == model.dimension:
-            yield f"bodies[{i}].shape.centre", body.shape.centre
+        if model.dimension in body.shape.dimensions:
+            for name, value in body.shape.vectors().items():
+                yield f"bodies[{i}].shape.{name}", value
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, NodeBoundary):
             yield f"boundaries[{i}].at", boundary.at
@@ -132,14 +111,9 @@ def _vectors_of_implicit(
     yield f"{key}.direction", boundary.direction
     if boundary.rotation is not None:
         yield f"{key}.rotation.centre", boundary.rotation.centre
-    geometry = boundary.geometry
-    if not isinstance(geometry, _GEOMETRIES_OF[dimension]):
-        return
-    for name in _VECTORS_OF_GEOMETRY:
-        if name != "along" or dimension == 3:
-            yield f"{key}.geometry.{name}", getattr(geometry, name, None)
-    if isinstance(geometry, CylinderGeometry) and not isinstance(geometry.axis, str):
-        yield f"{key}.geometry.axis", geometry.axis
+    if dimension in boundary.geometry.dimensions:
+        for name, value in boundary.geometry.vectors(dimension).items():
+            yield f"{key}.geometry.{name}", value
 
 
 def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
@@ -151,8 +125,8 @@ def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
             continue
         yield f"{key}.displacement", boundary.displacement or {}
         if isinstance(boundary, ImplicitBoundary):
-            if isinstance(boundary.geometry, BoxGeometry):
-                yield f"{key}.geometry.faces", boundary.geometry.faces or ()
+            for name, axes in boundary.geometry.axes_named().items():
+                yield f"{key}.geometry.{name}", axes
             continue
         yield f"{key}.components", boundary.components or ()
         if isinstance(boundary, PlaneBoundary):
@@ -179,49 +153,21 @@ def _axis(key: str, axes: Iterable[str], dimension: int, kind: str) -> Iterator[
         yield Problem(key, what, f"{kind} has the directions x, y", value)
 
 
-def _shape(key: str, body: Body, dimension: int, kind: str) -> Iterator[Problem]:
-    shape = body.shape
-    if not isinstance(shape, _SHAPES_OF[dimension]):
-        choices = ", ".join(f'"{s.__name__.lower()}"' for s in _SHAPES_OF[dimension])
-        what = f'does not exist with analysis.kind = "{kind}"'
-        yield Problem(f"{key}.type", what, f"choose from {choices}", shape.type)
-    if isinstance(shape, Box):
-        yield from _turned_box(key, shape, dimension)
-
-
-def _turned_box(key: str, box: Box | BoxGeometry, dimension: int) -> Iterator[Problem]:
-    if dimension == 2 and box.axis is not None:
-        remedy = "leave it out: `angle` rotates the box in the plane"
-        yield Problem(f"{key}.axis", "is for 3D only", remedy, box.axis)
-    if dimension == 3 and box.angle and box.axis is None:
-        yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
-
-
-def _geometry(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -> Iterator[Problem]:
-    geometry = boundary.geometry
-    if not isinstance(geometry, _GEOMETRIES_OF[dimension]):
-        known = _GEOMETRIES_OF[dimension]
-        choices = ", ".join(f'"{cls.model_fields["type"].default}"' for cls in known)
-        what = f'does not exist with analysis.kind = "{kind}"'
-        yield Problem(f"{key}.type", what, f"choose from {choices}", geometry.type)
-    elif isinstance(geometry, BoxGeometry):
-        yield from _turned_box(key, geometry, dimension)
-    elif isinstance(geometry, FootingGeometry):
-        yield from _footing(key, geometry, dimension)
-
-
-def _footing(key: str, footing: FootingGeometry, dimension: int) -> Iterator[Problem]:
-    widths = footing.width if isinstance(footing.width, Sequence) else None
-    if dimension == 2 and widths is not None:
-        yield Problem(f"{key}.width", "must be one number in 2D", "such as width = 2", widths)
-    if dimension == 3 and (widths is None or len(widths) != 2):
-        remedy = "give the widths parallel and perpendicular to `along`, such as width = [2, 1]"
-        yield Problem(f"{key}.width", "must be two numbers in 3D", remedy, footing.width)
-    if dimension == 2 and footing.along is not None:
-        remedy = "leave it out: the normal is sufficient"
-        yield Problem(f"{key}.along", "is for 3D only", remedy, footing.along)
-    if dimension == 3 and footing.along is None:
-        yield Problem(f"{key}.along", "missing", "give the direction of the first width")
+def _variant(
+    key: str,
+    declared: DeclaredShape | DeclaredGeometry,
+    known: Sequence[type[DeclaredShape] | type[DeclaredGeometry]],
+    dimension: int,
+    kind: str,
+) -> Iterator[Problem]:
+    """What of a shape or geometry does not fit; `known` are all of its sort."""
+    if dimension in declared.dimensions:
+        yield from below(key, declared.size_problems(dimension))
+        return
+    fitting = [cls for cls in known if dimension in cls.dimensions]
+    choices = ", ".join(f'"{cls.model_fields["type"].default}"' for cls in fitting)
+    what = f'does not exist with analysis.kind = "{kind}"'
+    yield Problem(f"{key}.type", what, f"choose from {choices}", declared.type)
 
 
 def _rotation(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -> Iterator[Problem]:

@@ -12,21 +12,21 @@ from rich.markup import escape
 from rich.table import Table
 
 from tilth.model import (
-    AXES,
     AffineBoundary,
     Body,
     BodyForce,
-    Boundary,
-    Geometry,
     ImplicitBoundary,
-    Load,
-    Material,
     Model,
     PlaneBoundary,
     SurfaceLoad,
     Track,
 )
 from tilth.model.base import meaning_of
+from tilth.model.boundaries import Boundary
+from tilth.model.fields import AXES
+from tilth.model.geometry import Geometry
+from tilth.model.loads import Load
+from tilth.model.materials import Material
 from tilth.report.setup import Setup
 
 

@@ -16,7 +16,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.model import LoadCurve, Model, SurfaceLoad
+from tilth.model import Model, SurfaceLoad
+from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import Place, locate_places, near_soil

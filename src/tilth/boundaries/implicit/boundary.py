@@ -21,7 +21,8 @@ from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.errors import BadInput
 from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import SEGMENT, make_quadrature
-from tilth.model import ImplicitBoundary, LoadCurve
+from tilth.model import ImplicitBoundary
+from tilth.model.load_curve import LoadCurve
 
 LONG_FACETS = 4.0
 """Length of the facets of a flat boundary at rest, in cells: fewer edges, fewer points."""
