@@ -54,7 +54,7 @@ def test_python_blocks_run(
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {"__name__": "documented"}
     for block in blocks(page, "python"):
-        exec(compile(block, str(page), "exec"), names)
+        exec(compile(block, str(page), "exec", dont_inherit=True), names)
 
 
 @pages_with("toml")
