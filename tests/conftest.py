@@ -8,6 +8,10 @@ import pytest
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # idle threads leave the cores to others
 
+if (worker := os.environ.get("PYTEST_XDIST_WORKER")) and hasattr(os, "sched_setaffinity"):
+    cores = sorted(os.sched_getaffinity(0))  # one for each worker: so one thread in each
+    os.sched_setaffinity(0, {cores[int(worker.removeprefix("gw")) % len(cores)]})
+
 
 @pytest.fixture
 def every_loop_in_parallel() -> Iterator[None]:

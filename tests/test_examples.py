@@ -14,6 +14,7 @@ FOLDERS = sorted(folder for folder in EXAMPLES.iterdir() if folder.is_dir())
 STEPS = 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}/{case.stem}")
 def test_the_first_steps_of_a_case_file_run(case: Path, tmp_path: Path) -> None:
     """As far as `until` takes it, as with `tilth run --until`; without the report."""

@@ -297,6 +297,7 @@ def expected_stretch(laboratory: Laboratory, u: Floats, basis: str) -> Floats:
     return np.array([sum(w * of_cell[place] for place, w, _ in parts) for parts in reached])
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 def test_one_step_against_a_slow_reading_of_the_theory(kind: str, basis: str) -> None:

@@ -34,6 +34,8 @@ from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.terms.weak_springs import WeakSprings
 from tilth.verification.march import march
 
+pytestmark = pytest.mark.slow
+
 every_basis = pytest.mark.parametrize("basis", BASES)
 every_form = pytest.mark.parametrize("form", ["surface", "band"])
 

@@ -138,6 +138,7 @@ def parts(
     return k3, dense(part.coupling(), active.nodes) - k3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "shape", "condition"), CASES)
 def test_band_tends_to_the_surface_at_first_order(kind: str, shape: str, condition: str) -> None:
     geometry = geometries(kind)[shape]

@@ -41,6 +41,8 @@ from tilth.verification.closed_forms.homogeneous import (
 )
 from tilth.verification.march import march
 
+pytestmark = pytest.mark.slow
+
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
 every_form = pytest.mark.parametrize("form", ["surface", "band"])

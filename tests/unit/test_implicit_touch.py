@@ -15,6 +15,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.mpm.quadrature import locate_places
 
+pytestmark = pytest.mark.slow
+
 GRAVITY, DENSITY = 10.0, 2.0
 
 

@@ -34,6 +34,8 @@ from tilth.terms.weak_springs import well_supported
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
+pytestmark = pytest.mark.slow
+
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
 STEPS = 20

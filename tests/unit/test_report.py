@@ -31,6 +31,8 @@ from tilth.report.pictures import draw_frames
 from tilth.report.setup import Load, draw_setup
 from tilth.report.tables import model_tables
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("counts", [(8, 6), (2, 100), (100, 2), (5, 4, 6), (2, 2, 60)])
 def test_setup_picture_names_everything(counts: tuple[int, ...], tmp_path: Path) -> None:

@@ -17,6 +17,8 @@ from result_snapshots import UNITS, assert_same, make_snapshot, opened_by_vtk, w
 from tilth.errors import BadInput
 from tilth.output import ResultsWriter, Snapshot, read_results
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("surfaces", [False, True])
 @pytest.mark.parametrize("dim", [2, 3])

@@ -36,6 +36,8 @@ from tilth.analysis.simulation import StepResult
 from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_history, read_results, write_checkpoint
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def model() -> Model:

@@ -43,6 +43,7 @@ def failures(rows: list[Row]) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_reference_problem_is_within_its_tolerances(problem):
     rows = list(verified([problem], long=False))
