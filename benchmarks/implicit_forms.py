@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Surface and band form of the implicit boundary method: error, condition number and time.
 
-A homogeneous stretch of a block of GIMP points, held on all sides by implicit boundaries off the
-grid lines. Prints, for each width of the band, the greatest stress error in units of
-delta / h times the stress, the condition number of the first step's matrix, and the time of the
-boundary terms of one step. Run it with `python benchmarks/implicit_forms.py`.
+A homogeneous stretch of a block of GIMP points, constrained on all sides by implicit boundaries off
+the grid lines. Prints, for each width of the band, the greatest stress error in units of delta / h
+times the stress, the condition number of the first step's matrix, and the time of the boundary
+terms of one step. Run it with `python benchmarks/implicit_forms.py`.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def condition_and_time(model: Model) -> tuple[float, float]:
         )
         couplings = constraints.couplings()
     seconds = (time.perf_counter() - start) / 5
-    held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(simulation.soil_on(active), held, 0.005, constraints.behind())
+    constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    faces = ghost_faces(simulation.soil_on(active), constrained, 0.005, constraints.behind())
     linear = LinearForces([*couplings, *(each.coupling() for each in faces)])
     balance = Balance(active, [SoilForces(simulation.soil_on(active)), linear])
     active, still = balance.active, np.zeros((active.nodes, active.grid.dim))

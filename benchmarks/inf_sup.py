@@ -148,7 +148,7 @@ def mean_rows(part: SurfaceConstraint, nodes: int) -> tuple[Floats, Floats]:
 
 def point_rows(part: SurfaceConstraint, nodes: int) -> tuple[Floats, Floats]:
     """Rows of a multiplier at each quadrature point along each direction, and the weights."""
-    directions, weight = part.held_directions, part.pose.weight
+    directions, weight = part.constrained_directions, part.pose.weight
     rank, count, dim = directions.shape
     rows = np.zeros((rank, count, nodes, dim))
     node, value = part.at.node[part.at.cell], weight[:, None] * part.at.value
@@ -280,8 +280,10 @@ def draw(path: Path, measured: dict[tuple[int, int], list[Constants]], condition
                 ha="center", fontsize=8.5, color=MEANS,
             )  # fmt: skip
             if dim == 2:
-                held = [each.points for each in found]
-                axes.plot(across, held, "x", color=POINTS, markersize=4.5, clip_on=False, zorder=4)
+                constrained = [each.points for each in found]
+                axes.plot(
+                    across, constrained, "x", color=POINTS, markersize=4.5, clip_on=False, zorder=4
+                )
         axes.set_title(f"{'plane strain' if dim == 2 else '3D'}, {len(found)} planes", fontsize=10)
         axes.set_xticks(range(len(grids)), [f"1/{cells}" for cells in grids])
         axes.set_xlim(-0.5, len(grids) - 0.5)

@@ -167,39 +167,41 @@ def block(random: Random, condition: str, on_axis: bool) -> Held:
     return Held(np.vstack([floor, tops[::-1]]), walls, height, width, text)
 
 
-def tool_of(random: Random, held: Held, way: str, on_axis: bool) -> tuple[Round | None, float]:
+def tool_of(
+    random: Random, constrained: Held, way: str, on_axis: bool
+) -> tuple[Round | None, float]:
     """The tool, and the length that scales its motion."""
     radius, offset = random.uniform(0.8, 1.8), random.uniform(-0.4, 0.4, 2)
     if on_axis:
         offset[0] = 0.0
-    if held.closed is not None:
-        room = held.closed.radius * (0.6 if held.closed.type == "spline" else 0.7)
+    if constrained.closed is not None:
+        room = constrained.closed.radius * (0.6 if constrained.closed.type == "spline" else 0.7)
         radius = min(radius, 0.5 * room)
         centre, gap = offset, room - radius - 0.4
     elif way == "buried":
-        centre = np.array([offset[0], 0.5 * held.height])
-        gap = 0.5 * min(held.height, held.width) - radius - 1.0
+        centre = np.array([offset[0], 0.5 * constrained.height])
+        gap = 0.5 * min(constrained.height, constrained.width) - radius - 1.0
     else:
-        centre, gap = np.array([offset[0], held.height]), 0.4 * held.height
+        centre, gap = np.array([offset[0], constrained.height]), 0.4 * constrained.height
     if way not in ("pressed", "embedded", "buried"):
         return None, gap
     tool = Round.drawn(random, centre, radius)
     if way == "pressed":
-        lowest = tool.arc(0.0, 2.0 * np.pi)[:, 1].min() - held.height
+        lowest = tool.arc(0.0, 2.0 * np.pi)[:, 1].min() - constrained.height
         tool = replace(tool, centre=centre - [0.0, lowest])
     return tool, gap
 
 
 def motion_of(
-    random: Random, held: Held, way: str, tool: Round | None, gap: float, free: str
+    random: Random, constrained: Held, way: str, tool: Round | None, gap: float, free: str
 ) -> dict[str, Any]:
     """How the tool moves: `free` in any way, along the axis ("axis") or without a turn ("ring")."""
     angle, size = random.uniform(-np.pi, np.pi), random.uniform(0.1, 0.3) * gap
     if way == "pressed":
         angle = random.uniform(-2.0, -1.0) * np.pi / 3.0
-        size = random.uniform(0.2, min(2.0, 0.25 * held.height))
+        size = random.uniform(0.2, min(2.0, 0.25 * constrained.height))
     if way == "plane":
-        angle, size = -0.5 * np.pi, random.uniform(0.02, 0.12) * held.height
+        angle, size = -0.5 * np.pi, random.uniform(0.02, 0.12) * constrained.height
     if free == "axis":
         angle = np.copysign(0.5 * np.pi, angle)
     moving, turning, growing = (random.random(3) < [0.85, 0.4, 0.4]).tolist()
@@ -214,23 +216,23 @@ def motion_of(
     return motion
 
 
-def carry(random: Random, held: Held, alone: bool, free: str) -> str:
+def carry(random: Random, constrained: Held, alone: bool, free: str) -> str:
     """Moves what holds the body: all of it, a side, the radius of a closed circle, or nothing."""
     which, part = random.random(), random.uniform(-1.0, 1.0, 3)
     far, angle = (2.0, 20.0) if alone else (0.4, 3.0)
-    first, last = held.walls[0], held.walls[-1]
+    first, last = constrained.walls[0], constrained.walls[-1]
     if which < 0.2:
         by = far * part[:2] * [0.0 if free == "axis" else 1.0, 1.0]
-        for wall in held.walls:
+        for wall in constrained.walls:
             wall["displacement"] = by
             if free == "any":
                 wall["rotation"] = {"angle": angle * part[2], "centre": [0.0, 0.0]}
         return "all that holds it moves"
     if which < 0.4 and first is not last and first["condition"] == "roller":
-        last["displacement"] = [0.05 * held.width * part[0], 0.0]
+        last["displacement"] = [0.05 * constrained.width * part[0], 0.0]
         return "a side moves"
-    if which < 0.4 and held.closed is not None and held.closed.type == "circle":
-        first["radius_change"] = 0.05 * part[0] * held.closed.radius
+    if which < 0.4 and constrained.closed is not None and constrained.closed.type == "circle":
+        first["radius_change"] = 0.05 * part[0] * constrained.closed.radius
         return "its radius changes"
     return "the rest still"
 
@@ -249,32 +251,34 @@ def flat_of(random: Random) -> tuple[dict[str, Any], list[str]]:
     if random.random() < 0.3:
         way = str(random.choice(["buried", "none"]))
         loose = not axisymmetric and (way == "none" or other == "roller")
-        held = enclosed(random, condition, loose)
+        constrained = enclosed(random, condition, loose)
     else:
         way = str(random.choice(list(WAYS), p=list(WAYS.values())))
-        held = block(random, condition, on_axis)
-        if way == "plane" and len(held.walls) > 1:
+        constrained = block(random, condition, on_axis)
+        if way == "plane" and len(constrained.walls) > 1:
             other = "roller"
-    tool, gap = tool_of(random, held, way, on_axis)
-    motion = motion_of(random, held, way, tool, gap, free)
-    rest = carry(random, held, way == "none", free)
+    tool, gap = tool_of(random, constrained, way, on_axis)
+    motion = motion_of(random, constrained, way, tool, gap, free)
+    rest = carry(random, constrained, way == "none", free)
     still = rest == "the rest still" and not motion
-    walls, outline, used = held.walls, held.outline, "no tool"
+    walls, outline, used = constrained.walls, constrained.outline, "no tool"
     if tool is not None:
         walls.append(implicit("tool", tool.geometry("outside"), other, **motion))
         if way == "embedded":
             outline = np.vstack([outline[:-1], tool.arc(0.0, -np.pi), outline[-1:]])
     elif way == "plane":
-        walls.append(implicit("tool", flat([0.0, held.height], [0.0, -1.0]), other, **motion))
+        walls.append(
+            implicit("tool", flat([0.0, constrained.height], [0.0, -1.0]), other, **motion)
+        )
     if way != "none":
         used = f"{other} {tool.type if tool else ''} {way} ({', '.join(motion) or 'still'})"
     changing = any("radius_change" in wall for wall in walls)
-    confined = way == "plane" or (held.closed is not None and changing)
+    confined = way == "plane" or (constrained.closed is not None and changing)
     parts = pieces(outline, tool if way == "buried" else None, on_axis)
     shapes = [frame.set_in({"type": "polygon", "vertices": part}) for part in parts]
     kind = "axisymmetric" if axisymmetric else "plane_strain"
-    entries = assembled(random, kind, frame, shapes, walls, held.height, confined, still)
-    return entries, [held.text, used, rest]
+    entries = assembled(random, kind, frame, shapes, walls, constrained.height, confined, still)
+    return entries, [constrained.text, used, rest]
 
 
 def solid_of(random: Random) -> tuple[dict[str, Any], list[str]]:

@@ -70,7 +70,7 @@ def by_number(simulation: Simulation) -> Floats:
 
 
 def squeezed(kind: str, basis: str, condition: str, delta: float, **more: Any) -> Model:
-    """A block off the grid lines, held by rollers, that a platen squeezes to half its height."""
+    """A block off the grid lines between rollers that a platen squeezes to half its height."""
     dim = dimension(kind)
     h = CELL[kind]
     lower = np.full(dim, 0.3 * h)

@@ -21,8 +21,8 @@ def make_setup(counts: tuple[int, ...], spacing: float = 0.5) -> Setup:
     position = lattice(counts, spacing)
     corners = np.zeros((3, dim))
     corners[:, 0] = [0.0, spacing, 2 * spacing]
-    held = np.zeros((3, dim), dtype=bool)
-    held[:, -1] = True
+    constrained = np.zeros((3, dim), dtype=bool)
+    constrained[:, -1] = True
     push = np.zeros((3, dim))
     push[:, -1] = -0.2
     force = np.zeros((1, dim))
@@ -38,9 +38,9 @@ def make_setup(counts: tuple[int, ...], spacing: float = 0.5) -> Setup:
         cell_size=np.full(dim, 2 * spacing),
         origin=np.zeros(dim),
         conditions=[
-            Condition("base", "roller", corners, held),
+            Condition("base", "roller", corners, constrained),
             Condition("corner", "fixed", corners[:1], np.ones((1, dim), dtype=bool)),
-            Condition("plate", "prescribed", corners + 1.0, held, push),
+            Condition("plate", "prescribed", corners + 1.0, constrained, push),
         ],
         loads=[Load("pull", position[-1:], force)],
         body_force=np.eye(dim)[-1] * -9.81,

@@ -79,7 +79,8 @@ def write(
     """Writes the input files of Kratos MPM into `folder`.
 
     Args:
-        model: one box of the linear basis and of Hencky's elasticity, held on grid lines and nodes.
+        model: one box of the linear basis and of Hencky's elasticity, constrained on grid lines and
+            nodes.
         lower, upper: corners of the background grid, on its lines [length].
         linear_solver: a name of `LINEAR_SOLVERS`.
 
@@ -91,8 +92,8 @@ def write(
     cell = np.array(model.cell_size, dtype=float)
     cells = np.rint((np.array(upper) - lower) / cell).astype(np.int64)
     grid = Mesh.box(np.array(lower, dtype=float), cell, cells)
-    held = [held_nodes(boundary, grid.position, cell) for boundary in entries["boundaries"]]
-    (folder / GRID).write_text(mdpa(grid, dict(zip(parts(entries), held, strict=True))))
+    constrained = [held_nodes(boundary, grid.position, cell) for boundary in entries["boundaries"]]
+    (folder / GRID).write_text(mdpa(grid, dict(zip(parts(entries), constrained, strict=True))))
 
     body = entries["bodies"][0]
     shape = body["shape"]
@@ -242,7 +243,7 @@ def project_parameters(
 
 def condition(boundary: dict[str, Any], part: str, share: float, dim: int) -> dict[str, Any]:
     """Returns Kratos' process for a boundary; its displacement is that of one step, a `share`."""
-    held: list[bool] = [False] * 3
+    constrained: list[bool] = [False] * 3
     value: list[float | None] = [None] * 3
     if boundary["condition"] == "fixed":
         moves = dict.fromkeys("xyz"[:dim], 0.0)
@@ -251,14 +252,14 @@ def condition(boundary: dict[str, Any], part: str, share: float, dim: int) -> di
     else:
         moves = boundary["displacement"]
     for axis, move in moves.items():
-        held["xyz".index(axis)] = True
+        constrained["xyz".index(axis)] = True
         value["xyz".index(axis)] = share * move
     return {
         "python_module": "assign_vector_variable_process",
         "kratos_module": "KratosMultiphysics",
         "Parameters": {
             "model_part_name": f"Background_Grid.{part}", "variable_name": "DISPLACEMENT",
-            "constrained": held, "value": value, "interval": [0.0, "End"],
+            "constrained": constrained, "value": value, "interval": [0.0, "End"],
         },
     }  # fmt: skip
 

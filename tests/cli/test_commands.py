@@ -210,9 +210,9 @@ def test_check_prints_implicit_boundaries(case: Case) -> None:
     file.with_name("shapes.py").touch()
     printed = " ".join(summary_of(file).split())
     assert (
-        "foundation: implicit, held along [1, 1] on a footing (centre [0.5, 4], normal [0, -2], "
-        "width 0.5), surface form, delta = 0.0005 m, turns by 3 degrees about [0.5, 4], "
-        "uy = -0.2 m, factor 0.5 at the end"
+        "foundation: implicit, constrained along [1, 1] on a footing (centre [0.5, 4], "
+        "normal [0, -2], width 0.5), surface form, delta = 0.0005 m, "
+        "turns by 3 degrees about [0.5, 4], uy = -0.2 m, factor 0.5 at the end"
     ) in printed
     assert (
         "slope: implicit, tangential on a function (shapes.py:slope), band form, "

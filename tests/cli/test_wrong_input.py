@@ -402,7 +402,7 @@ WRONG_FROM_THE_START = {
     ),
     "one smooth wall": (
         implicit('condition = "roller"'),
-        ["boundaries: ", "not held against translation along x", "singular"],
+        ["boundaries: ", "not constrained against translation along x", "singular"],
     ),
 }
 

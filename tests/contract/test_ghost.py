@@ -54,8 +54,8 @@ def block(
 
 def ghost(simulation: Simulation, active: ActiveGrid, gamma: float = GAMMA) -> LinearForces:
     """The penalty of all faces."""
-    held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(simulation.soil_on(active), held, gamma)
+    constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    faces = ghost_faces(simulation.soil_on(active), constrained, gamma)
     return LinearForces([of_axis.coupling() for of_axis in faces])
 
 

@@ -217,7 +217,7 @@ def equations(
 
     def matrix(u: Floats) -> Floats:
         balance.forces(u)
-        system = LinearSystem(active, np.zeros_like(conditions.held))
+        system = LinearSystem(active, np.zeros_like(conditions.constrained))
         balance.fill_stiffness(u, system.blocks)
         whole = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
         return np.asarray(whole.toarray())

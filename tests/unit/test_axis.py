@@ -38,8 +38,8 @@ def holders(simulation: Simulation) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the active nodes, and who holds their radial displacement."""
     active = locate(simulation.points, simulation.grid, Buffers())
     declared = Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
-    held = simulation.axis.hold(active, declared)
-    return active.position, held.conditions.holder[:, 0]
+    constrained = simulation.axis.hold(active, declared)
+    return active.position, constrained.conditions.holder[:, 0]
 
 
 def radial_on_axis(simulation: Simulation, result: Any) -> np.ndarray:
@@ -107,9 +107,9 @@ def test_it_is_what_a_declared_roller_on_the_axis_is(basis: str) -> None:
 
 def test_without_it_the_disc_would_feel_something_else() -> None:
     """So the comparison sees it."""
-    free, held = (Simulation(footing("gimp", False)) for _ in range(2))
+    free, constrained = (Simulation(footing("gimp", False)) for _ in range(2))
     free.axis._rows = None
-    for simulation, least, greatest in ((free, 1e-6, np.inf), (held, 0.0, 0.0)):
+    for simulation, least, greatest in ((free, 1e-6, np.inf), (constrained, 0.0, 0.0)):
         result = simulation.advance(0.0, 0.2)
         on_axis = result.active.position[:, 0] == 0.0
         moved = np.abs(result.equilibrium.displacement[on_axis, 0]).max()
@@ -129,7 +129,7 @@ def test_it_is_no_boundary_in_the_results() -> None:
 
 
 def test_nodes_beyond_it_move_with_it() -> None:
-    """A GIMP domain that reaches across r = 0 brings nodes to life: held radially, free axially."""
+    """A GIMP domain across r = 0 activates nodes: constrained radially, free axially."""
     simulation = Simulation(Model.from_dict(block_entries("axisymmetric", "gimp")))
     simulation.boundaries = []
     simulation.points.position[:, 0] -= 0.01

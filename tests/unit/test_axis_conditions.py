@@ -159,7 +159,7 @@ def test_an_affine_motion_keeps_the_axis(shift: float) -> None:
     simulation = Simulation(Model.from_dict(off_lines(entries, shift)))
     simulation.check()
     simulation.advance(0.0, 1.0)
-    assert len(simulation.axis.place) == 0, "all nodes are held already"
+    assert len(simulation.axis.place) == 0, "all nodes are constrained already"
 
 
 def test_a_hollow_body_may_move_radially() -> None:

@@ -99,7 +99,7 @@ def test_affine_increment_is_that_of_the_path(path: str) -> None:
     ready = simulation("plane_strain", [affine(end, path)])
     active = ready.check()
     found = Conditions.gather(ready.boundaries, active, 0.3, 0.7)
-    assert found.held.all()
+    assert found.constrained.all()
 
     def gradient(time: float) -> np.ndarray:
         if path == "linear":
@@ -120,10 +120,10 @@ def test_outer_nodes_are_those_that_two_cells_of_soil_do_not_surround(kind: str)
     found = Conditions.gather(ready.boundaries, active, 0.0, 1.0)
     inner = ((active.position >= 2.0) & (active.position <= 3.0)).all(axis=1)
     assert inner.sum() == 2**dim
-    np.testing.assert_array_equal(found.held, np.repeat(~inner[:, None], dim, axis=1))
+    np.testing.assert_array_equal(found.constrained, np.repeat(~inner[:, None], dim, axis=1))
     everywhere = simulation(kind, [drive | {"nodes": "all"}], cells=5)
     whole = Conditions.gather(everywhere.boundaries, active, 0.0, 1.0)
-    assert np.array_equal(found.increment, np.where(found.held, whole.increment, 0.0))
+    assert np.array_equal(found.increment, np.where(found.constrained, whole.increment, 0.0))
 
 
 def test_nodes_beside_a_hole_are_outer_ones() -> None:
@@ -131,7 +131,7 @@ def test_nodes_beside_a_hole_are_outer_ones() -> None:
     place = ready.points.position
     place[(place < 1.0).all(axis=1)] += [6.0, 0.0]  # the soil of one cell at a corner is away
     active = ready.check()
-    (outer,) = (b.prescribe(active, 0.0, 1.0).held.all(axis=1) for b in ready.boundaries)
+    (outer,) = (b.prescribe(active, 0.0, 1.0).constrained.all(axis=1) for b in ready.boundaries)
     inner = ((active.position >= 2.0) & (active.position <= 5.0)).all(axis=1)
     corner = (active.position == 2.0).all(axis=1)
     assert np.array_equal(outer, ~inner | corner)
@@ -238,7 +238,7 @@ def test_a_second_body_that_hangs_in_the_air_is_found(kind: str) -> None:
     lower = [4.0] * dim
     other["shape"] = {"type": "box", "lower": lower, "upper": [5.0] * dim}
     entries["bodies"].append(other)
-    with pytest.raises(BadInput, match="not held against") as error:
+    with pytest.raises(BadInput, match="not constrained against") as error:
         Simulation(Model.from_dict(entries)).check()
     assert "(" + ", ".join(["4.5"] * dim) + ")" in str(error.value)
 

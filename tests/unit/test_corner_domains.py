@@ -188,7 +188,7 @@ def test_domains_that_lean_across_the_axis_end_at_it() -> None:
 
 @every_basis
 def test_no_domain_crosses_the_axis_while_the_soil_is_sheared(basis: str) -> None:
-    """A solid cylinder under its weight whose lower half is held: it leans about the axis."""
+    """A solid cylinder under its weight whose lower half is fixed: it leans about the axis."""
     entries: dict[str, Any] = block_entries(
         "axisymmetric", basis, loads=[weight("axisymmetric", 60.0)], schedule={"steps": 10},
         boundaries=[

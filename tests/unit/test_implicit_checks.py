@@ -290,7 +290,7 @@ def test_a_rigid_motion_that_is_left_is_refused(name: str) -> None:
         second = {**shape, "lower": [5.0, 3.2], "upper": [6.0, 4.2]}
         entries["bodies"].append({**entries["bodies"][0], "name": "loose", "shape": second})
         model = Model.from_dict(entries)
-    with pytest.raises(BadInput, match="not held against") as error:
+    with pytest.raises(BadInput, match="not constrained against") as error:
         Simulation(model).check()
     assert free in str(error.value)
     assert "singular" in str(error.value)

@@ -96,8 +96,8 @@ def limits(
     for place, normal, weight, projector in zip(
         pose.place, pose.normal, pose.weight, pose.projector, strict=True
     ):
-        m, held = np.zeros(3), np.zeros((3, 3))
-        m[:dim], held[:dim, :dim] = normal, projector
+        m, constrained = np.zeros(3), np.zeros((3, 3))
+        m[:dim], constrained[:dim, :dim] = normal, projector
         hat, gradient = shape_functions(active, place)
         touched = np.flatnonzero(hat)
         hat, gradient = hat[touched], gradient[touched]
@@ -108,8 +108,8 @@ def limits(
             rate[:, k, k, :dim] = gradient
         if kind == "axisymmetric":
             rate[:, 0, 2, 2] = hat / place[0]
-        jump = np.einsum("ij,akj,l->akil", held, vector, m)
-        mean = np.einsum("ij,akjl->akil", np.eye(3) - 0.5 * held, rate)
+        jump = np.einsum("ij,akj,l->akil", constrained, vector, m)
+        mean = np.einsum("ij,akjl->akil", np.eye(3) - 0.5 * constrained, rate)
         rows = np.ix_(touched, range(dim), touched, range(dim))
         k3[rows] += (
             4.0 / (3.0 * delta) * weight
@@ -188,13 +188,13 @@ def test_wide_band_has_the_energy_of_the_product_of_functions(condition: str) ->
     (part,) = constraints.parts
     assert isinstance(part, BandConstraint)
     matrix = dense(part.coupling(), active.nodes)
-    held = part.pose.projector[0]
+    constrained = part.pose.projector[0]
     u = random.uniform(-1, 1, active.position.shape)
 
     def field(place: Floats) -> Floats:
         hat, _ = shape_functions(active, place)
         share = (place[1] - 1.2) / delta
-        return np.asarray((np.eye(2) - (1.0 - share) ** 2 * held) @ (hat @ u))
+        return np.asarray((np.eye(2) - (1.0 - share) ** 2 * constrained) @ (hat @ u))
 
     energy, step = 0.0, 1e-5
     for s, across in zip(*np.polynomial.legendre.leggauss(6), strict=True):
@@ -205,7 +205,7 @@ def test_wide_band_has_the_energy_of_the_product_of_functions(condition: str) ->
             rates = np.zeros((2, 3, 3))
             for k, unit in enumerate(step * np.eye(2)):
                 rates[0, :2, k] = (field(place + unit) - field(place - unit)) / (2.0 * step)
-            rates[1, :2, :2] = (np.eye(2) - (1.0 - share) ** 2 * held) @ (u.T @ slope)
+            rates[1, :2, :2] = (np.eye(2) - (1.0 - share) ** 2 * constrained) @ (u.T @ slope)
             squares = np.einsum("rij,ijkl,rkl->r", rates, elasticity(), rates)
             energy += across * along * 0.35 * 0.5 * delta * (squares[0] - squares[1])
     assert u.ravel() @ matrix @ u.ravel() == pytest.approx(energy, rel=1e-7)

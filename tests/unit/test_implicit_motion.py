@@ -281,10 +281,10 @@ def test_held_direction_turns_with_the_boundary() -> None:
     made = boundary(
         LINE, condition="direction", direction=[3.0, 4.0], rotation={**TURN, "angle": 90.0}
     )
-    held = rotation_matrix(45.0, None, 2) @ [0.6, 0.8]
+    constrained = rotation_matrix(45.0, None, 2) @ [0.6, 0.8]
     pose = pose_of(made, 0.25, 0.75)  # directions are those of the middle of the step
     assert pose.projector == pytest.approx(
-        np.broadcast_to(np.outer(held, held), pose.projector.shape), abs=1e-14
+        np.broadcast_to(np.outer(constrained, constrained), pose.projector.shape), abs=1e-14
     )
 
 

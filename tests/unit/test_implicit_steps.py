@@ -222,8 +222,8 @@ def test_wheel_turns_in_its_rim_without_friction() -> None:
     """A roller circle that turns about its centre drags nothing along."""
     turn = {"rotation": {"angle": 40.0, "centre": DISC["centre"]}}
     rim = implicit("rim", {**DISC, "soil": "inside"}, **turn)
-    held = implicit("pin", flat(DISC["centre"], [1.0, 0.0]), "tangential")
-    entries = model_of("plane_strain", "gimp", DISC, [rim, held]).to_dict()
+    constrained = implicit("pin", flat(DISC["centre"], [1.0, 0.0]), "tangential")
+    entries = model_of("plane_strain", "gimp", DISC, [rim, constrained]).to_dict()
     simulation, _ = steps_of(Model.from_dict(entries))
     assert np.abs(simulation.points.stress).max() < 1e-10 * MODULUS
     assert np.abs(simulation.points.displacement).max() < 1e-10
@@ -236,11 +236,13 @@ def test_wheel_turns_in_its_rim_without_friction() -> None:
 @pytest.mark.parametrize("condition", ["roller", "tangential", "direction"])
 def test_components_that_a_condition_holds(form: str, condition: str) -> None:
     """A lid drags a block along and off an inclined base, which resists what it holds alone."""
-    held = {"roller": ACROSS, "tangential": ALONG, "direction": np.array([0.6, 0.8])}[condition]
-    free = np.array([-held[1], held[0]])
+    constrained = {"roller": ACROSS, "tangential": ALONG, "direction": np.array([0.6, 0.8])}[
+        condition
+    ]
+    free = np.array([-constrained[1], constrained[0]])
     more = {"direction": [3.0, 4.0]} if condition == "direction" else {}
     base = implicit("base", flat([0.1, 0.2], ACROSS), condition, form=form, delta=1e-5, **more)
-    pull = 0.02 * free + 0.002 * held
+    pull = 0.02 * free + 0.002 * constrained
     lid = implicit(
         "lid", flat(np.array([0.1, 0.2]) + ACROSS, -ACROSS), "fixed", form=form,
         displacement={"x": pull[0], "y": pull[1]},
@@ -252,15 +254,15 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
     )
     result = simulation.advance(0.0, 1.0)
     force = result.forces["base"]
-    size = np.abs(result.resultant("base") @ held)
+    size = np.abs(result.resultant("base") @ constrained)
     assert size > 1e-4 * MODULUS
     if form == "surface":
         assert np.abs(force @ free).max() < 1e-9 * size
     carried = simulation.implicit[0].carried[:, :2]
-    assert np.abs(carried @ free).max() < 1e-9 * np.abs(carried @ held).max()
+    assert np.abs(carried @ free).max() < 1e-9 * np.abs(carried @ constrained).max()
     (base_part, _) = constraints.parts
     moved = base_part.at.interpolate(result.equilibrium.displacement)
-    slip = moved @ held
+    slip = moved @ constrained
     if isinstance(base_part, SurfaceConstraint):  # it holds means over patches
         assert base_part.multipliers is not None
         slip = base_part.multipliers.mean(moved)

@@ -148,12 +148,16 @@ def test_what_is_just_right_is_taken() -> None:
 
 def test_directions_held_by_a_boundary() -> None:
     plane = {"name": "b", "axis": "y", "at": 0}
-    assert PlaneBoundary(**plane, condition="roller").held(2) == {1: 0.0}
-    assert PlaneBoundary(**plane, condition="fixed").held(2) == {0: 0.0, 1: 0.0}
-    assert PlaneBoundary(**plane, condition="fixed", components=["x"]).held(2) == {0: 0.0}
+    assert PlaneBoundary(**plane, condition="roller").prescribed(2) == {1: 0.0}
+    assert PlaneBoundary(**plane, condition="fixed").prescribed(2) == {0: 0.0, 1: 0.0}
+    assert PlaneBoundary(**plane, condition="fixed", components=["x"]).prescribed(2) == {0: 0.0}
     push = PlaneBoundary(**plane, condition="prescribed", displacement={"y": -0.2})
-    assert push.held(2) == {1: -0.2}
-    assert NodeBoundary(name="n", at=[0, 0, 0], condition="fixed").held(3) == {0: 0, 1: 0, 2: 0}
+    assert push.prescribed(2) == {1: -0.2}
+    assert NodeBoundary(name="n", at=[0, 0, 0], condition="fixed").prescribed(3) == {
+        0: 0,
+        1: 0,
+        2: 0,
+    }
 
 
 @pytest.mark.parametrize(

@@ -55,17 +55,18 @@ def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, ang
     active, constraints = cut_by(
         kind, [implicit("cut", inclined(kind, angle), condition=condition)]
     )
-    (held,) = multipliers_of(constraints)
+    (constrained,) = multipliers_of(constraints)
     part = constraints.parts[0]
     rank = {"roller": 1, "fixed": dimension(kind), "tangential": dimension(kind) - 1}[condition]
-    assert held.owner.shape == (rank, len(part.chosen))
-    assert set(held.owner.ravel()) == set(range(len(held.area)))
+    assert constrained.owner.shape == (rank, len(part.chosen))
+    assert set(constrained.owner.ravel()) == set(range(len(constrained.area)))
     place = (part.pose.place - active.grid.origin) / active.grid.cell_size
-    for owner in held.owner:
-        away = np.abs(place - held.place[owner]).max(axis=1)
+    for owner in constrained.owner:
+        away = np.abs(place - constrained.place[owner]).max(axis=1)
         assert away.max() < 2.0
-    assert held.area.sum() == pytest.approx(rank * part.pose.weight.sum(), rel=1e-12)
-    np.testing.assert_allclose(np.einsum("rni,sni->nrs", held.direction, held.direction),
+    assert constrained.area.sum() == pytest.approx(rank * part.pose.weight.sum(), rel=1e-12)
+    np.testing.assert_allclose(np.einsum("rni,sni->nrs", constrained.direction,
+    constrained.direction),
                                np.broadcast_to(np.eye(rank), (len(part.chosen), rank, rank)),
                                atol=1e-12)  # fmt: skip
 
@@ -75,15 +76,19 @@ def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, ang
 def test_no_more_multipliers_than_independent_nodes(kind: str, angle: float) -> None:
     """Linearly independent rows, and along the grid one for each node of a column."""
     _, constraints = cut_by(kind, [implicit("cut", inclined(kind, angle))])
-    (held,) = multipliers_of(constraints)
-    nodes = held.node.max() + 1
-    rows = np.zeros((len(held.area), nodes, dimension(kind)))
-    for number, (low, high) in enumerate(zip(held.node_start, held.node_start[1:], strict=False)):
-        rows[number, held.node[low:high]] = held.row[low:high] / held.area[number]
+    (constrained,) = multipliers_of(constraints)
+    nodes = constrained.node.max() + 1
+    rows = np.zeros((len(constrained.area), nodes, dimension(kind)))
+    for number, (low, high) in enumerate(
+        zip(constrained.node_start, constrained.node_start[1:], strict=False)
+    ):
+        rows[number, constrained.node[low:high]] = (
+            constrained.row[low:high] / constrained.area[number]
+        )
     value = np.linalg.svd(rows.reshape(len(rows), -1), compute_uv=False)
     assert value.min() > 0.1 * value.max()
     if angle in (0.0, 90.0):
-        assert len(held.area) == 7 ** (dimension(kind) - 1)
+        assert len(constrained.area) == 7 ** (dimension(kind) - 1)
 
 
 def test_the_choice_does_not_depend_on_what_the_geometry_is_called() -> None:
@@ -103,21 +108,21 @@ def test_the_choice_does_not_depend_on_what_the_geometry_is_called() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_means_of_linear_fields_are_those_at_the_patches_centres(kind: str) -> None:
     active, constraints = cut_by(kind, [implicit("cut", inclined(kind, 25.0), condition="fixed")])
-    (held,) = multipliers_of(constraints)
+    (constrained,) = multipliers_of(constraints)
     part, random = constraints.parts[0], np.random.default_rng(3)
     dim = dimension(kind)
     gradient, offset = random.uniform(-1, 1, (dim, dim)), random.uniform(-1, 1, dim)
     field = active.position @ gradient.T + offset
-    mean = held.mean(part.at.interpolate(field))
+    mean = constrained.mean(part.at.interpolate(field))
     by_rows = np.add.reduceat(
-        np.einsum("ei,ei->e", held.row, field[held.node]), held.node_start[:-1]
+        np.einsum("ei,ei->e", constrained.row, field[constrained.node]), constrained.node_start[:-1]
     )
-    np.testing.assert_allclose(by_rows / held.area, mean, atol=1e-12)
-    for number in range(len(held.area)):
-        slot, point = np.nonzero(held.owner == number)
+    np.testing.assert_allclose(by_rows / constrained.area, mean, atol=1e-12)
+    for number in range(len(constrained.area)):
+        slot, point = np.nonzero(constrained.owner == number)
         assert len(set(slot)) == 1
-        centre = np.average(part.pose.place[point], axis=0, weights=held.weight[point])
-        direction = held.direction[slot[0], point[0]]  # a plane: the same all over
+        centre = np.average(part.pose.place[point], axis=0, weights=constrained.weight[point])
+        direction = constrained.direction[slot[0], point[0]]  # a plane: the same all over
         assert mean[number] == pytest.approx(direction @ (gradient @ centre + offset), abs=1e-12)
 
 
@@ -130,8 +135,8 @@ def test_conditions_that_meet_share_no_direction_of_a_node() -> None:
         found = dict(zip([w["name"] for w in walls], multipliers_of(constraints), strict=True))
         corner = np.array([1.0, 1.0])
         at_corner = {
-            name: int((np.abs(held.place - corner).max(axis=1) < 1e-6).sum())
-            for name, held in found.items()
+            name: int((np.abs(constrained.place - corner).max(axis=1) < 1e-6).sum())
+            for name, constrained in found.items()
         }
         first = walls[0]["name"]
         assert at_corner == ({"base": 2, "wall": 0} if first == "base" else {"base": 1, "wall": 1})
@@ -151,10 +156,12 @@ def test_rows_are_refused_where_sizes_disagree() -> None:
 
 def test_a_mean_of_constant_vectors_is_their_component() -> None:
     _, constraints = cut_by("3d", [implicit("cut", inclined("3d", 40.0), condition="tangential")])
-    (held,) = multipliers_of(constraints)
-    vector = np.tile([0.3, -0.2, 0.5], (held.owner.shape[1], 1))
-    mean: Floats = held.mean(vector)
-    np.testing.assert_allclose(held.spread(mean), vector - _across(constraints, vector), atol=1e-12)
+    (constrained,) = multipliers_of(constraints)
+    vector = np.tile([0.3, -0.2, 0.5], (constrained.owner.shape[1], 1))
+    mean: Floats = constrained.mean(vector)
+    np.testing.assert_allclose(
+        constrained.spread(mean), vector - _across(constraints, vector), atol=1e-12
+    )
 
 
 def _across(constraints: ImplicitConstraints, vector: Floats) -> Floats:

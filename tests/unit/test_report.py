@@ -45,7 +45,7 @@ def test_setup_picture_names_everything(counts: tuple[int, ...], tmp_path: Path)
     up = "y" if len(counts) == 2 else "z"
     everything = " | ".join(texts)
     assert f"clay {np.prod(counts)} points" in everything
-    assert f"base roller, {up} held" in everything
+    assert f"base roller, {up} constrained" in everything
     assert "corner fixed" in everything
     assert f"plate prescribed in {up}, up to 0.2 m" in everything
     assert "pull 7 kN in total" in everything

@@ -132,13 +132,13 @@ def test_kinds_differ() -> None:
 
 
 def test_the_legend_names_surfaces_and_colours_go_on_after_the_conditions() -> None:
-    held = np.tile([False, True], (2, 1))
-    condition = Condition("bottom", "roller", np.array([[0.0, 0.0], [1.0, 0.0]]), held)
+    constrained = np.tile([False, True], (2, 1))
+    condition = Condition("bottom", "roller", np.array([[0.0, 0.0], [1.0, 0.0]]), constrained)
     setup = replace(make_setup(inclined("roller"), circle("fixed", 0.5)), conditions=[condition])
     figure = draw_setup(setup)
     texts = [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
-    assert "base implicit, normal held" in texts
-    assert "pipe implicit, all held, moves up to 0.5 m" in texts
+    assert "base implicit, normal constrained" in texts
+    assert "pipe implicit, all constrained, moves up to 0.5 m" in texts
     (axes,) = figure.axes
     assert len(lines_of(axes, CONDITION_COLOURS[1])) == 1  # the plane
     assert len(lines_of(axes, CONDITION_COLOURS[2])) == 2  # the pipe and where it goes

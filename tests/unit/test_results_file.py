@@ -123,12 +123,12 @@ def test_resume_drops_later_outputs_and_goes_on(
 def test_a_reader_that_keeps_the_file_open_is_not_disturbed(tmp_path: Path) -> None:
     path = tmp_path / "results.vtkhdf"
     writer = write(path, range(2))
-    with h5py.File(path, "r") as held:
+    with h5py.File(path, "r") as constrained:
         for step in range(2, 6):
             writer.append(make_snapshot(step))
-        assert list(held["tilth/step"]) == [0, 1]
+        assert list(constrained["tilth/step"]) == [0, 1]
         np.testing.assert_array_equal(
-            held["VTKHDF/points/Points"][7:, :2], make_snapshot(1).position
+            constrained["VTKHDF/points/Points"][7:, :2], make_snapshot(1).position
         )
     writer.close()
     for step, snapshot in enumerate(read_results(path)):

@@ -50,9 +50,9 @@ def test_reactions_balance_the_weight(kind: str, basis: str) -> None:
     assert base[up] == pytest.approx(weight, rel=1e-6)  # the springs of support.py hold 1e-8
     if kind != "axisymmetric":
         np.testing.assert_allclose(base[:up], -0.3 * weight, rtol=1e-6)
-    held = result.equilibrium.reaction != 0.0
+    constrained = result.equilibrium.reaction != 0.0
     at_base = result.active.position[:, up] == 0.0
-    assert not held[~at_base, up].any()  # free nodes have no reaction
+    assert not constrained[~at_base, up].any()  # free nodes have no reaction
 
 
 @every_kind
@@ -118,7 +118,7 @@ def test_external_work_is_stored_or_dissipated(kind: str, basis: str, material: 
 @every_kind
 @pytest.mark.parametrize("material", MATERIALS)
 def test_domains_do_not_slip_past_a_fixed_base(kind: str, material: str) -> None:
-    """Domains that swell beyond a held plane must not be let go by the nodes behind it."""
+    """Domains that swell beyond a constrained plane must not be let go by the nodes behind it."""
     displacement = {}
     for basis in BASES:
         simulation = leaning_block(kind, basis, material, 10.0)

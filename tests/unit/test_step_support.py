@@ -109,9 +109,9 @@ def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
     assert not springs.stiffness.any()
     sliver = standing(kind, basis, 1e-3)
     active = sliver.check()
-    held = WeakSprings.of(sliver.soil_on(active)).stiffness > 0.0
+    constrained = WeakSprings.of(sliver.soil_on(active)).stiffness > 0.0
     beyond = (active.position > 2.0).any(axis=1)
-    assert np.array_equal(held, beyond)
+    assert np.array_equal(constrained, beyond)
 
 
 @every_kind

@@ -12,14 +12,15 @@ namespace {
 auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
                       ConstDoubles normal, ConstIntegers lattice, ConstDoubles cell_size,
                       ConstIntegers first_cell, ConstIntegers end_cell,
-                      ConstIntegers first_direction, ConstDoubles direction, ConstFlags held) {
+                      ConstIntegers first_direction, ConstDoubles direction,
+                      ConstFlags constrained) {
   const int dim = static_cast<int>(cell_size.size());
   const auto cells = static_cast<std::int64_t>(node.shape(0));
   require_size(start, cells + 1, "start");
   require_size(node, cells << dim, "node");
   require_size(local, start.data()[cells] * dim, "local");
   require_size(normal, start.data()[cells] * dim, "normal");
-  require_size(held, static_cast<std::int64_t>(lattice.shape(0)) * dim, "held");
+  require_size(constrained, static_cast<std::int64_t>(lattice.shape(0)) * dim, "constrained");
   const boundary::Families families{static_cast<std::int64_t>(first_cell.size()), first_cell.data(),
                                     end_cell.data(), first_direction.data(), direction.data()};
   std::vector<std::int64_t> owner, family, point;
@@ -28,7 +29,7 @@ auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
     constexpr int d = decltype(kind)::dim;
     const boundary::TouchedCells<d> at{cells,         start.data(),   node.data(),     local.data(),
                                        normal.data(), lattice.data(), cell_size.data()};
-    auto found = boundary::MultiplierSpace<d>(at, families, held.data()).vertices();
+    auto found = boundary::MultiplierSpace<d>(at, families, constrained.data()).vertices();
     owner = std::move(found.owner), family = std::move(found.family);
     point = std::move(found.point), place = std::move(found.place);
   });
@@ -82,7 +83,7 @@ void bind_multipliers(nb::module_& module) {
   using namespace nb::literals;
   module.def("multiplier_space", &multiplier_space, "start"_a, "node"_a, "local"_a, "normal"_a,
              "lattice"_a, "cell_size"_a, "first_cell"_a, "end_cell"_a, "first_direction"_a,
-             "direction"_a, "held"_a,
+             "direction"_a, "constrained"_a,
              "Vertices of a step's boundaries: the owner of each direction of each point, and of "
              "each vertex the family, the nearest point and the place in cells.");
   module.def("nodes_behind", &nodes_behind, "start"_a, "node"_a, "local"_a, "normal"_a, "lattice"_a,

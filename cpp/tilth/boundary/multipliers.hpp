@@ -12,7 +12,7 @@ namespace tilth::boundary {
 template <int Dim>
 class MultiplierSpace {
  public:
-  MultiplierSpace(const TouchedCells<Dim>& at, const Families& families, const bool* held)
+  MultiplierSpace(const TouchedCells<Dim>& at, const Families& families, const bool* constrained)
       : at_(at), families_(families) {
     for (std::int64_t f = 0; f < families.families; ++f) {
       const bool same = f > 0 && families.first_cell[f] == families.first_cell[f - 1];
@@ -27,7 +27,7 @@ class MultiplierSpace {
     const std::int64_t last = families.families - 1;
     vertices_.owner.assign(last < 0 ? 0 : families.first_direction[last] + points_of(last), -1);
 
-    const HeldDirections<Dim> prescribed(nodes, held);
+    const HeldDirections<Dim> prescribed(nodes, constrained);
     HeldDirections<Dim> all(nodes, nullptr);
     std::vector<HeldDirections<Dim>> own(families.families, HeldDirections<Dim>(nodes, nullptr));
     choose(prescribed, all, own, [](std::int64_t, std::int64_t) { return true; }, false);
@@ -79,9 +79,9 @@ class MultiplierSpace {
       const auto& before = alone ? own[f] : all;
       if (std::max(before.part(candidate.low, way), before.part(candidate.high, way)) > shared)
         continue;
-      for (auto* held : {&all, &own[f]}) {
-        held->hold(candidate.low, way);
-        if (candidate.high != candidate.low) held->hold(candidate.high, way);
+      for (auto* constrained : {&all, &own[f]}) {
+        constrained->hold(candidate.low, way);
+        if (candidate.high != candidate.low) constrained->hold(candidate.high, way);
       }
       add_vertex(f, candidate.place, candidate.point);
     }
@@ -154,7 +154,7 @@ class MultiplierSpace {
     return best;
   }
 
-  /// Points that no vertex is near to are held together with those around them.
+  /// Points that no vertex is near to are constrained together with those around them.
   void gather_rest(std::int64_t f) {
     for (std::int64_t c = families_.first_cell[f]; c < families_.end_cell[f]; ++c)
       for (std::int64_t q = at_.start[c]; q < at_.start[c + 1]; ++q) {

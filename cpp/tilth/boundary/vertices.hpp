@@ -176,17 +176,17 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
 template <int Dim>
 class HeldDirections {
  public:
-  /// `held` (nodes * Dim): components that are prescribed at nodes.
-  HeldDirections(std::vector<std::int32_t> node, const bool* held) : node_(std::move(node)) {
+  /// `constrained` (nodes * Dim): components that are prescribed at nodes.
+  HeldDirections(std::vector<std::int32_t> node, const bool* constrained) : node_(std::move(node)) {
     std::sort(node_.begin(), node_.end());
     node_.erase(std::unique(node_.begin(), node_.end()), node_.end());
     sum_.assign(node_.size() * Dim * Dim, 0.0);
-    for (std::size_t i = 0; held != nullptr && i < node_.size(); ++i)
+    for (std::size_t i = 0; constrained != nullptr && i < node_.size(); ++i)
       for (int k = 0; k < Dim; ++k)
-        if (held[std::int64_t{node_[i]} * Dim + k]) sum_[(i * Dim + k) * Dim + k] = 1.0;
+        if (constrained[std::int64_t{node_[i]} * Dim + k]) sum_[(i * Dim + k) * Dim + k] = 1.0;
   }
 
-  /// The part of a unit direction that is held at a node, 0 to 1.
+  /// The part of a unit direction that is constrained at a node, 0 to 1.
   double part(std::int32_t node, const double* direction) const {
     const double* sum = sum_.data() + number(node) * Dim * Dim;
     double part = 0.0;

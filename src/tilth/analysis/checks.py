@@ -37,6 +37,8 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     times = turning_times(model)
     require_agreement(simulation.boundaries, step.constraints, times, model.boundary_keys())
     require_on_axis(simulation.axis, simulation.boundaries, simulation.implicit, step.active, times)
-    require_no_rigid_motion(step.active, simulation.kind, step.conditions.held, step.constraints)
+    require_no_rigid_motion(
+        step.active, simulation.kind, step.conditions.constrained, step.constraints
+    )
     require_near_soil(model, simulation.surfaces, step.active)
     return step.active

@@ -60,7 +60,7 @@ class RunWarnings:
             if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
                 continue
             axis = AXES.index(boundary.axis)
-            value = boundary.held(model.dimension).get(axis, 0.0)
+            value = boundary.prescribed(model.dimension).get(axis, 0.0)
             farthest = max(abs(value * factor) for _, factor in model.load_curve(boundary).table)
             if farthest > 0.5 * cell_size[axis]:
                 self.note(
@@ -79,14 +79,14 @@ class RunWarnings:
         for key, text in constraints.warnings():
             self.note(key, text)
 
-    def bounds(self, held: Mapping[str, int]) -> None:
+    def bounds(self, counts: Mapping[str, int]) -> None:
         """Domains that `bound_domains` kept from shrinking or growing further."""
         texts = {
             "floor": "were kept at the least size, 0.001 of a cell",
             "cap": "were kept at the size of a cell: they no longer tile the material; "
             "more points per cell, or another domain_update, avoid this",
         }
-        for key, count in held.items():
+        for key, count in counts.items():
             if count:
                 self.note(key, f"the domains of {count} material points {texts[key]}")
 

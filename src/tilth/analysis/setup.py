@@ -82,13 +82,13 @@ def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -
     declared = next(b for b in simulation.model.boundaries if b.name == boundary.name)
     assert not isinstance(declared, ImplicitBoundary)
     prescribed = boundary.prescribe(active, 0.0, simulation.model.schedule.end)
-    nodes = prescribed.held.any(axis=1)
+    nodes = prescribed.constrained.any(axis=1)
     moving = bool(prescribed.increment.any())
     return Condition(
         name=boundary.name,
         kind="affine" if isinstance(declared, AffineBoundary) else declared.condition,
         position=active.position[nodes],
-        constrained=prescribed.held[nodes],
+        constrained=prescribed.constrained[nodes],
         displacement=prescribed.increment[nodes] if moving else None,
     )
 

@@ -232,7 +232,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.held,
+                on_axis.conditions.constrained,
             )  # fmt: skip
         self.run_warnings.places(on_axis.conditions, constraints)
         return PreparedStep(before, after, active, on_axis, constraints)
@@ -315,7 +315,7 @@ class Simulation:
             carried = constraints.after(equilibrium.displacement)
             forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
             reaction_before = constraints.reaction_before(
-                equilibrium.initial_reaction, conditions.held, balance.constant_force()
+                equilibrium.initial_reaction, conditions.constrained, balance.constant_force()
             )
         result = StepResult(balance.active, equilibrium, forces, 0.0, step.after)
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
@@ -338,7 +338,7 @@ class Simulation:
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
         """Returns all forces of a step: the list that a new one is added to."""
         active, constraints = step.active, step.constraints
-        before, after, held = step.before, step.after, step.conditions.held
+        before, after, constrained = step.before, step.after, step.conditions.constrained
         with self.timers.measure("boundaries"):
             boundaries = LinearForces(
                 constraints.couplings(),
@@ -348,8 +348,8 @@ class Simulation:
             )
         with self.timers.measure("basis"):
             ghost = LinearForces(
-                self._ghost.couplings(soil, held, constraints.behind()),
-                supported=self._ghost.holds(active, held),
+                self._ghost.couplings(soil, constrained, constraints.behind()),
+                supported=self._ghost.holds(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
             )
             axis = LinearForces(

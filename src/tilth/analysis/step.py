@@ -77,7 +77,7 @@ def solve_step(
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
-    constrained = conditions.held
+    constrained = conditions.constrained
     residual = Residual(balance, constrained)
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
@@ -116,7 +116,7 @@ def _first_state(
     """Returns where the iteration begins, the reaction at the start of the step, (nodes, dim), and
     whether the prescribed degrees of freedom have yet to move.
     """
-    constrained = conditions.held
+    constrained = conditions.constrained
     still = np.zeros_like(conditions.increment)
     unknowns = np.zeros_like(balance.global_scale)
     moving = bool(balance.comm.max(float(conditions.increment.any())))

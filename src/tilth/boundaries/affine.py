@@ -62,5 +62,5 @@ class Affine:
         increment = active.position @ (step - np.eye(len(step))).T
         if self._declared.nodes == "all":
             return Prescribed(np.ones(increment.shape, dtype=bool), increment)
-        held = np.repeat(outer_nodes(active)[:, None], increment.shape[1], axis=1)
-        return Prescribed(held, np.where(held, increment, 0.0))
+        constrained = np.repeat(outer_nodes(active)[:, None], increment.shape[1], axis=1)
+        return Prescribed(constrained, np.where(constrained, increment, 0.0))

@@ -76,11 +76,11 @@ def _compare(
 def _compare_with_nodes(
     part: ImplicitConstraint, conditions: Conditions, time: float, keys: Mapping[str, str]
 ) -> None:
-    """Compares where all nodes that a quadrature point acts on are held."""
+    """Compares where all nodes that a quadrature point acts on are constrained."""
     node = part.at.node[part.at.cell]
     idle = np.abs(part.at.value) < NEGLIGIBLE
-    held = np.asarray((conditions.held[node] | idle[..., None]).all(axis=1))
-    chosen = np.flatnonzero(held.any(axis=1))
+    constrained = np.asarray((conditions.constrained[node] | idle[..., None]).all(axis=1))
+    chosen = np.flatnonzero(constrained.any(axis=1))
     if len(chosen) == 0:
         return
     place = _at_rest(part)[chosen]
@@ -94,7 +94,7 @@ def _compare_with_nodes(
             (conditions.names[number], part.boundary.name),
             place[those],
             (part.pose.projector[chosen][those], _prescribed(part, place, time)[those]),
-            (held[chosen][those, :, None] * np.eye(place.shape[1]), by_nodes[those]),
+            (constrained[chosen][those, :, None] * np.eye(place.shape[1]), by_nodes[those]),
         )
 
 

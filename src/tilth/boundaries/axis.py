@@ -2,9 +2,9 @@
 """The axis of an axisymmetric analysis: u_r = 0 there, wherever soil reaches it.
 
 It is no boundary of the soil and nobody has to declare it. Where a grid line lies on r = 0 its
-nodes are held, and those beyond it, which only overlapping domains bring to life. Elsewhere the
-grid's field is held at r = 0 on each row of nodes, by the penalty and the carried force of the
-implicit boundaries (docs/decisions/0017-axis-of-symmetry.md).
+nodes are constrained, and those beyond it, which only overlapping domains bring to life. Elsewhere
+the grid's field is constrained at r = 0 on each row of nodes, by the penalty and the carried force
+of the implicit boundaries (docs/decisions/0017-axis-of-symmetry.md).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class OnAxis:
 
     Attributes:
         conditions: all essential conditions, those of the axis included.
-        row: rows of nodes on which the field is held between two columns, shape (n,).
+        row: rows of nodes on which the field is constrained between two columns, shape (n,).
         node: the two nodes of each, shape (n, 2).
         value: their shape functions at r = 0 [-], shape (n, 2).
         stiffness: force per radial displacement there [force/length], shape (n,).
@@ -111,16 +111,16 @@ class Axis:
             return OnAxis.by_nodes(conditions)
         row, modulus = self._rows.find(active)
         column, share = _columns(active.grid)
-        held = np.zeros(active.nodes, dtype=bool)
+        constrained = np.zeros(active.nodes, dtype=bool)
         beyond = _nodes(active, column - 1, row)
-        held[beyond[beyond >= 0]] = True
+        constrained[beyond[beyond >= 0]] = True
         if share > 0.0:
-            conditions = conditions.with_axis(held)
+            conditions = conditions.with_axis(constrained)
             return self._between(active, conditions, row, modulus, column, share)
         on_axis = _nodes(active, column, row)
         self._refuse_motion(conditions, active, on_axis[:, None], np.ones((len(row), 1)))
-        held[on_axis[on_axis >= 0]] = True
-        return OnAxis.by_nodes(conditions.with_axis(held))
+        constrained[on_axis[on_axis >= 0]] = True
+        return OnAxis.by_nodes(conditions.with_axis(constrained))
 
     def _between(
         self,
@@ -140,7 +140,7 @@ class Axis:
         value = np.stack([1.0 - at, at], axis=1)
         known = (pair >= 0).all(axis=1)
         self._refuse_motion(conditions, active, pair[known], value[known])
-        free = known & ~conditions.held[pair, 0].all(axis=1)
+        free = known & ~conditions.constrained[pair, 0].all(axis=1)
         area = np.pi * cell.prod()  # the circumference of half a cell, times the row's height
         return OnAxis(
             conditions=conditions,
@@ -177,10 +177,10 @@ class Axis:
     def _refuse_motion(
         self, conditions: Conditions, active: ActiveGrid, node: Integers, value: Floats
     ) -> None:
-        """Refuses held nodes, (n, k) with shape functions at r = 0, that would leave the axis."""
+        """Refuses prescribed radial motion at nodes (n, k) with shape functions at r = 0."""
         radial = conditions.increment[:, 0]
-        held = ((node >= 0) & (conditions.holder[node, 0] != NOBODY)).all(axis=1)
-        motion = np.where(held, (radial[node] * value).sum(axis=1), 0.0)
+        constrained = ((node >= 0) & (conditions.holder[node, 0] != NOBODY)).all(axis=1)
+        motion = np.where(constrained, (radial[node] * value).sum(axis=1), 0.0)
         wrong = np.flatnonzero(np.abs(motion) > NEGLIGIBLE * np.abs(radial).max(initial=0.0))
         if len(wrong):
             heaviest = node[wrong[0], value[wrong[0]].argmax()]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Conditions on the nodes of a grid line or plane, on a part of it, or on one node.
 
-The domain of a GIMP point beside a held plane may reach beyond it and bring nodes to life that
-hold next to no material. Were they free, the point would slip past the condition. So where no
+The domain of a GIMP point beside a constrained plane may reach beyond it and bring nodes to life
+that hold next to no material. Were they free, the point would slip past the condition. So where no
 point has its centre beyond the plane, the nodes there move with the plane.
 """
 
@@ -29,7 +29,7 @@ class Nodal:
         self.name = declared.name
         self._declared = declared
         self._curve = curve
-        self._held = declared.held(dim)
+        self._held = declared.prescribed(dim)
 
     def nodes(self, active: ActiveGrid) -> Flags:
         """Returns which active nodes the boundary holds, shape (nodes,)."""
@@ -80,12 +80,12 @@ class Nodal:
         return beyond
 
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
-        """Returns the held components with the change of their table from `before` to `after`."""
-        held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-        increment = np.zeros(held.shape)
+        """Returns the constrained components and their increments from `before` to `after`."""
+        constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+        increment = np.zeros(constrained.shape)
         nodes = self.nodes(active)
         change = self._curve.factor(after) - self._curve.factor(before)
         for component, value in self._held.items():
-            held[nodes, component] = True
+            constrained[nodes, component] = True
             increment[nodes, component] = value * change
-        return Prescribed(held, increment)
+        return Prescribed(constrained, increment)

@@ -15,11 +15,11 @@ class Prescribed:
     """Degrees of freedom that a boundary holds during one step.
 
     Attributes:
-        held: which, shape (nodes, dim).
-        increment: their displacement in the step [length], shape (nodes, dim); 0 where not held.
+        constrained: which, shape (nodes, dim).
+        increment: their displacement in the step [length], shape (nodes, dim); 0 elsewhere.
     """
 
-    held: Flags
+    constrained: Flags
     increment: Floats
 
 

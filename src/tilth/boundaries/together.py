@@ -23,7 +23,7 @@ AXIS = -2
 
 @dataclass(frozen=True)
 class Conditions:
-    """The held degrees of freedom of one step.
+    """The constrained degrees of freedom of one step.
 
     Attributes:
         names: names of the boundaries.
@@ -52,7 +52,7 @@ class Conditions:
         touched = []
         for number, boundary in enumerate(boundaries):
             prescribed = boundary.prescribe(active, before, after)
-            both = prescribed.held & (holder != NOBODY)
+            both = prescribed.constrained & (holder != NOBODY)
             differ = both & (prescribed.increment != increment)
             if differ.any():
                 node, component = np.argwhere(differ)[0]
@@ -64,10 +64,10 @@ class Conditions:
                     "restrict one of them with `range`, or give both the same motion",
                     key=f"boundaries[{number}]",
                 )
-            new = prescribed.held & ~both
+            new = prescribed.constrained & ~both
             holder[new] = number
             increment[new] = prescribed.increment[new]
-            touched.append(bool(prescribed.held.any()))
+            touched.append(bool(prescribed.constrained.any()))
         return cls([b.name for b in boundaries], holder, increment, touched)
 
     def with_axis(self, on_axis: Flags) -> Conditions:
@@ -77,7 +77,7 @@ class Conditions:
         return replace(self, holder=holder)
 
     @property
-    def held(self) -> Flags:
+    def constrained(self) -> Flags:
         """Which degrees of freedom are prescribed, shape (nodes, dim)."""
         return np.asarray(self.holder != NOBODY)
 
@@ -94,9 +94,9 @@ class Conditions:
 
 
 def require_no_rigid_motion(
-    active: ActiveGrid, kind: str, held: Flags, constraints: ImplicitConstraints
+    active: ActiveGrid, kind: str, constrained: Flags, constraints: ImplicitConstraints
 ) -> None:
-    """Checks that every connected part of the active grid is held against rigid motion.
+    """Checks that every connected part of the active grid is constrained against rigid motion.
 
     Raises:
         BadInput: the system would be singular; names the place and the motion that is free.
@@ -111,7 +111,7 @@ def require_no_rigid_motion(
         restricted = np.array(
             [
                 np.concatenate(
-                    [mode[held[nodes]]]
+                    [mode[constrained[nodes]]]
                     + [
                         _held_by(constraint, chosen, active.nodes, nodes, mode)
                         for constraint, chosen in zip(constraints.parts, own, strict=True)
@@ -127,7 +127,7 @@ def require_no_rigid_motion(
         names = [name for (name, _), row in zip(modes, null, strict=True) if abs(row).max() > 1e-6]
         place = ", ".join(f"{x:g}" for x in centre)
         raise BadInput(
-            f"the material around ({place}) is not held against {' and '.join(names)}: "
+            f"the material around ({place}) is not constrained against {' and '.join(names)}: "
             "the system of equations is singular",
             "add an essential condition that holds it, on nodes of cells that it touches",
             key="boundaries",

@@ -96,7 +96,7 @@ class PlaneBoundary(_NodalBoundary):
     "prescribed".
     """
 
-    def held(self, dimension: int) -> dict[int, float]:
+    def prescribed(self, dimension: int) -> dict[int, float]:
         """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
         if self.condition == "roller":
             return {AXES.index(self.axis): 0.0}
@@ -112,7 +112,7 @@ class NodeBoundary(_NodalBoundary):
     condition: Literal["fixed", "prescribed"]
     """One of "fixed" (all, or `components`, are zero) and "prescribed"."""
 
-    def held(self, dimension: int) -> dict[int, float]:
+    def prescribed(self, dimension: int) -> dict[int, float]:
         """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
         return _held(self.displacement, self.components, dimension)
 

@@ -31,7 +31,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *size_problems(model),
     ]
     if not problems:
-        problems = [*_affine_stands_alone(model), *_held_directions(model)]
+        problems = [*_affine_stands_alone(model), *_constrained_directions(model)]
         problems += geometry_problems(model)
     return problems
 
@@ -139,7 +139,7 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
         )
 
 
-def _held_directions(model: Model) -> Iterator[Problem]:
+def _constrained_directions(model: Model) -> Iterator[Problem]:
     """A direction without any condition makes the system singular: the soil moves freely along it.
 
     What an implicit boundary constrains depends on its contact with soil: the simulation checks it.
@@ -152,12 +152,12 @@ def _held_directions(model: Model) -> Iterator[Problem]:
             "add at least one [[boundaries]], such as a roller on the base",
         )
         return
-    held: set[int] = set()
+    constrained: set[int] = set()
     for boundary in model.boundaries:
         if isinstance(boundary, AffineBoundary | ImplicitBoundary):
             return
-        held.update(boundary.held(model.dimension))
-    free = [AXES[i] for i in range(model.dimension) if i not in held]
+        constrained.update(boundary.prescribed(model.dimension))
+    free = [AXES[i] for i in range(model.dimension) if i not in constrained]
     if model.analysis.kind == "axisymmetric" and "x" in free:
         free.remove("x")  # the hoop strain resists a uniform radial motion
     for axis in free:

@@ -89,11 +89,11 @@ def update_domains(points: MaterialPoints, kind: str) -> None:
 
 
 def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
-    """Clips half lengths to [1e-3, 0.5] cells; returns how many points each bound held.
+    """Clips half lengths to [1e-3, 0.5] cells; returns how many points each bound applies to.
 
     Keys: "floor" and "cap". Only bodies whose basis has a domain are looked at.
     """
-    held = {"floor": 0, "cap": 0}
+    counts = {"floor": 0, "cap": 0}
     round_off = 1e-12
     low = LEAST_HALF_LENGTH * grid.cell_size
     high = LARGEST_HALF_LENGTH * grid.cell_size
@@ -101,10 +101,10 @@ def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
         if body.domain_update is None:
             continue
         half = points.half_length[body.start : body.stop]
-        held["floor"] += int((half < low).any(axis=1).sum())
-        held["cap"] += int((half > high * (1.0 + round_off)).any(axis=1).sum())
+        counts["floor"] += int((half < low).any(axis=1).sum())
+        counts["cap"] += int((half > high * (1.0 + round_off)).any(axis=1).sum())
         half.clip(low, high, out=half)
-    return held
+    return counts
 
 
 def keep_off_axis(part: MaterialPoints) -> None:

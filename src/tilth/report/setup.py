@@ -114,17 +114,17 @@ def _legend(setup: Setup) -> list[Any]:
     handles.append(Line2D([], [], color="0.7", linewidth=0.8, label=_cell_text(setup)))
     for number, condition in enumerate(setup.conditions):
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
-        held = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
-        components = ", ".join(name for name, h in zip(names, held, strict=False) if h)
+        constrained = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
+        components = ", ".join(name for name, h in zip(names, constrained, strict=False) if h)
         style: dict[str, Any] = {"marker": "x", "markersize": 5}
-        text = f"{condition.name}\n{condition.kind}, {components} held"
+        text = f"{condition.name}\n{condition.kind}, {components} constrained"
         if condition.displacement is not None:
             largest = float(np.linalg.norm(condition.displacement, axis=1).max(initial=0.0))
             amount = f"up to {_number(largest)} {setup.length_unit}".rstrip()
             text = f"{condition.name}\n{condition.kind} in {components},\n{amount}"
             style = {"marker": arrow((1.0, 0.0)), "markersize": 14, "markerfacecolor": colour}
         elif condition.kind != "affine":
-            kind = "fixed" if np.all(held) else "roller"
+            kind = "fixed" if np.all(constrained) else "roller"
             style = {"marker": support(kind, 1, -1), "markersize": 19, "markerfacecolor": "w"}
         handles.append(
             Line2D([], [], linestyle="none", markeredgecolor=colour, label=text, **style)
@@ -148,10 +148,10 @@ def _legend(setup: Setup) -> list[Any]:
 
 
 _HELD = {
-    "roller": "normal held",
-    "fixed": "all held",
-    "tangential": "tangential held",
-    "direction": "one direction held",
+    "roller": "normal constrained",
+    "fixed": "all constrained",
+    "tangential": "tangential constrained",
+    "direction": "one direction constrained",
 }
 
 

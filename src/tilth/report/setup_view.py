@@ -224,7 +224,7 @@ def _draw_condition(
     if not np.any(seen):
         return
     nodes, first = np.unique(condition.position[seen][:, chosen], axis=0, return_index=True)
-    held = condition.constrained[seen][first]
+    constrained = condition.constrained[seen][first]
     if lower.size == 3 and len(nodes) > MOST_SYMBOLS and np.all(np.ptp(nodes, axis=0) > 0.0):
         return  # a plane seen face on; another view shows it edge on
     every = -(-len(nodes) // MOST_SYMBOLS)
@@ -237,8 +237,8 @@ def _draw_condition(
         moved = condition.displacement[seen][first][:, chosen]
         arrows(axes, nodes[pick], moved[pick], colour, pivot="tail")
         return
-    for mask in np.unique(held[pick], axis=0):
-        group = nodes[pick][np.all(held[pick] == mask, axis=1)]
+    for mask in np.unique(constrained[pick], axis=0):
+        group = nodes[pick][np.all(constrained[pick] == mask, axis=1)]
         axis, sign = _outward(group, mask[chosen], middle[chosen])
         if condition.kind == "affine" or not np.any(mask[chosen]):
             axes.plot(

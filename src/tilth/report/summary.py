@@ -114,19 +114,19 @@ def _boundary(boundary: Boundary, model: Model) -> str:
             place += f", {least:g} <= {axis} <= {greatest:g}"
     else:
         place = f"at the node {_vector(boundary.at)}"
-    held = ", ".join(
-        f"u{AXES[i]} = {value:g}" for i, value in boundary.held(model.dimension).items()
+    constrained = ", ".join(
+        f"u{AXES[i]} = {value:g}" for i, value in boundary.prescribed(model.dimension).items()
     )
-    return f"{boundary.name}: {boundary.condition} {place}: {held}"
+    return f"{boundary.name}: {boundary.condition} {place}: {constrained}"
 
 
 def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     unit = model.units.length
-    held: str = boundary.condition
+    constrained: str = boundary.condition
     if boundary.direction is not None:
-        held = f"held along {_vector(boundary.direction)}"
+        constrained = f"constrained along {_vector(boundary.direction)}"
     parts = [
-        f"implicit, {held} on a {_geometry(boundary.geometry)}",
+        f"implicit, {constrained} on a {_geometry(boundary.geometry)}",
         f"{boundary.form} form, delta = {model.delta(boundary):g} {unit}",
     ]
     if boundary.radius_change is not None:

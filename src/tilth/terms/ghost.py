@@ -175,16 +175,16 @@ class FaceCoupling:
 
 def ghost_faces(
     soil: Soil,
-    held: npt.NDArray[np.bool_],
+    constrained: npt.NDArray[np.bool_],
     gamma: float,
     behind: tuple[Integers, Floats] | None = None,
 ) -> list[Faces]:
     """Returns all faces of hardly filled cells at the edges of bodies, by the axis of the normal.
 
-    `gamma` is the penalty's dimensionless factor; 0 gives none.
-    Where a far node of the emptier cell has a `held` component (nodes, dim), this component of the
-    jump at its corner of the face is left out: it needs no support, and would tie the soil to the
-    boundary. The other corners keep theirs.
+    `gamma` is the penalty's dimensionless factor; 0 gives none. Where a far node of the emptier
+    cell has a `constrained` component (nodes, dim), this component of the jump at its corner of the
+    face is left out: it needs no support, and would tie the soil to the boundary. The other corners
+    keep theirs.
     """
     if gamma == 0.0 and (behind is None or len(behind[0]) == 0):
         return []
@@ -226,7 +226,7 @@ def ghost_faces(
             some = np.flatnonzero(weight > 0.0)
             if len(some) == 0:
                 continue
-            left_out = held[node[some]] & ends[some][..., None]  # (faces, nodes, dim)
+            left_out = constrained[node[some]] & ends[some][..., None]  # (faces, nodes, dim)
             free = ~(line @ left_out) if left_out.any() else np.ones(left_out.shape, dtype=bool)
             if tied is not None:
                 free &= tied[some]
@@ -274,13 +274,13 @@ class Ghost:
     def couplings(
         self,
         soil: Soil,
-        held: npt.NDArray[np.bool_],
+        constrained: npt.NDArray[np.bool_],
         behind: tuple[Integers, Floats] | None = None,
     ) -> list[FaceCoupling]:
         """Returns the penalty of `ghost_faces` on what the faces remember and on the step."""
         found, active = [], soil.active
         self._current = []
-        for faces in ghost_faces(soil, held, self.gamma, behind):
+        for faces in ghost_faces(soil, constrained, self.gamma, behind):
             place = active.lattice[faces.node[:, 0]]
             face = 8 * lattice_keys(place) + 4 * faces.firm + faces.axis
             moved = np.zeros((*faces.node.shape, active.grid.dim))
@@ -293,12 +293,14 @@ class Ghost:
             found.append(faces.coupling(moved))
         return found
 
-    def holds(self, active: ActiveGrid, held: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Returns the nodes that the current faces tie in all components not `held`, (nodes,).
+    def holds(
+        self, active: ActiveGrid, constrained: npt.NDArray[np.bool_]
+    ) -> npt.NDArray[np.bool_]:
+        """Returns the nodes whose components are all constrained or tied by the faces, (nodes,).
 
-        Faces leave components out behind which a node is held (`ghost_faces`).
+        Faces leave components out behind which a node is constrained (`ghost_faces`).
         """
-        tied = held.copy()
+        tied = constrained.copy()
         reached = np.zeros(active.nodes, dtype=bool)
         for _, faces, _ in self._current:
             face, component = np.nonzero(faces.free.reshape(-1, active.grid.dim))

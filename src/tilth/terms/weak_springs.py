@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Degrees of freedom that no point supports well, and what keeps them solvable.
 
-A node that only a sliver of material touches has a stiffness that vanishes with the square of
-the overlap (GIMP), or belongs to a cell whose few points leave some of its motions without
-strain. Such nodes are held to their place at the start of the step by weak springs, in the force
-and in the stiffness alike, so that Newton's iteration stays quadratic. They resist the
-rigid part of the step's motion, too: in the 64-cell column they carry 1e-9 of the weight, and a
-body that hangs on few points (an edge 1e-4 of a cell wide) up to 3e-5 of it
-(docs/decisions/0004-weak-springs.md).
+A node that only a sliver of material touches has a stiffness that vanishes with the square of the
+overlap (GIMP), or belongs to a cell whose few points leave some of its motions without strain. Such
+nodes are constrained to their place at the start of the step by weak springs, in the force and in
+the stiffness alike, so that Newton's iteration stays quadratic. They resist the rigid part of the
+step's motion, too: in the 64-cell column they carry 1e-9 of the weight, and a body that hangs on
+few points (an edge 1e-4 of a cell wide) up to 3e-5 of it (docs/decisions/0004-weak-springs.md).
 
 Motions without any strain at the points, such as the hour-glass motions of cells with a single
 point, get a still smaller stiffness in the matrix only: the equilibrium that Newton's iteration

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Verification: reference problems, and the closed forms and data that they are held to."""
+"""Verification: reference problems, and the closed forms and data that they are compared with."""
 
 from tilth.verification.run import run_verification
 

@@ -26,7 +26,7 @@ TIP = (10.0, 0.5)
 SOURCE = "FE, 80 x 8 nine-node"
 SHIFTED = {0.25: 7e-4, 0.125: 1.6e-4}
 """Cell size [m] -> distance of the tip on a shifted grid over the length when each quadrature point
-was held (decision 18)."""
+was constrained (decision 18)."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -41,7 +41,7 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
     """Turned against the grid, and on a grid that is shifted: how far the tip is off.
 
     A turned copy may be off by 0.005 of the length; the aligned ones of h 0.25 and 0.125 m are
-    0.0034 apart. On a shifted grid it may be as far off as with each quadrature point held.
+    0.0034 apart. On a shifted grid it may be as far off as with each quadrature point constrained.
     """
     worst = []
     for size, shift in SHIFTED.items() if long else [(0.25, SHIFTED[0.25])]:

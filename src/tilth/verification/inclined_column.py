@@ -23,7 +23,7 @@ HEIGHT = 50.0
 OFFSETS = ((0.3, 0.4), (0.05, 0.95), (0.6, 0.4), (0.95, 0.05))
 """Places of the column's lower left corner in its cell, the first that of the case files."""
 REST_FROM = 100
-"""Steps held before a creep is measured: the state that the last load step left settles first."""
+"""Steps at constant weight before creep is measured: the state after the last load step settles."""
 
 
 @dataclass
@@ -48,7 +48,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield from turned(long)
     for basis in ("cpdi1", "cpdi2"):
         yield from turned_domains(basis, long)
-    yield from held(long)
+    yield from at_constant_weight(long)
 
 
 def aligned_off_the_lines() -> Iterator[Comparison]:
@@ -127,7 +127,7 @@ def turned_domains(basis: str, long: bool) -> Iterator[Comparison]:
     yield at_least(quantity, rate, 1.0, 0.0, "first order at least")
 
 
-def held(long: bool) -> Iterator[Comparison]:
+def at_constant_weight(long: bool) -> Iterator[Comparison]:
     """Held under its weight, the column does not creep through its boundaries."""
     steps = 1000 if long else 200
     for name, file in (("aligned off the lines", "aligned.toml"), ("turned", "case.toml")):
@@ -139,7 +139,7 @@ def held(long: bool) -> Iterator[Comparison]:
 
 
 def held_for(model: Model, steps: int) -> Model:
-    """Returns the column held under its full weight for further steps of the same size."""
+    """Returns the column under its full weight after further steps of the same size."""
     loading = model.schedule.number_of_steps
     end = 1.0 + steps / loading
     changes = {

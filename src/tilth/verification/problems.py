@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The list of reference problems: the examples by name, and what each is held to."""
+"""The list of reference problems: the examples by name, and what each is compared with."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
 
 
 def solve_solid(model: Model, cells: int) -> tuple[float, float]:
-    """Solves the core of the cylinder, its axis held, on this number of cells over its radius.
+    """Solves the core of the cylinder with its axis constrained, on so many cells over its radius.
 
     Returns:
         Relative errors of the displacement, in the mean square of the points, and of the stress,

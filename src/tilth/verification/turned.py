@@ -71,17 +71,17 @@ def implicit(model: Model) -> Model:
     declared = zip(model.boundaries, model.to_dict()["boundaries"], strict=True)
     for boundary, entries in declared:
         if isinstance(boundary, PlaneBoundary):
-            held = _on_plane(boundary, centre)
+            constrained = _on_plane(boundary, centre)
         elif isinstance(boundary, NodeBoundary):
             assert boundary.components is None, boundary.name
             inwards = centre - boundary.at
             normal = np.where(np.abs(inwards) == np.abs(inwards).max(), np.sign(inwards), 0.0)
             geometry = {"type": "footing", "centre": list(boundary.at), "normal": normal.tolist()}
-            held = {"geometry": geometry | {"width": HINGE}, "condition": "tangential"}
+            constrained = {"geometry": geometry | {"width": HINGE}, "condition": "tangential"}
         else:
             assert isinstance(boundary, ImplicitBoundary), boundary.name
-            held = entries
-        boundaries.append({**held, "name": boundary.name, "type": "implicit"})
+            constrained = entries
+        boundaries.append({**constrained, "name": boundary.name, "type": "implicit"})
     return varied(model, {"boundaries": boundaries, "track": []})
 
 

@@ -103,10 +103,12 @@ def where_conditions_meet(long: bool) -> Iterator[Comparison]:
         reference = reactions(nodes)
         quantity = f"greatest difference of a reaction from elimination's, h {size:g} m"
         rest = off(reactions(model), reference)
-        yield vanishing(f"{quantity}, on the same lines", rest, on_lines, "held on grid lines")
+        yield vanishing(
+            f"{quantity}, on the same lines", rest, on_lines, "constrained on grid lines"
+        )
         for at, angle, copy in copies(model):
             rest = off(reactions(copy, angle), reference)
-            yield vanishing(f"{quantity}, {at}", rest, elsewhere, "held on grid lines")
+            yield vanishing(f"{quantity}, {at}", rest, elsewhere, "constrained on grid lines")
 
 
 def meeting(size: float) -> tuple[Model, Model]:

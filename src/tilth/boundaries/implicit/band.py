@@ -75,9 +75,9 @@ class BandConstraint(ImplicitConstraint):
         at = (slice(None), *extra)
         slip3 = np.zeros((*slip.shape[:-1], 3))
         slip3[..., :dim] = slip
-        held = np.einsum("n...ij,n...j->n...i", projector[at], slip3)
+        constrained = np.einsum("n...ij,n...j->n...i", projector[at], slip3)
         scaled = d_prime.reshape(-1, *(1,) * (slip.ndim - 1))
-        jump = scaled[..., None] * held[..., :, None] * normal[at][..., None, :]
+        jump = scaled[..., None] * constrained[..., :, None] * normal[at][..., None, :]
         stress = self._elastic(jump)
         consistent = self._elastic(np.einsum("n...ij,n...jk->n...ik", net[at], gradient))
         traction = np.einsum("n...ij,n...jk,n...k->n...i", projector[at], consistent, normal[at])

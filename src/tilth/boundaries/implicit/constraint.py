@@ -22,7 +22,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.boundaries.implicit.multipliers import Multipliers, held_directions
+from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
 from tilth.mpm.quadrature import Place
 
 if TYPE_CHECKING:
@@ -96,10 +96,10 @@ class SurfaceConstraint(ImplicitConstraint):
     multipliers: Multipliers | None = None
 
     @property
-    def held_directions(self) -> Floats:
+    def constrained_directions(self) -> Floats:
         """Unit vectors along what the boundary holds, shape (r, n, dim)."""
         condition = self.boundary.declared.condition
-        return held_directions(condition, self.pose.normal, self.pose.direction)
+        return constrained_directions(condition, self.pose.normal, self.pose.direction)
 
     @cached_property
     def before(self) -> Floats:

@@ -63,11 +63,12 @@ class ImplicitConstraints:
         kind: str,
         before: float,
         after: float,
-        held: Flags | None = None,
+        constrained: Flags | None = None,
     ) -> ImplicitConstraints:
         """Finds out where the boundaries touch soil in the step from time `before` to `after`.
 
-        held: components that other conditions prescribe at nodes, (nodes, dim); none if not given.
+        constrained: components that other conditions prescribe at nodes, (nodes, dim); none if not
+            given.
         """
         if not boundaries:
             return cls(active, [], [])
@@ -111,10 +112,10 @@ class ImplicitConstraints:
                     elastic_share=points.elastic_share[point[chosen]],
                 )
             )
-        if held is None:
-            held = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+        if constrained is None:
+            constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
         of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
-        multipliers = iter(choose_multipliers(active, of_surfaces, held))
+        multipliers = iter(choose_multipliers(active, of_surfaces, constrained))
         parts = [
             replace(part, multipliers=next(multipliers))
             if isinstance(part, SurfaceConstraint)
@@ -196,15 +197,15 @@ class ImplicitConstraints:
             force += part.nodal_force(part.before, self.active.nodes)
         return force
 
-    def reaction_before(self, initial: Floats, held: Flags, constant: Floats) -> Floats:
+    def reaction_before(self, initial: Floats, constrained: Flags, constant: Floats) -> Floats:
         """Returns the nodal forces of all boundaries at the start of the step, (nodes, dim).
 
-        initial: what the held nodes bear at zero displacement, shape (nodes, dim). It contains
-        `constant`, the force by which implicit boundaries begin to move the soil; what acted before
-        the step is what they carry.
+        initial: what the constrained nodes bear at zero displacement, shape (nodes, dim). It
+        contains `constant`, the force by which implicit boundaries begin to move the soil; what
+        acted before the step is what they carry.
         """
         carried = self.carried_force
-        return np.asarray(initial - np.where(held, constant - carried, 0.0) - carried)
+        return np.asarray(initial - np.where(constrained, constant - carried, 0.0) - carried)
 
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:
         """Returns each boundary's nodal forces on the soil at the end, (nodes, dim), by name."""

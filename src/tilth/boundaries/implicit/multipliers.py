@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The multiplier space of the implicit boundaries in one step.
 
-A boundary holds its directions in the mean over patches, no more of them than the nodes of the
-cut cells can bear (docs/theory/implicit_boundaries.md): one around each of some cut edges of the
-grid's cells that share no node. With the quadrature weights a_q, the held direction f_q and the
+A boundary holds its directions in the mean over patches, no more of them than the nodes of the cut
+cells can bear (docs/theory/implicit_boundaries.md): one around each of some cut edges of the grid's
+cells that share no node. With the quadrature weights a_q, the constrained direction f_q and the
 slip w_q of the patch's points,
 
     A = sum_q a_q,   m = (1/A) sum_q a_q f_q . w_q,   traction f_q P m at each of them,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """The m multipliers of one boundary with n quadrature points, each with r held directions.
+    """The m multipliers of one boundary: n quadrature points with r constrained directions each.
 
     Attributes:
         owner: multiplier that each direction of each point belongs to, shape (r, n).
@@ -56,7 +56,7 @@ class Multipliers:
     place: Floats
 
     def mean(self, vector: Floats) -> Floats:
-        """Returns the mean of vectors (n, dim) along the held direction over each patch, (m,)."""
+        """Returns the means of vectors (n, dim) along the constrained directions, shape (m,)."""
         along = self.weight * np.einsum("rni,ni->rn", self.direction, vector)
         total = np.bincount(self.owner.ravel(), along.ravel(), minlength=len(self.area))
         # on the axis of symmetry points have no weight
@@ -67,16 +67,16 @@ class Multipliers:
         return np.asarray(np.einsum("rn,rni->ni", traction[self.owner], self.direction))
 
 
-def held_directions(condition: str, normal: Floats, declared: Floats | None) -> Floats:
+def constrained_directions(condition: str, normal: Floats, declared: Floats | None) -> Floats:
     """Returns unit vectors along what a condition holds, shape (r, n, dim).
 
-    Normal and tangents rather than axes where all are held: another boundary that meets this one
-    at a right angle then shares one of its directions with it, and leaves the others.
+    If all directions are constrained these are the normal and tangents, not the axes: another
+    boundary that meets this one at a right angle then shares one of its directions.
 
     Args:
         condition: "roller", "fixed" or "tangential".
         normal: unit, shape (n, dim).
-        declared: unit vectors to be held instead, shape (n, dim), or None.
+        declared: unit vectors to be constrained instead, shape (n, dim), or None.
     """
     if declared is not None:
         return declared[None]
@@ -108,16 +108,16 @@ def _tangents(normal: Floats) -> Floats:
 
 
 def choose_multipliers(
-    active: ActiveGrid, parts: Sequence[SurfaceConstraint], held: Flags
+    active: ActiveGrid, parts: Sequence[SurfaceConstraint], constrained: Flags
 ) -> list[Multipliers]:
     """Returns the multipliers of boundaries that touch soil in a step, of each in its turn.
 
-    held: components of the displacement that other conditions prescribe, shape (nodes, dim).
+    constrained: components of the displacement that other conditions prescribe, shape (nodes, dim).
     """
     if not parts:
         return []
     dim = active.grid.dim
-    directions = [part.held_directions for part in parts]
+    directions = [part.constrained_directions for part in parts]
     count = np.array([len(part.chosen) for part in parts])
     cells = np.array([len(part.at.node) for part in parts])
     rank = np.array([len(direction) for direction in directions])
@@ -131,7 +131,7 @@ def choose_multipliers(
         end_cell,
         _before(count[family]),
         np.concatenate([direction.reshape(-1, dim) for direction in directions]),
-        held,
+        constrained,
     )
     owners = np.split(np.asarray(owner), np.cumsum(rank * count)[:-1])
     first = np.searchsorted(np.asarray(of_family), np.append(_before(rank), rank.sum()))

@@ -2,8 +2,8 @@
 """Soil that a step would carry behind an implicit boundary, and soil that is behind one.
 
 A boundary holds the soil that touches it at the start of a step. Soil that is free there and
-reaches it inside the step is not held, so a step that would end with such soil behind the boundary
-is undone and shortened to the part in which it just reaches it.
+reaches it inside the step is not constrained, so a step that would end with such soil behind the
+boundary is undone and shortened to the part in which it just reaches it.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Closed forms that the analyses are held to, each with its derivation."""
+"""Closed forms that the analyses are compared with, each with its derivation."""
 
 from tilth.verification.closed_forms.ball import HeldBall, PressurisedShell
 from tilth.verification.closed_forms.column import SelfWeightColumn

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An elastic ball held all around that sags a little under its weight."""
+"""An elastic ball constrained all around that sags a little under its weight."""
 
 from __future__ import annotations
 
