@@ -97,7 +97,8 @@ def test_without_adaptivity_a_failed_step_is_the_end() -> None:
 
 
 @pytest.mark.parametrize(
-    ("until", "time"), [(0.3, 0.3), (0.29, 0.3), (0.31, 0.4), (0.05, 0.1), (0.95, 1.0), (1.0, 1.0)]
+    ("until", "time"),
+    [(0.3, 0.3), (0.29, 0.3), (0.31, 0.4), (0.05, 0.1), (1e-13, 0.1), (0.95, 1.0), (1.0, 1.0)],
 )
 def test_the_clock_stops_with_the_first_step_that_reaches_the_time(
     until: float, time: float

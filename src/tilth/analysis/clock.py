@@ -50,7 +50,8 @@ class Clock:
     @property
     def stops(self) -> bool:
         """Whether `until` is reached, by the end of a step: the steps do not depend on it."""
-        return self.until is not None and self.time >= self.until - self._round_off
+        until = self.until
+        return until is not None and self.time >= until - self._round_off and self.step > 0
 
     def next_time(self) -> float:
         """Returns the time at the end of the step to try next."""

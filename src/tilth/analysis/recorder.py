@@ -49,7 +49,7 @@ class Recorder:
     _progress: Progress | None = None
     _last: tuple[Clock, StepResult] | None = None
     _beside_schedule: bool = False
-    """Whether the last output is that of a run that stopped between the times of output."""
+    """Whether the last output is that of a run that ended between the times of output."""
 
     @classmethod
     def start(
