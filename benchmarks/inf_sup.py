@@ -107,7 +107,7 @@ def block_on_plane(axes: Floats, corner: Floats, cells: int, condition: str) -> 
         }
     )
     points = initial_points(model)
-    turned = MaterialPoints.at_rest(
+    turned = MaterialPoints.undeformed(
         points.bodies,
         corner + (points.position - corner) @ axes,
         points.volume,

@@ -85,7 +85,7 @@ def slope_points(model: Model) -> MaterialPoints:
     x, y, z = position.T
     kept = z < 0.75 - 0.5 * (x - 0.5) - 0.2 * (y - 0.5)
     body = replace(points.bodies[0], stop=int(kept.sum()))
-    return MaterialPoints.at_rest(
+    return MaterialPoints.undeformed(
         [body], position[kept], points.volume[kept], points.half_length[kept]
     )
 

@@ -202,7 +202,7 @@ def cut_cell_points(model: Model, corners: Floats) -> MaterialPoints:
                     areas.append(np.full(3, area / 3.0))
     bodies = initial_points(model).bodies
     position, volume = np.concatenate(places), np.concatenate(areas)
-    return MaterialPoints.at_rest(
+    return MaterialPoints.undeformed(
         [replace(bodies[0], stop=len(position))], position, volume,
         np.full(position.shape, 0.5),
     )  # fmt: skip

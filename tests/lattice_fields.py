@@ -10,11 +10,13 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
+from tilth.model.laws import laws
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.solvers import LinearSystem
 
 RADIUS = 1.0
+LAW = laws()["hencky_elastic"]
 
 
 def cell_size(dim: int, over_radius: int) -> Floats:
@@ -43,10 +45,9 @@ def ball(dim: int, over_radius: int, halvings: int = 0) -> ActiveGrid:
 def active_cells(place: Integers, size: Floats) -> ActiveGrid:
     """The active grid of cells at lattice places (cells, dim), with a point in each."""
     count, dim = place.shape
-    body = PointRange("body", 0, count, "linear", None, "hencky_elastic", np.array([1.0, 0.0]), 1.0)
-    points = MaterialPoints.at_rest(
+    body = PointRange("body", 0, count, "linear", None, LAW, np.array([1.0, 0.0]), 1.0)
+    points = MaterialPoints.undeformed(
         [body], (place + 0.5) * size, np.full(count, size.prod()), np.tile(0.5 * size, (count, 1)),
-        0,
     )  # fmt: skip
     return locate(points, Grid(np.zeros(dim), size), Buffers())
 

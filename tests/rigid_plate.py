@@ -116,7 +116,7 @@ def conditions(simulation: Simulation, active: ActiveGrid) -> Conditions:
 def plate_balance(simulation: Simulation, *plate: float) -> Balance:
     """The balance of the column and its plate, `plate` as the arguments of `Plate`."""
     active = locate(simulation.points, simulation.grid, Buffers())
-    return Balance(active, [SoilForces(simulation.soil), Plate(active, *plate)])
+    return Balance(active, [SoilForces(simulation.soil_on(active)), Plate(active, *plate)])
 
 
 def equilibrium(simulation: Simulation, balance: Balance, solver: LinearSolver) -> Equilibrium:

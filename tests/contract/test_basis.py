@@ -42,7 +42,7 @@ def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> E
     """Basis values through the same calls as a load step, points in the order given."""
     n, dim = position.shape
     body = PointRange("body", 0, n, basis, None, laws()["hencky_elastic"], np.ones(2), 0.0)
-    points = MaterialPoints.at_rest([body], position.copy(), np.ones(n), half_length)
+    points = MaterialPoints.undeformed([body], position.copy(), np.ones(n), half_length)
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]
     value = np.zeros((n, active.nodes))

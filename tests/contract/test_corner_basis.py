@@ -61,7 +61,7 @@ def located(grid: Grid, position: Floats, corner: Floats) -> tuple[Floats, Float
     """Dense values (n, nodes), gradients (n, nodes, dim) and node positions of given domains."""
     n, dim = position.shape
     body = PointRange("body", 0, n, "cpdi2", None, laws()["hencky_elastic"], np.ones(2), 0.0)
-    points = MaterialPoints.at_rest([body], position, np.ones(n), np.ones((n, dim)))
+    points = MaterialPoints.undeformed([body], position, np.ones(n), np.ones((n, dim)))
     points.corner[:] = corner
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]

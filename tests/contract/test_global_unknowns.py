@@ -285,6 +285,6 @@ def test_terms_have_each_their_own_unknowns() -> None:
     simulation = column("plane_strain")
     active = locate(simulation.points, simulation.grid, Buffers())
     plates = [Plate(active, share * MODULUS, HARDENING, share * FORCE) for share in (1 / 3, 2 / 3)]
-    balance = Balance(active, [plates[0], SoilForces(simulation.soil), plates[1]])
+    balance = Balance(active, [plates[0], SoilForces(simulation.soil_on(active)), plates[1]])
     found = equilibrium(simulation, balance, solver_of("multigrid", 2)).global_unknowns
     assert found == pytest.approx([settlement("plane_strain")] * 2, rel=1e-9)

@@ -128,7 +128,7 @@ def test_oblique_surface_in_space(seed: int) -> None:
     x, y, z = (points.position + off).T
     slope = random.uniform(0.0, 1.0, 2)
     kept = z < random.uniform(0.3, 0.9) - slope[0] * (x - 0.5) - slope[1] * (y - 0.5)
-    points = MaterialPoints.at_rest(
+    points = MaterialPoints.undeformed(
         [replace(points.bodies[0], stop=int(kept.sum()))], (points.position + off)[kept],
         points.initial_volume[kept], points.half_length[kept],
     )  # fmt: skip

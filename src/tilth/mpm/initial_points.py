@@ -35,7 +35,7 @@ def initial_points(model: Model) -> MaterialPoints:
         parts.append(part)
         start += len(part.position)
     corners = any(body.has_corners for body in bodies)
-    points = MaterialPoints.at_rest(
+    points = MaterialPoints.undeformed(
         bodies,
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.volume for part in parts]),

@@ -130,7 +130,7 @@ class MaterialPoints:
     corner: Floats
 
     @classmethod
-    def at_rest(
+    def undeformed(
         cls,
         bodies: list[PointRange],
         position: Floats,
