@@ -31,14 +31,8 @@ class Stopped(Exception):
     """Ends a step where its balance is known."""
 
 
-def balance_of(
-    kind: str,
-    monkeypatch: pytest.MonkeyPatch,
-    gamma: float = 0.005,
-    length: float = 1.0,
-    stress: float = 1.0,
-) -> Balance:
-    """The balance of the second step of a block with every term: cells of 0.5, slivers at its top.
+def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float = 1.0) -> Simulation:
+    """A block with every term after its first step: cells of 0.5, slivers at its top.
 
     It stands on a moving boundary between grid lines, next to the axis of symmetry between two.
     With ghost stabilisation (`gamma`) there are no weak springs. `length` and `stress` are units:
@@ -73,6 +67,16 @@ def balance_of(
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     simulation.advance(0.0, 0.25)
+    return simulation
+
+
+def balance_of(kind: str, monkeypatch: pytest.MonkeyPatch, *options: float) -> Balance:
+    """The balance of the second step of that block."""
+    return next_balance(loaded(kind, *options), monkeypatch)
+
+
+def next_balance(simulation: Simulation, monkeypatch: pytest.MonkeyPatch) -> Balance:
+    """The balance of the second step of a simulation."""
     found: list[Balance] = []
 
     def stop(balance: Balance, *_: Any) -> None:
@@ -245,3 +249,27 @@ def test_a_pattern_without_a_terms_nodes_is_another_grid(monkeypatch: pytest.Mon
     assert len(active.elements) > 0
     assert alone.elements == []
     assert len(alone.column) < len(active.column)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", TERMS)
+def test_a_restored_term_has_the_same_force(
+    kind: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the bit; without its state a term with a memory has another one."""
+    if name in ABSENT[kind]:
+        pytest.skip(f"no {name} in {kind}")
+    simulation = loaded(kind)
+    stored = {key: array.copy() for key, array in simulation.arrays().items()}
+    restored = Simulation.restored(simulation.model, stored)
+    forgetful = Simulation(simulation.model, restored.points)
+    number = TERMS.index(name)
+    balances = [next_balance(each, monkeypatch) for each in (simulation, restored)]
+    u, _ = displacements(balances[0])
+    force, again = (balance.terms[number].force(u) for balance in balances)
+    np.testing.assert_array_equal(again, force)
+    if name in ("boundaries", "ghost", "axis"):
+        still = np.zeros_like(u)
+        other = next_balance(forgetful, monkeypatch).terms[number].force(still)
+        force = balances[0].terms[number].force(still)
+        assert np.abs(other - force).max() > 1e-8 * np.abs(force).max()

@@ -8,10 +8,9 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tilth import _core
 from tilth.analysis.clock import Clock
+from tilth.analysis.load_steps import load_steps
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.state import MissingState
@@ -21,7 +20,7 @@ from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
-from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, REPORT, load_model
+from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, load_model
 
 
 @dataclass(frozen=True)
@@ -171,50 +170,19 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
 
 
 def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
-    """Takes load steps to the end of the schedule or of the part asked for, halving failed ones.
-
-    Returns the number of Newton iterations.
-    """
+    """Takes and records the load steps; returns the number of Newton iterations."""
     iterations = 0
     with recorder.recording(clock, quiet) as progress, InterruptKey() as interrupt:
-        while not (clock.done or clock.stops):
+
+        def on_iteration(iteration: int, residual: float) -> None:
             interrupt.check()
-            before, after = clock.time, clock.next_time()
+            progress.iteration(clock.step + 1, iteration, residual)
 
-            def on_iteration(iteration: int, residual: float) -> None:
-                interrupt.check()
-                progress.iteration(clock.step + 1, iteration, residual)
+        def on_cut(time: float, failure: StepFailed) -> None:
+            recorder.cut(clock, time, failure)
 
-            try:
-                result = simulation.advance(before, after, on_iteration, clock.is_least)
-            except StepFailed as failure:
-                size = after - before
-                if not clock.cut(failure.share):
-                    raise _failed(simulation, clock, size, failure) from failure
-                recorder.cut(clock, after, failure)
-                continue
-            clock.accept(after)
+        for size, result in load_steps(simulation, clock, on_iteration, on_cut):
             iterations += result.equilibrium.iterations
-            recorder.step(clock, after - before, result)
+            recorder.step(clock, size, result)
             progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
     return iterations
-
-
-def _failed(
-    simulation: Simulation, clock: Clock, size: float, failure: StepFailed
-) -> AnalysisFailed:
-    """Returns the error that ends the analysis, with all an engineer needs to find the cause."""
-    where = ""
-    if failure.point is not None:
-        index = simulation.points.index_of(np.array([failure.point]))[0]
-        place = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
-        where = f"; worst point: number {failure.point} at ({place})"
-    shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
-    residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
-    return AnalysisFailed(
-        f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
-        f" (step size {size:.2g}; relative residuals: {residuals}{where})",
-        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
-        f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
-        f"or see where the soil fails (`tilth report` writes {REPORT})",
-    )

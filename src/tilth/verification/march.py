@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.errors import AnalysisFailed, StepFailed
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 
@@ -27,18 +27,9 @@ def march(
     """
     simulation = Simulation(model)
     simulation.check()
-    clock = Clock(model.schedule)
-    while not clock.done:
-        after = clock.next_time()
-        try:
-            result = simulation.advance(clock.time, after, is_least=clock.is_least)
-        except StepFailed as failure:
-            if not clock.cut(failure.share):
-                raise AnalysisFailed(f"time {after:.6g}: {failure.reason}") from failure
-            continue
-        clock.accept(after)
+    for _, result in load_steps(simulation, Clock(model.schedule)):
         if after_step is not None:
-            after_step(simulation, result, after)
+            after_step(simulation, result, result.time)
     return simulation
 
 

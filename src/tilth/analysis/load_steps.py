@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The loop over the load steps of an analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from tilth.analysis.clock import Clock
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.errors import AnalysisFailed, StepFailed
+from tilth.output.folder import REPORT
+
+
+def load_steps(
+    simulation: Simulation,
+    clock: Clock,
+    on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+    on_cut: Callable[[float, StepFailed], None] = lambda time, failure: None,
+) -> Iterator[tuple[float, StepResult]]:
+    """Takes load steps until the clock is done or stops, and shortens those that fail.
+
+    Args:
+        simulation: is advanced.
+        clock: where the analysis is in its schedule; is advanced.
+        on_iteration: is called with the number of each Newton iteration and its relative residual.
+        on_cut: is called with the time that a failed step should have reached, and its failure.
+
+    Yields:
+        The size of each converged step [time] and its result.
+
+    Raises:
+        AnalysisFailed: no equilibrium with the smallest step.
+    """
+    while not (clock.done or clock.stops):
+        before, after = clock.time, clock.next_time()
+        try:
+            result = simulation.advance(before, after, on_iteration, clock.is_least)
+        except StepFailed as failure:
+            if not clock.cut(failure.share):
+                raise _failed(simulation, clock, after - before, failure) from failure
+            on_cut(after, failure)
+            continue
+        clock.accept(after)
+        yield after - before, result
+
+
+def _failed(
+    simulation: Simulation, clock: Clock, size: float, failure: StepFailed
+) -> AnalysisFailed:
+    """Returns the error that ends the analysis, with all an engineer needs to find the cause."""
+    where = ""
+    if failure.point is not None:
+        index = simulation.points.index_of(np.array([failure.point]))[0]
+        place = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
+        where = f"; worst point: number {failure.point} at ({place})"
+    shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
+    residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
+    return AnalysisFailed(
+        f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
+        f" (step size {size:.2g}; relative residuals: {residuals}{where})",
+        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
+        f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
+        f"or see where the soil fails (`tilth report` writes {REPORT})",
+    )
