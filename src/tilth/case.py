@@ -90,7 +90,7 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
                 continue
         file = (folder / path).resolve()
         if not file.is_file():
-            remedy = f"the path is relative to the case file; looked for {file}"
+            remedy = f"the path is relative to the case file: {file} does not exist"
             problems.append(Problem(f"{key}.{name}", "there is no such file", remedy, given))
         table[name] = f"{file}:{function}" if function else str(file)
     if problems:

@@ -32,7 +32,7 @@ NOT_GIVEN: Final = _NotGiven()
 class TilthError(Exception):
     """Base of every error that tilth raises on purpose.
 
-    `message` says what went wrong, `remedy` (may be empty) what the user can do about it.
+    `message`: what is wrong; `remedy` (may be empty): what the user can do about it.
     """
 
     exit_code: ClassVar[int] = EXIT_BUG
@@ -80,7 +80,7 @@ class Problem:
 
 
 class BadInput(TilthError):
-    """The input is wrong: says in which file, at which key, what was given and what is right.
+    """The input is wrong: file, key, given value and remedy.
 
     `problems` holds every wrong entry found; `key`, `value`, `problem` and `remedy` are those of
     the first one.
@@ -119,7 +119,7 @@ class BadInput(TilthError):
         )
 
     def in_file(self, file: str | Path) -> BadInput:
-        """Returns the same error, naming `file` as the place of the mistake."""
+        """Returns the same error with the file that contains the mistake."""
         return BadInput.of(self.problems, file)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -207,7 +207,7 @@ def test_resumed_after_a_stop(
         np.testing.assert_array_equal(values, whole[name][: taken + 1])
     written = read_results(tmp_path / "out" / "results.vtkhdf")
     assert (written.steps[-1], written.times[-1]) == (taken, whole["time"][taken])
-    assert "it was to stop at time" in (tmp_path / "out" / "log.txt").read_text()
+    assert "stopped at time" in (tmp_path / "out" / "log.txt").read_text()
     assert resume(tmp_path / "out", quiet=True).finished
     assert_same_results(uninterrupted, tmp_path / "out")
 

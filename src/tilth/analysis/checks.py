@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks of the first load step: what only points, grid and boundaries together can tell."""
+"""Checks of the first load step that need points, grid and boundaries together."""
 
 from __future__ import annotations
 

@@ -16,14 +16,14 @@ class Clock:
     """Time of a schedule, advanced by accepted steps.
 
     Regular times and output times are always hit exactly. A failed step is halved, or shortened as
-    the failure asks for; after two converged ones in a row the size doubles, up to the regular one.
+    the failure requires; after two converged ones in a row the size doubles, up to the regular one.
 
     Attributes:
         step: number of accepted steps.
         time: time reached.
         size: size of the next step, unless an event comes first.
         successes: steps accepted since the last cut.
-        until: time at which to stop before the end of the schedule; None to go on to its end.
+        until: time at which to stop before the end of the schedule; None for its end.
     """
 
     schedule: Schedule

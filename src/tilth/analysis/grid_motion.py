@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The background grid of each load step: it stands still, or follows a boundary."""
+"""The background grid of each load step: it is fixed, or follows a boundary."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class GridMotion:
         if self._follow is None:
             return self._initial
         leader = self._leader
-        place = leader.motion.place(np.array([self._follow.place]), leader.factor(time))[0]
+        position = leader.motion.place(np.array([self._follow.place]), leader.factor(time))[0]
         axes = [AXES.index(axis) for axis in self._follow.axes]
         origin = self._initial.origin.copy()
-        origin[axes] = place[axes]
+        origin[axes] = position[axes]
         return replace(self._initial, origin=origin)

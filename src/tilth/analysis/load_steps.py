@@ -53,8 +53,8 @@ def _failed(
     where = ""
     if failure.point is not None:
         index = simulation.points.index_of(np.array([failure.point]))[0]
-        place = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
-        where = f"; worst point: number {failure.point} at ({place})"
+        at = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
+        where = f"; worst point: number {failure.point} at ({at})"
     shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
     residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
     return AnalysisFailed(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The predictor: where a load step's iteration begins, if the soil moves on as it did."""
+"""The predictor: a first guess of a load step's displacement from that of the last step."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 
 LARGEST_MOTION = 0.25
-"""Motion in the last load step, in cells, up to which the nodes still stand at the same soil."""
+"""Largest motion in the last load step, in cells, for which nodes keep their own displacement."""
 
 
 class Predictor:
-    """Remembers the last load step's displacement.
+    """Extrapolates the displacement of the last load step.
 
-    While the grid stands still and the soil moves by no more than `LARGEST_MOTION` in a step, each
-    node is given its own displacement of the last step. Otherwise all nodes are given that of the
-    material points around them: with their own, a slender body that moves on through the grid would
-    be torn. So are new nodes, and nodes at the edge of the soil: they are badly supported, move at
-    random within Newton's tolerance, and this motion would grow if each step began with that of the
-    last.
+    If the grid is fixed and the soil moved by no more than `LARGEST_MOTION` in the last step, the
+    guess of a node is its own displacement in that step. Otherwise it is the mean displacement of
+    the material points around the node, because the nodes' own displacements would tear a slender
+    body that moves through the grid. The mean is also used for new nodes and for poorly supported
+    nodes at the edge of the soil: their displacements are random within Newton's tolerance, and
+    this error would grow from step to step.
 
     Attributes:
         size: of the last load step [time]; 0 before the first one.
@@ -64,7 +64,7 @@ class Predictor:
         self.key, self.displacement = active.key.copy(), displacement
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns what a checkpoint must hold."""
+        """Returns the arrays for a checkpoint."""
         return {
             "size": np.array(self.size),
             "origin": self.origin,
@@ -89,4 +89,6 @@ def _from_points(soil: Soil) -> Floats:
             stencil, active.position, points.position[s], points.last_displacement[s],
             points.last_gradient[s], volume[s], total,
         )  # fmt: skip
-    return np.asarray(total[:, 1:] / np.maximum(total[:, :1], 1e-300))  # domains may only touch
+    return np.asarray(
+        total[:, 1:] / np.maximum(total[:, :1], 1e-300)
+    )  # a domain may end at the node

@@ -121,7 +121,9 @@ class Recorder:
                     self._write_last()
             failure = None
             if not clock.done:
-                failure = f"it was to stop at time {clock.until:.6g}; `tilth resume` goes on"
+                failure = (
+                    f"stopped at time {clock.until:.6g} as requested; `tilth resume` continues"
+                )
         except TilthError as error:
             failure = error.message
             self._write_last()
@@ -162,7 +164,7 @@ class Recorder:
         self._last = None
 
     def _drop_output_of_stop(self) -> None:
-        """Takes from the results what an uninterrupted run would not hold, once it goes on."""
+        """Deletes the output of the stop, which an uninterrupted run would not have."""
         if self._beside_schedule:
             results = read_results(self.folder / RESULTS)
             self.results = ResultsWriter.resume(results.path, results.steps[-1] - 1)
@@ -217,7 +219,7 @@ def snapshot(
 ) -> Snapshot:
     """Returns the state for the results file, points in the order of their permanent numbers.
 
-    The point fields are made when they are asked for: to be written before the points change.
+    The point fields are computed on access: write them before the points change.
     """
     points = simulation.points
     order = points.index_of(np.arange(len(points)))
@@ -236,7 +238,7 @@ def snapshot(
         fields["domain_corners"] = lambda: corners[order]
     if simulation.model.output.deformation_gradient:
         fields["deformation_gradient"] = lambda: points.deformation_gradient[order]
-    still = np.zeros(active.position.shape)
+    zero = np.zeros(active.position.shape)
     return Snapshot(
         step=step,
         time=time,
@@ -246,8 +248,8 @@ def snapshot(
         node_position=active.position,
         cells=active.cells(),
         node_fields={
-            "displacement": still if result is None else result.equilibrium.displacement,
-            "reaction": still if result is None else result.reaction,
+            "displacement": zero if result is None else result.equilibrium.displacement,
+            "reaction": zero if result is None else result.reaction,
         },
         surfaces=simulation.surface_shapes(),
     )

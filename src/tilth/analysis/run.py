@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A whole analysis: load steps one after the other, and what is written of them."""
+"""Runs and resumes an analysis with all its files."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def run(
         threads: all cores if None; the results do not depend on it.
         until: time of the schedule at which to stop, in (0, end]; its end if None. The steps are
             those of the whole run: it stops at the end of the first one that reaches this time,
-            writes that state and a checkpoint, and `resume` goes on.
+            writes that state and a checkpoint, and `resume` continues.
         overwrite: whether an earlier run in `out` is replaced.
         quiet: whether the progress bar is left out.
 
@@ -91,7 +91,7 @@ def resume(
     until: float | None = None,
     quiet: bool = False,
 ) -> Result:
-    """Goes on from the last checkpoint in `out`; the run ends in the same bits.
+    """Continues from the last checkpoint in `out`; results agree to the last bit.
 
     Args:
         threads, until, quiet: as in `run`; `until` is later than the checkpoint.
@@ -111,14 +111,14 @@ def resume(
         raise BadInput(
             f"{folder / CHECKPOINT} has no {str(missing)!r}: it is of another version of tilth "
             f"({meta.get('version', 'unknown')})",
-            "resume it with that version, or run the case anew",
+            "resume it with that version, or run the case again",
         ) from missing
     recorder = Recorder.resume(folder, simulation, meta, used)
     return _march(simulation, clock, recorder, quiet)
 
 
 def _checked(clock: Clock) -> Clock:
-    """Returns the clock; raises `BadInput` where it is asked to stop at a time that never comes."""
+    """Returns the clock; raises `BadInput` if its time to stop is not one that can be reached."""
     until, end = clock.until, clock.schedule.end
     if until is None:
         return clock

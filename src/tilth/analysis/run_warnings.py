@@ -43,7 +43,7 @@ class RunWarnings:
         self.note(
             "fallback",
             f"multigrid did not solve a linear system ({reason}), so the direct solver did, which "
-            "takes longer and more memory; this is said once, later systems may be solved so, too",
+            "needs more time and memory; later systems may need it too, without a further warning",
         )
 
     def line_search(self, reason: str, time: float) -> None:
@@ -51,7 +51,7 @@ class RunWarnings:
         self.note(
             "line search",
             f"Newton's iteration failed in the step to time {time:.6g} ({reason}); the step is "
-            "repeated with a line search; this is said once, later steps may be repeated, too",
+            "repeated with a line search; later steps may need it too, without a further warning",
         )
 
     def departures(self, model: Model, cell_size: Floats) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the picture of the set-up shows of a model, and the report of a run."""
+"""The data for the picture of the set-up, and the report of a run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def write_report(folder: Path) -> Path:
 
 
 def setup_of(model: Model) -> Setup:
-    """Returns what the picture of a model's set-up shows.
+    """Returns the data for the picture of a model's set-up.
 
     Raises:
         BadInput: the model cannot be computed (see `Simulation.check`).
@@ -100,7 +100,7 @@ ARROWS = 40
 def _surface_loads(model: Model, simulation: Simulation) -> list[Load]:
     """The loads on surfaces at the end of the schedule, on the initial surface."""
     end = model.schedule.end
-    active = locate(simulation.points, simulation.grid, Buffers())  # its pattern is still open
+    active = locate(simulation.points, simulation.grid, Buffers())
     loads = SurfaceLoads(
         declared_loads(model), model.analysis.kind, simulation.surfaces, active, end, end
     )
@@ -127,12 +127,12 @@ def _loads(model: Model, simulation: Simulation) -> list[Load]:
     loads = []
     for declared, ids, curve in Loads(model, points).on_points:
         assert isinstance(declared, PointForce)
-        place = points.position[points.index_of(ids)]
+        position = points.position[points.index_of(ids)]
         force = np.array(declared.force) * curve.factor(model.schedule.end)
         loads.append(
             Load(
                 name=f"point force on {declared.body}",
-                position=place,
+                position=position,
                 force=np.tile(force / len(ids), (len(ids), 1)),
             )
         )

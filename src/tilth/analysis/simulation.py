@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A model made ready to compute: points, grid, boundaries and loads, advanced step by step."""
+"""The analysis in memory: points, grid, boundaries and loads, advanced step by step."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ ROUND_OFF = 1e-14
 
 @dataclass(frozen=True)
 class StepResult:
-    """What is known after a converged step.
+    """The result of a converged step.
 
     Attributes:
         active: the grid of the step.
@@ -74,7 +74,7 @@ class StepResult:
         return np.asarray(self.forces[name].sum(axis=0))
 
     def moment(self, name: str, about: Floats) -> Floats:
-        """Returns the moment of that force about a place [force length], shape (3,)."""
+        """Returns the moment of that force about a point [force length], shape (3,)."""
         arm = self.active.position + self.equilibrium.displacement - about
         three = ((0, 0), (0, 3 - arm.shape[1]))
         return np.asarray(
@@ -110,13 +110,13 @@ class Simulation:
 
     Args:
         model: the declared problem.
-        points: points to go on with (from a checkpoint); made from the bodies if None.
+        points: of a checkpoint; those of the undeformed bodies if None.
 
     Attributes:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
         timers: time spent in basis, stress, assembly, solve and rest.
-        run_warnings: what is probably not meant.
+        run_warnings: warnings of probable mistakes.
 
     Raises:
         BadInput: a body without points, conditions that leave a rigid motion or contradict.
@@ -188,13 +188,13 @@ class Simulation:
         return tuple(surface.shape() for surface in self.surfaces.values())
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns all arrays that a later step reads: points, and what else remembers."""
+        """Returns all arrays that a later step reads: points and state variables of the owners."""
         return dict(self.points.arrays()) | state_of(self._owners())
 
     def _owners(self) -> dict[str, Stateful]:
-        """Returns all that remembers from step to step, but for the points, by a name of its own.
+        """Returns the objects with variables that persist from step to step, except the points.
 
-        Numbers for names of the user's, so that none of these is like another.
+        The names are unique: boundaries and surfaces have numbers, not the names of the user.
         """
         owners: dict[str, Stateful] = {
             "ghost": self._ghost,
@@ -221,7 +221,7 @@ class Simulation:
         """Locates the points and finds the conditions of the step from `before` to `after`.
 
         Raises:
-            StepFailed: a point is beyond the grid, or its domain reaches over too many cells.
+            StepFailed: a point is outside the grid, or its domain extends over too many cells.
             BadInput: a boundary prescribes a radial displacement on the axis of symmetry.
         """
         self.grid = self._grid_motion.at(before)
@@ -246,8 +246,8 @@ class Simulation:
     ) -> StepResult:
         """Takes the step from time `before` to `after`; changes the state only if it converges.
 
-        is_least: whether the step cannot be shortened: soil that passes through a boundary then is
-            warned of only.
+        is_least: whether the step cannot be shortened. Soil that passes through a boundary then
+            only gives a warning.
 
         Raises:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
@@ -309,7 +309,7 @@ class Simulation:
         )  # fmt: skip
 
     def _result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
-        """Returns what is known of a converged step; to be asked before it is committed."""
+        """Returns the result of a converged step; call it before the step is committed."""
         conditions, constraints = step.conditions, step.constraints
         with self.timers.measure("boundaries"):
             carried = constraints.after(equilibrium.displacement)
@@ -324,7 +324,7 @@ class Simulation:
     def _warn(
         self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats
     ) -> None:
-        """Looks at a committed step for what is probably not meant; moved: of the points."""
+        """Warns of probable mistakes in a committed step; moved: displacement of the points."""
         warnings, cell_size = self.run_warnings, self.grid.cell_size
         warnings.bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
@@ -336,7 +336,7 @@ class Simulation:
                 warnings.jump(moved, float(driven), self.points, cell_size, step.after)
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
-        """Returns all forces of a step: the list that a new one is added to."""
+        """Returns all terms of the balance of a step. New terms are added here."""
         active, constraints = step.active, step.constraints
         before, after, constrained = step.before, step.after, step.conditions.constrained
         with self.timers.measure("boundaries"):

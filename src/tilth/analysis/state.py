@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a checkpoint holds beside the material points: the state of all that remembers."""
+"""The state in a checkpoint besides the material points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class MissingState(Exception):
 
 
 class Stateful(Protocol):
-    """Something that remembers from step to step."""
+    """An object with variables that persist from step to step."""
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns what a later step reads, by name; the names are the same at any time."""
@@ -41,7 +41,7 @@ def restore_all(owners: Mapping[str, Stateful], arrays: Arrays) -> None:
     """Gives each owner back what `state_of` returned.
 
     Raises:
-        MissingState: `arrays` lacks something that an owner remembers.
+        MissingState: an array of an owner is missing.
     """
     for owner, each in owners.items():
         found = {}

@@ -70,9 +70,9 @@ def solve_step(
         conditions: prescribed degrees of freedom.
         solver: of the linear systems.
         newton: settings of the iteration.
-        timers: are told the time of assembly and solution.
+        timers: measure the time of assembly and solution.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
-        on_iteration: is told the iteration and its relative residual.
+        on_iteration: is called with the iteration and its relative residual.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
@@ -117,12 +117,12 @@ def _first_state(
     whether the prescribed degrees of freedom have yet to move.
     """
     constrained = conditions.constrained
-    still = np.zeros_like(conditions.increment)
+    zero = np.zeros_like(conditions.increment)
     unknowns = np.zeros_like(balance.global_scale)
     moving = bool(balance.comm.max(float(conditions.increment.any())))
-    initial_reaction = np.zeros_like(still)
+    initial_reaction = np.zeros_like(zero)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        first = residual.at(still, unknowns)
+        first = residual.at(zero, unknowns)
         internal = first.forces.residual + first.forces.load
         initial_reaction = np.where(constrained, internal - balance.load_before, 0.0)
     if guess is None:
@@ -131,7 +131,7 @@ def _first_state(
         start = np.where(constrained, conditions.increment, guess)
         return residual.at(start, unknowns), initial_reaction, False
     except StepFailed:
-        return residual.at(still, unknowns), initial_reaction, moving
+        return residual.at(zero, unknowns), initial_reaction, moving
 
 
 class Linearisation:
@@ -141,7 +141,7 @@ class Linearisation:
         balance: all terms of the step.
         constrained: prescribed degrees of freedom, shape (nodes, dim).
         solver: of the systems.
-        timers: are told the time of assembly and solution.
+        timers: measure the time of assembly and solution.
     """
 
     def __init__(

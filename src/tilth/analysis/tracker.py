@@ -24,7 +24,7 @@ class Tracker:
 
     Args:
         model: the declared problem.
-        initial: its points before the first step, which decide which point is nearest to a place.
+        initial: its points before the first step, for the nearest point to a given position.
 
     Attributes:
         columns: (name, unit label) of each quantity.
@@ -135,8 +135,8 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     if track.body is not None:
         body = next(b for b in points.bodies if b.name == track.body)
         chosen = slice(body.start, body.stop)
-    reach = upper_edges(points) if track.of == "domains" else points.position
-    return float(reach[chosen, axis].max())
+    upper = upper_edges(points) if track.of == "domains" else points.position
+    return float(upper[chosen, axis].max())
 
 
 def _energy(track: Track, simulation: Simulation, work: float) -> float:
