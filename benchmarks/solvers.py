@@ -23,7 +23,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
-from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, Multigrid, linear_solver
+from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, Multigrid, StepSolver, linear_solver
 
 TOLERANCE = 1e-8
 SUPERLU_UP_TO = 30_000  # unknowns in 3D: beyond, one factorisation takes minutes
@@ -37,9 +37,15 @@ class Keeper(LinearSolver):
         self.system: LinearSystem | None = None
         self.right_side = np.zeros(0)
 
-    def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
-        self.system, self.right_side = system, right_side.copy()
-        return self._inner.solve(system, right_side, tolerance)
+    def begin(self, system: LinearSystem) -> StepSolver:
+        keeper, solver = self, self._inner.begin(system)
+
+        class Keeping(StepSolver):
+            def solve(self, right_side: Floats, tolerance: float) -> Floats:
+                keeper.system, keeper.right_side = system, right_side.copy()
+                return solver.solve(right_side, tolerance)
+
+        return Keeping(self._inner, system, self._inner.direct, large=True)
 
 
 def block(n: int, anti_locking: str | None = "f_bar", yield_stress: float | None = None) -> Model:

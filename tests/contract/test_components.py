@@ -37,7 +37,7 @@ def solved(
     system = poisson(active, coupling, edge_nodes(active))
     prescribed = np.where(system.constrained, exact, 0.0)
     right = load(active, source @ coupling) - system.times(prescribed)
-    found = solver_of(name, active.grid.dim).solve(system, right, 1e-12)
+    found = solver_of(name, active.grid.dim).begin(system).solve(right, 1e-12)
     assert not found[system.constrained].any()
     return prescribed + found
 
@@ -106,10 +106,11 @@ def test_coupled_fields_are_solved_as_one_after_the_other(dim: int) -> None:
     stiffness = np.array([1.0, 40.0, 0.2])
     for name in NAMES:
         solver = solver_of(name, dim)
-        whole = solver.solve(poisson(active, np.diag(stiffness), edge_nodes(active)), right, 1e-12)
+        system = poisson(active, np.diag(stiffness), edge_nodes(active))
+        whole = solver.begin(system).solve(right, 1e-12)
         for k, own in enumerate(stiffness):
             system = poisson(active, np.array([[own]]), edge_nodes(active))
-            alone = solver.solve(system, np.ascontiguousarray(right[:, k : k + 1]), 1e-12)
+            alone = solver.begin(system).solve(np.ascontiguousarray(right[:, k : k + 1]), 1e-12)
             np.testing.assert_allclose(
                 whole[:, k : k + 1], alone, rtol=0, atol=1e-9 * np.abs(alone).max()
             )

@@ -75,7 +75,7 @@ def compare(
     matrix, free = dense(system)
     exact = np.linalg.solve(matrix, np.concatenate([right.ravel()[free], own]))
     solver = solver_of(name, system.active.grid.dim, notes)
-    nodal, unknowns = solver.solve_bordered(system, right, own, 1e-12)
+    nodal, unknowns = solver.begin(system).solve_bordered(right, own, 1e-12)
     assert not nodal[system.constrained].any()
     found = nodal.ravel()[free]
     size = np.abs(exact[: len(free)]).max()
@@ -99,8 +99,10 @@ def test_bordered_systems_are_solved(name: str, dim: int, components: int, symme
 @every_solver
 def test_a_zero_right_side_has_the_solution_zero(name: str) -> None:
     system = bordered(2, 2, 3)
-    nodal, unknowns = solver_of(name, 2).solve_bordered(
-        system, np.zeros(system.constrained.shape), np.zeros(3), 1e-10
+    nodal, unknowns = (
+        solver_of(name, 2)
+        .begin(system)
+        .solve_bordered(np.zeros(system.constrained.shape), np.zeros(3), 1e-10)
     )
     assert not nodal.any()
     assert not unknowns.any()
@@ -111,8 +113,8 @@ def test_without_a_border_there_are_no_global_unknowns(name: str) -> None:
     system = bordered(2, 2, 1)
     right = np.random.default_rng(0).normal(size=system.constrained.shape)
     system.border = None
-    nodal, unknowns = solver_of(name, 2).solve_bordered(system, right, np.zeros(0), 1e-10)
-    assert np.array_equal(nodal, solver_of(name, 2).solve(system, right, 1e-10))
+    nodal, unknowns = solver_of(name, 2).begin(system).solve_bordered(right, np.zeros(0), 1e-10)
+    assert np.array_equal(nodal, solver_of(name, 2).begin(system).solve(right, 1e-10))
     assert unknowns.shape == (0,)
 
 
@@ -129,8 +131,8 @@ def test_a_matrix_that_only_its_border_makes_regular(name: str) -> None:
     system.border = Border(mean, mean, np.zeros((1, 1)), np.ones(1))
     right = np.random.default_rng(4).normal(size=(active.nodes, 1))
     notes: list[str] = []
-    nodal, unknowns = solver_of(name, 2, notes).solve_bordered(
-        system, right, np.array([0.3]), 1e-12
+    nodal, unknowns = (
+        solver_of(name, 2, notes).begin(system).solve_bordered(right, np.array([0.3]), 1e-12)
     )
     assert nodal.mean() == pytest.approx(0.3, rel=1e-9)
     assert unknowns[0] == pytest.approx(right.sum(), rel=1e-9)
@@ -152,7 +154,7 @@ def test_singular_equations_of_global_unknowns_are_refused(name: str, case: str)
     system.border = Border(columns, columns, corner, np.ones(2))
     right = np.ones(system.constrained.shape)
     with pytest.raises(SolveFailed, match=r"singular|not a number"):
-        solver_of(name, 2, []).solve_bordered(system, right, np.ones(2), 1e-8)
+        solver_of(name, 2, []).begin(system).solve_bordered(right, np.ones(2), 1e-8)
 
 
 @every_solver
@@ -164,12 +166,12 @@ def test_the_unit_of_a_global_unknown_does_not_matter(name: str) -> None:
     right = np.random.default_rng(0).normal(size=system.constrained.shape)
     own = np.array([0.3, -2.0])
     degree = np.array([1.0, np.pi / 180.0])
-    expected = solver_of(name, 3).solve_bordered(system, right, own, 1e-10)
+    expected = solver_of(name, 3).begin(system).solve_bordered(right, own, 1e-10)
     system.border = Border(
         border.columns * degree[:, None, None], border.rows * degree[:, None, None],
         border.corner * np.outer(degree, degree), border.scale * degree,
     )  # fmt: skip
-    nodal, unknowns = solver_of(name, 3).solve_bordered(system, right, own * degree, 1e-10)
+    nodal, unknowns = solver_of(name, 3).begin(system).solve_bordered(right, own * degree, 1e-10)
     size = np.abs(expected[0]).max()
     np.testing.assert_allclose(nodal, expected[0], rtol=0, atol=1e-12 * size)
     np.testing.assert_allclose(unknowns * degree, expected[1], rtol=1e-11)
@@ -191,8 +193,8 @@ def test_settlement_of_an_elastic_column_at_small_strain(name: str, kind: str) -
     balance.fill_stiffness(still, system.blocks)
     system.border = balance.border(still, none)
     solver = solver_of(name, dimension(kind))
-    nodal, (settlement,) = solver.solve_bordered(
-        system, -forces.residual, -forces.global_residual, 1e-12
+    nodal, (settlement,) = solver.begin(system).solve_bordered(
+        -forces.residual, -forces.global_residual, 1e-12
     )
     pressure = force / AREA[kind]
     expected = -pressure * (HEIGHT / CONSTRAINED_MODULUS + 1.0 / modulus)

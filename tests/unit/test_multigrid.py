@@ -20,7 +20,14 @@ from tilth.comm import Communicator
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
-from tilth.solvers import LinearSolver, LinearSystem, Multigrid, SolveFailed, choose_solver
+from tilth.solvers import (
+    LinearSolver,
+    LinearSystem,
+    Multigrid,
+    SolveFailed,
+    StepSolver,
+    choose_solver,
+)
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
 from tilth.verification.cases import example, varied
@@ -29,18 +36,24 @@ TOLERANCE = 1e-8
 
 
 class Systems(LinearSolver):
-    """A direct solver that keeps a copy of each system it is given."""
+    """A direct solver that keeps a copy of each system that it solves."""
 
     def __init__(self) -> None:
         super().__init__(choose_solver("superlu"))
         self.kept: list[tuple[LinearSystem, Floats]] = []
 
-    def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
-        copy = LinearSystem(system.active, system.constrained)
-        copy.blocks[:] = system.blocks
-        copy.exact_nodes = system.exact_nodes
-        self.kept.append((copy, right_side.copy()))
-        return super().solve(system, right_side, tolerance)
+    def begin(self, system: LinearSystem) -> StepSolver:
+        kept = self.kept
+
+        class Keeping(StepSolver):
+            def solve(self, right_side: Floats, tolerance: float) -> Floats:
+                copy = LinearSystem(system.active, system.constrained)
+                copy.blocks[:] = system.blocks
+                copy.exact_nodes = system.exact_nodes
+                kept.append((copy, right_side.copy()))
+                return super().solve(right_side, tolerance)
+
+        return Keeping(self, system, self.direct, large=False)
 
 
 def systems_of(model: Model, steps: int = 1) -> list[tuple[LinearSystem, Floats]]:
@@ -74,7 +87,7 @@ def solve(system: LinearSystem, right: Floats, tolerance: float = TOLERANCE) -> 
 def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
     """Both solvers agree as far as the residual and the condition of the matrix allow."""
     x, iterations = solve(system, right, 1e-11)
-    exact = LinearSolver(choose_solver("superlu")).solve(system, right, 0.0)
+    exact = LinearSolver(choose_solver("superlu")).begin(system).solve(right, 0.0)
     assert np.linalg.norm(x - exact) <= 1e-5 * np.linalg.norm(exact)
     assert iterations <= most
 
@@ -360,8 +373,9 @@ def test_levels_are_made_anew_only_for_another_grid(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(linear_module, "Multigrid", Counted)
     solver = LinearSolver(choose_solver("superlu"), 0)
     for system, right in systems:
+        of_step = solver.begin(system)
         for _ in range(2):  # iterations of Newton's method
-            solver.solve(system, right, TOLERANCE)
+            of_step.solve(right, TOLERANCE)
     assert made == [25**2, 26**2]
 
 
@@ -369,18 +383,20 @@ def test_summary_tells_systems_and_iterations() -> None:
     system, right = systems_of(block("plane_strain", "linear", 24))[0]
     solver = LinearSolver(choose_solver("superlu"), 0)
     assert solver.summary == "none"
-    solver.solve(system, right, TOLERANCE)
+    of_step = solver.begin(system)
+    of_step.solve(right, TOLERANCE)
     most = solve(system, right)[1]
-    solver.solve(system, right, 1e-2)
+    of_step.solve(right, 1e-2)
     least = solve(system, right, 1e-2)[1]
     counts = f"{(most + least) / 2:.1f} iterations each, at most {most}"
     assert solver.summary == f"2 by multigrid ({counts})"
     system.blocks[:] = np.nan
     with pytest.raises(SolveFailed):
-        solver.solve(system, right, TOLERANCE)
+        of_step.solve(right, TOLERANCE)
     assert solver.summary == f"2 by multigrid ({counts})"
     direct = LinearSolver(choose_solver("banded"))
-    direct.solve(*systems_of(block("plane_strain", "linear", 4))[0], TOLERANCE)
+    system, right = systems_of(block("plane_strain", "linear", 4))[0]
+    direct.begin(system).solve(right, TOLERANCE)
     assert direct.summary == "1 by banded"
 
 
@@ -435,7 +451,7 @@ def test_small_systems_are_left_to_the_direct_solver(over: int) -> None:
     told: list[str] = []
     solver = LinearSolver(choose_solver("superlu"), system.constrained.size + over, told.append)
     system.blocks[len(system.blocks) // 2] *= -1.0  # multigrid refuses what is not a stiffness
-    solver.solve(system, right, TOLERANCE)
+    solver.begin(system).solve(right, TOLERANCE)
     assert bool(told) == (over < 0)
 
 
@@ -474,7 +490,7 @@ def test_pieces_far_apart_are_left_to_the_direct_solver() -> None:
     ]
     system, right = systems_of(Model.from_dict(entries))[0]
     told: list[str] = []
-    x = LinearSolver(choose_solver("superlu"), 0, told.append).solve(system, right, TOLERANCE)
+    x = LinearSolver(choose_solver("superlu"), 0, told.append).begin(system).solve(right, TOLERANCE)
     assert "far apart" in told[0]
     rest = np.where(system.constrained, 0.0, right - system.times(x))
     assert np.linalg.norm(rest) <= 1e-10 * np.linalg.norm(right)

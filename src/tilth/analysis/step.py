@@ -13,7 +13,7 @@ from tilth.analysis.residual import Newton, Residual, State
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
-from tilth.solvers import LinearSolver, LinearSystem, SolveFailed
+from tilth.solvers import LinearSolver, LinearSystem, SolveFailed, StepSolver
 from tilth.terms.balance import Balance
 from tilth.timers import Timers
 
@@ -149,7 +149,7 @@ class Linearisation:
     ) -> None:
         self._balance, self._constrained = balance, constrained
         self._solver, self._timers = solver, timers
-        self._system: LinearSystem | None = None
+        self._begun: tuple[LinearSystem, StepSolver] | None = None
 
     def correction(
         self, now: State, prescribed: Floats | None, tolerance: float
@@ -164,7 +164,7 @@ class Linearisation:
         Raises:
             SolveFailed: the system is singular.
         """
-        system = self._assembled(now)
+        system, solver = self._assembled(now)
         right_side, of_unknowns = -now.forces.residual, -now.forces.global_residual
         moved = np.zeros_like(right_side)
         if prescribed is not None:
@@ -173,20 +173,22 @@ class Linearisation:
             if system.border is not None:
                 of_unknowns = of_unknowns - system.inner_products(system.border.rows, moved)
         with self._timers.measure("solve"):
-            free, unknowns = self._solver.solve_bordered(system, right_side, of_unknowns, tolerance)
+            free, unknowns = solver.solve_bordered(right_side, of_unknowns, tolerance)
         return moved + free, unknowns
 
-    def _assembled(self, now: State) -> LinearSystem:
+    def _assembled(self, now: State) -> tuple[LinearSystem, StepSolver]:
         balance, active = self._balance, self._balance.active
-        if self._system is None:
+        if self._begun is None:
             with self._timers.measure("assembly"):
                 entries = len(active.column) * self._constrained.shape[1] ** 2
                 memory = active.buffers.take("matrix", entries)
-                self._system = LinearSystem(active, self._constrained, memory, balance.comm)
-        balance.fill_stiffness(now.displacement, self._system.blocks)
-        self._system.border = balance.border(now.displacement, now.unknowns)
-        self._system.exact_nodes = balance.exact_nodes()
-        return self._system
+                system = LinearSystem(active, self._constrained, memory, balance.comm)
+            self._begun = system, self._solver.begin(system)
+        system, solver = self._begun
+        balance.fill_stiffness(now.displacement, system.blocks)
+        system.border = balance.border(now.displacement, now.unknowns)
+        system.exact_nodes = balance.exact_nodes()
+        return system, solver
 
 
 def forcing_term(relative: float, tolerance: float) -> float:

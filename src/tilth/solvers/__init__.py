@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from tilth.errors import BadInput
 from tilth.solvers.banded import BandedLU
-from tilth.solvers.linear import LinearSolver
+from tilth.solvers.linear import LinearSolver, StepSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
 from tilth.solvers.protocol import Solution, SolveFailed, Solver
@@ -26,6 +26,7 @@ __all__ = [
     "Solution",
     "SolveFailed",
     "Solver",
+    "StepSolver",
     "choose_solver",
     "linear_solver",
 ]

@@ -39,15 +39,13 @@ def size(system: LinearSystem) -> float:
 
 
 class LinearSolver:
-    """Solves the systems of a step; multigrid from `multigrid_from` unknowns on.
-
-    Where multigrid fails, the direct solver takes over for the rest of the step.
+    """Solves the linear systems of all load steps; each step calls `begin`.
 
     Args:
         direct: the direct solver.
         multigrid_from: least `size` of a system for multigrid; None for never.
-        note: is told why multigrid failed.
-        banded: takes the direct solver's place where the matrix is a narrow band.
+        note: is called with the reason why multigrid failed.
+        banded: replaces the direct solver if the matrix is a narrow band.
     """
 
     def __init__(
@@ -61,57 +59,112 @@ class LinearSolver:
         self._multigrid_from = multigrid_from
         self._note = note
         self._banded = banded
-        self._now = direct  # or banded
-        self._system: LinearSystem | None = None
         self._multigrid: Multigrid | None = None
-        self._large = False  # whether this step's systems are for multigrid
-        self._begun = False  # whether the levels belong to this step
         self._direct_systems: Counter[str] = Counter()
         self._iterations: list[int] = []
 
-    def solve(self, system: LinearSystem, right_side: Floats, tolerance: float) -> Floats:
+    def begin(self, system: LinearSystem) -> StepSolver:
+        """Returns the solver of the systems of one step, whose matrices `system` has in turn."""
+        large = self._multigrid_from is not None and size(system) >= self._multigrid_from
+        return StepSolver(self, system, self._direct_for(system), large)
+
+    def _direct_for(self, system: LinearSystem) -> Solver:
+        half_band = system.components * section(system) * (system.active.reach + 1)
+        if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
+            return self._banded
+        return self._direct
+
+    def levels(self, system: LinearSystem) -> Multigrid:
+        """Returns the levels of a step: the last step's if the active grid is the same."""
+        if self._multigrid is None or not self._multigrid.begin(system.active, system.constrained):
+            self._multigrid = None  # frees its memory before the new levels are made
+            self._multigrid = Multigrid(system.active, system.constrained, system.comm)
+        return self._multigrid
+
+    def count(self, solver: str) -> None:
+        """Counts a system that a direct solver solved."""
+        self._direct_systems[solver] += 1
+
+    def count_iterations(self, iterations: int) -> None:
+        """Counts a system that multigrid solved in so many iterations."""
+        self._iterations.append(iterations)
+
+    def warn(self, error: SolveFailed) -> None:
+        """Reports that multigrid failed."""
+        self._note(str(error))
+
+    @property
+    def direct(self) -> Solver:
+        """The direct solver for systems that are no narrow band."""
+        return self._direct
+
+    @property
+    def summary(self) -> str:
+        """Number of systems by solver, and the iterations of multigrid."""
+        texts = [f"{number:,} by {name}" for name, number in self._direct_systems.items()]
+        if self._iterations:
+            number, mean = len(self._iterations), float(np.mean(self._iterations))
+            most = max(self._iterations)
+            texts.insert(0, f"{number:,} by multigrid ({mean:.1f} iterations each, at most {most})")
+        return ", ".join(texts) or "none"
+
+
+class StepSolver:
+    """Solves the linear systems of one load step.
+
+    If multigrid fails, the direct solver solves the remaining systems of the step.
+
+    Args:
+        owner: keeps what is used by several steps, and counts.
+        system: has the matrix; it is filled anew between two solutions.
+        direct: the direct solver.
+        large: whether multigrid is tried first.
+    """
+
+    def __init__(
+        self, owner: LinearSolver, system: LinearSystem, direct: Solver, large: bool
+    ) -> None:
+        self._owner, self._system, self._direct, self._large = owner, system, direct, large
+        self._levels: Multigrid | None = None
+
+    def solve(self, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution of A x = r, shape (nodes, components), 0 where constrained.
 
         A border of the system is left out.
 
         Args:
-            system: has A; the same object for all matrices of a step.
             right_side: r, shape (nodes, components).
-            tolerance: relative residual asked of multigrid; a direct solution is exact.
+            tolerance: relative residual required of multigrid; a direct solution is exact.
 
         Raises:
             SolveFailed: if the direct solver fails.
         """
-        self._begin(system)
+        system = self._system
         if self._large:
             try:
-                return self._by_multigrid(system)(right_side, tolerance)
+                return self._by_multigrid()(right_side, tolerance)
             except SolveFailed as error:
-                self._give_multigrid_up(error)
+                self._leave_multigrid(error)
         solution = np.zeros_like(right_side)
         if len(system.free):
-            self._now.setup(system.matrix())
-            free = self._now.solve(right_side.ravel()[system.free]).x
+            self._direct.setup(system.matrix())
+            free = self._direct.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
-            self._direct_systems[self._now.name] += 1
+            self._owner.count(self._direct.name)
         return solution
 
     def solve_bordered(
-        self,
-        system: LinearSystem,
-        right_side: Floats,
-        global_right_side: Floats,
-        tolerance: float,
+        self, right_side: Floats, global_right_side: Floats, tolerance: float
     ) -> tuple[Floats, Floats]:
         """Returns nodal and global unknowns of [[A, B], [C, D]] [x; g] = [r; s].
 
-        Direct solvers allow a singular A where the whole matrix is regular: soil that nothing but a
-        rigid body holds. Multigrid does not, and leaves such systems to the direct solver.
+        Direct solvers allow a singular A if the whole matrix is regular, such as that of soil that
+        only a rigid body supports. Multigrid requires a regular A; other systems are left to the
+        direct solver.
 
         Args:
-            system: A and the border, as for `solve`; without a border there is no g.
             right_side: r, shape (nodes, components).
-            global_right_side: s, shape (m,).
+            global_right_side: s, shape (m,); without a border there is no g.
             tolerance: see `solve`; the residual is that of all equations, over the border's scale.
 
         Returns:
@@ -120,73 +173,40 @@ class LinearSolver:
         Raises:
             SolveFailed: if the direct solver fails, or the equations of g are singular.
         """
+        system = self._system
         if system.border is None:
-            return self.solve(system, right_side, tolerance), np.zeros(0)
-        self._begin(system)
+            return self.solve(right_side, tolerance), np.zeros(0)
         scale, border = system.border.scale, system.border.scaled()
         scaled = global_right_side / scale
         if self._large:
             try:
-                solve = self._by_multigrid(system)
+                solve = self._by_multigrid()
                 x, g = solve_condensed(system, border, solve, right_side, scaled, tolerance)
                 return x, g / scale
             except SolveFailed as error:
-                self._give_multigrid_up(error)
-        factorise_bordered(self._direct, system, border)
-        found = self._direct.solve(np.concatenate([right_side.ravel()[system.free], scaled])).x
-        self._direct_systems[self._direct.name] += 1
+                self._leave_multigrid(error)
+        direct = self._owner.direct
+        factorise_bordered(direct, system, border)
+        found = direct.solve(np.concatenate([right_side.ravel()[system.free], scaled])).x
+        self._owner.count(direct.name)
         solution = np.zeros_like(right_side)
         solution.ravel()[system.free] = found[: len(system.free)]
         return solution, found[len(system.free) :] / scale
 
-    @property
-    def summary(self) -> str:
-        """How many systems were solved by what, and with how many iterations of multigrid."""
-        texts = [f"{number:,} by {name}" for name, number in self._direct_systems.items()]
-        if self._iterations:
-            number, mean = len(self._iterations), float(np.mean(self._iterations))
-            most = max(self._iterations)
-            texts.insert(0, f"{number:,} by multigrid ({mean:.1f} iterations each, at most {most})")
-        return ", ".join(texts) or "none"
-
-    def _begin(self, system: LinearSystem) -> None:
-        """Chooses how to solve the systems of a step, when its first one comes."""
-        if system is self._system:
-            return
-        self._system, self._begun = system, False
-        self._large = self._multigrid_from is not None and size(system) >= self._multigrid_from
-        self._now = self._direct_for(system)
-
-    def _direct_for(self, system: LinearSystem) -> Solver:
-        half_band = system.components * section(system) * (system.active.reach + 1)
-        if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
-            return self._banded
-        return self._direct
-
-    def _by_multigrid(self, system: LinearSystem) -> Callable[[Floats, float], Floats]:
-        """Returns what solves A x = r for a right side and a tolerance."""
-        multigrid = self._levels(system)
-        multigrid.fill(system.blocks, system.exact_nodes)
+    def _by_multigrid(self) -> Callable[[Floats, float], Floats]:
+        """Returns a function that solves A x = r for a right side and a tolerance."""
+        if self._levels is None:
+            self._levels = self._owner.levels(self._system)
+        multigrid = self._levels
+        multigrid.fill(self._system.blocks, self._system.exact_nodes)
 
         def solve(right_side: Floats, tolerance: float) -> Floats:
             found = multigrid.solve(right_side, tolerance)
-            self._iterations.append(found.iterations)
+            self._owner.count_iterations(found.iterations)
             return found.x.reshape(right_side.shape)
 
         return solve
 
-    def _give_multigrid_up(self, error: SolveFailed) -> None:
+    def _leave_multigrid(self, error: SolveFailed) -> None:
         self._large = False
-        self._note(str(error))
-
-    def _levels(self, system: LinearSystem) -> Multigrid:
-        """Returns the levels of a step, the last step's where the active grid is the same."""
-        if not self._begun:
-            if self._multigrid is None or not self._multigrid.begin(
-                system.active, system.constrained
-            ):
-                self._multigrid = None  # its memory is free before the new levels need theirs
-                self._multigrid = Multigrid(system.active, system.constrained, system.comm)
-            self._begun = True
-        assert self._multigrid is not None
-        return self._multigrid
+        self._owner.warn(error)
