@@ -53,6 +53,25 @@ def parameters(material: str, **changed: float) -> Floats:
     return np.array([{**TYPICAL, **changed}[name] for name in laws()[material].parameters])
 
 
+def principal_update(material: str, strain: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Principal Kirchhoff stress and elastic strain of a point strained in one step."""
+    given, size = parameters(material), len(laws()[material].state_variables)
+    before, after = np.zeros(size), np.zeros(size)
+    _core.initial_state(material, given, before)
+    stress, elastic, tangent = np.empty(3), np.empty(3), np.empty((3, 3))
+    trial = np.asarray(strain, dtype=float)
+    assert _core.principal_update(
+        material, given, trial, 0.0, before, after, stress, elastic, tangent
+    )
+    return stress, elastic
+
+
+def yields(material: str) -> bool:
+    """Whether a law flows plastically under a large strain."""
+    strain = [0.3, 0.0, -0.3]
+    return not np.array_equal(principal_update(material, strain)[1], strain)
+
+
 def material_entries(material: str, density: float = 2.0, **changed: float) -> dict[str, Any]:
     """A material as a case file would declare it."""
     return {
