@@ -77,7 +77,7 @@ class Kernels:
         middle = time.perf_counter()
         self.soil.internal_force()
         self.matrix.fill(0.0)
-        self.soil.add_stiffness(self.grid.block_positions, self.matrix)
+        self.soil.add_stiffness(self.grid, self.matrix)
         return middle - start, time.perf_counter() - middle
 
 

@@ -71,7 +71,7 @@ def shortest(action: Callable[[], object]) -> float:
 def assemble(soil: Soil, active: ActiveGrid, blocks: npt.NDArray[np.float64]) -> None:
     """Sets the matrix's blocks to the soil's stiffness."""
     blocks.fill(0.0)
-    soil.add_stiffness(active.block_positions, blocks)
+    soil.add_stiffness(active, blocks)
 
 
 def main() -> None:

@@ -35,7 +35,7 @@ def parts_of(simulation: Simulation) -> dict[str, Callable[[], object]]:
     def assembly() -> None:
         soil.internal_force()
         blocks.fill(0.0)
-        soil.add_stiffness(active.block_positions, blocks)
+        soil.add_stiffness(active, blocks)
 
     return {"basis": basis, "stress": stress, "assembly": assembly}
 

@@ -197,7 +197,7 @@ class Laboratory:
         self.soil.update(displacement)
         dim = self.grid.dim
         blocks = np.zeros((len(self.active.column), dim, dim))
-        self.soil.add_stiffness(self.active.block_positions, blocks)
+        self.soil.add_stiffness(self.active, blocks)
         size = self.active.nodes * dim
         return sp.bsr_matrix(
             (blocks, self.active.column, self.active.row_start), shape=(size, size)

@@ -157,8 +157,8 @@ def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]:
 def initial_state(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the state variables' values at the start."""
 
-def elastic_moduli(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills the bulk and shear modulus of each point (n, 2)."""
+def elastic_moduli(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], bulk: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shear: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], young: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the bulk, shear and Young's modulus of each point."""
 
 def stored_energy(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], energy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the stored energy per unit initial volume of each point."""

@@ -75,10 +75,13 @@ def diagonal(principal: Floats) -> Floats:
 
 def moduli(material: str, elastic: Floats, state: Floats) -> tuple[float, float]:
     """Bulk and shear modulus at an elastic strain."""
-    found = np.full((1, 2), np.nan)
-    deformation = diagonal(np.expm1(2.0 * elastic))
-    _core.elastic_moduli("3d", material, parameters(material), deformation, state[None], found)
-    return float(found[0, 0]), float(found[0, 1])
+    bulk, shear, young = (np.full(1, np.nan) for _ in range(3))
+    _core.elastic_moduli(
+        "3d", material, parameters(material), diagonal(np.expm1(2.0 * elastic)), state[None],
+        bulk, shear, young,
+    )  # fmt: skip
+    assert young == pytest.approx(9 * bulk * shear / (3 * bulk + shear), rel=1e-14)
+    return float(bulk[0]), float(shear[0])
 
 
 def energy(material: str, elastic: Floats, state: Floats) -> float:

@@ -129,7 +129,7 @@ def test_restricted_system_is_the_whole_one_on_the_free_unknowns(kind: str, basi
     fixed = random.uniform(size=still.shape) < 0.3
     system = LinearSystem(laboratory.active, fixed)
     system.blocks[:] = 0.0
-    laboratory.soil.add_stiffness(laboratory.active.block_positions, system.blocks)
+    laboratory.soil.add_stiffness(laboratory.active, system.blocks)
     assert np.array_equal(np.sort(system.free), np.flatnonzero(~fixed.ravel()))
     expected = whole[np.ix_(system.free, system.free)]
     assert np.array_equal(system.matrix().in_scipy().toarray(), expected)
@@ -147,7 +147,7 @@ def test_solvers_agree_on_a_stiffness(name: str, kind: str) -> None:
     laboratory.soil.update(np.zeros(fixed.shape))
     system = LinearSystem(active, fixed)
     system.blocks[:] = 0.0
-    laboratory.soil.add_stiffness(active.block_positions, system.blocks)
+    laboratory.soil.add_stiffness(active, system.blocks)
     rows = np.arange(active.nodes)
     for k in range(dimension(kind)):
         system.blocks[active.diagonal[rows], k, k] += 1.0

@@ -46,12 +46,15 @@ void initial_state(const std::string& name, ConstDoubles parameters, Doubles sta
 }
 
 void elastic_moduli(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
-                    ConstDoubles deformation, ConstDoubles state, Doubles moduli) {
+                    ConstDoubles deformation, ConstDoubles state, Doubles bulk, Doubles shear,
+                    Doubles young) {
   const auto points = static_cast<std::int64_t>(deformation.shape(0));
-  require_size(moduli, 2 * points, "moduli");
+  require_size(bulk, points, "bulk");
+  require_size(shear, points, "shear");
+  require_size(young, points, "young");
   with_law(kind_name, name, parameters, [&](auto kind, auto law) {
     kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(),
-                                           width(state), moduli.data());
+                                           width(state), bulk.data(), shear.data(), young.data());
   });
 }
 
@@ -128,8 +131,8 @@ void bind_materials(nb::module_& module) {
   module.def("initial_state", &initial_state, "material"_a, "parameters"_a, "state"_a,
              "Fills the state variables' values at the start.");
   module.def("elastic_moduli", &elastic_moduli, "kind"_a, "material"_a, "parameters"_a,
-             "deformation"_a, "state"_a, "moduli"_a,
-             "Fills the bulk and shear modulus of each point (n, 2).");
+             "deformation"_a, "state"_a, "bulk"_a, "shear"_a, "young"_a,
+             "Fills the bulk, shear and Young's modulus of each point.");
   module.def("stored_energy", &stored_energy, "kind"_a, "material"_a, "parameters"_a,
              "deformation"_a, "state"_a, "energy"_a,
              "Fills the stored energy per unit initial volume of each point.");

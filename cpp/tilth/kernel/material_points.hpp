@@ -12,10 +12,11 @@
 
 namespace tilth::kernel {
 
-/// Fills moduli (n, 2): bulk and shear modulus.
+/// Fills bulk, shear and Young's modulus (n,).
 template <class K, class Material>
 void elastic_moduli(std::int64_t points, const Material& material, const double* deformation,
-                    const double* state, std::int64_t state_width, double* moduli) {
+                    const double* state, std::int64_t state_width, double* bulk, double* shear,
+                    double* young) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     double strain[3] = {0.0, 0.0, 0.0};
@@ -24,8 +25,9 @@ void elastic_moduli(std::int64_t points, const Material& material, const double*
       for (int a = 0; a < 3; ++a) strain[a] = 0.5 * std::log1p(s.value[a]);
     }
     const auto m = material.moduli(strain, state + state_width * p);
-    moduli[2 * p] = m.bulk;
-    moduli[2 * p + 1] = m.shear;
+    bulk[p] = m.bulk;
+    shear[p] = m.shear;
+    young[p] = 9.0 * m.bulk * m.shear / (3.0 * m.bulk + m.shear);
   }
 }
 

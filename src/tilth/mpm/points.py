@@ -56,15 +56,12 @@ class ElasticModuli:
 
     Attributes:
         bulk, shear: [stress], shape (n,).
+        young: Young's modulus E = 9 K G / (3 K + G) [stress], shape (n,).
     """
 
     bulk: Floats
     shear: Floats
-
-    @property
-    def young(self) -> Floats:
-        """Young's modulus E = 9 K G / (3 K + G) [stress], shape (n,)."""
-        return 9.0 * self.bulk * self.shear / (3.0 * self.bulk + self.shear)
+    young: Floats
 
     @property
     def constrained(self) -> Floats:
@@ -262,14 +259,14 @@ class MaterialPoints:
 
     def elastic_moduli(self) -> ElasticModuli:
         """Returns the tangent elastic moduli at the points' states."""
-        moduli = np.empty((len(self), 2))
+        bulk, shear, young = (np.empty(len(self)) for _ in range(3))
         for body in self.bodies:
             s = slice(body.start, body.stop)
             _core.elastic_moduli(
                 self._tensors, body.law.name, body.parameters, self.elastic_deformation[s],
-                self.state[s], moduli[s],
+                self.state[s], bulk[s], shear[s], young[s],
             )  # fmt: skip
-        return ElasticModuli(*moduli.T)
+        return ElasticModuli(bulk, shear, young)
 
     def stored_energy(self) -> float:
         """Returns the elastic strain energy of all points [force length]."""

@@ -6,19 +6,18 @@ Every method loops over the bodies and hands flat arrays to a kernel of the core
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Flags, Floats, Integers, Shorts
+from tilth.arrays import Flags, Floats
 from tilth.errors import StepFailed
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.timers import Timers
 
 _FAILURES = {
@@ -128,14 +127,14 @@ class Soil:
                 )  # fmt: skip
         return force
 
-    def add_stiffness(self, positions: Sequence[tuple[Integers, Shorts]], matrix: Floats) -> None:
+    def add_stiffness(self, pattern: ActiveGrid, matrix: Floats) -> None:
         """Adds the derivative of the force to `matrix` (blocks, dim, dim) [force/length].
 
-        positions: where the blocks of the bodies' points stand, see `ActiveGrid.block_positions`.
+        pattern: the grid of the step with the pattern of the matrix.
         """
         with self._timers.measure("assembly"):
             for body, stencil, (start, position), volume, centres in zip(
-                self.points.bodies, self.active.stencils, positions, self._volumes(),
+                self.points.bodies, self.active.stencils, pattern.block_positions, self._volumes(),
                 self._centres, strict=True,
             ):  # fmt: skip
                 s = slice(body.start, body.stop)
@@ -153,6 +152,11 @@ class Soil:
                 part = np.ascontiguousarray(vector[body.start : body.stop], dtype=np.float64)
                 _core.scatter(stencil, part, nodal)
         return nodal
+
+    @cached_property
+    def elastic_moduli(self) -> ElasticModuli:
+        """The tangent elastic moduli of the points at the start of the step."""
+        return self.points.elastic_moduli()
 
     @cached_property
     def nodal_volume(self) -> Floats:

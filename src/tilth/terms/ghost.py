@@ -58,7 +58,7 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     key = active.cell_keys
     filled = np.zeros((len(key), 2))
     volume = soil.points.volume
-    young = soil.points.elastic_moduli().young
+    young = soil.elastic_moduli.young
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s = slice(body.start, body.stop)
         share = np.maximum(soil.points.elastic_share[s], LEAST_SHARE)

@@ -28,7 +28,7 @@ class _SoilForces(AssembledTerm):
     role = Role.SOIL
 
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
-        self._soil, self._positions = soil, active.block_positions
+        self._soil, self._pattern = soil, active
         self._domains: MovedDomains = {}
 
     def force(self, displacement: Floats) -> Floats:
@@ -36,7 +36,7 @@ class _SoilForces(AssembledTerm):
         return self._soil.internal_force()
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        self._soil.add_stiffness(self._positions, blocks)
+        self._soil.add_stiffness(self._pattern, blocks)
 
     def require_acceptable(self, displacement: Floats) -> None:
         self._domains = self._soil.moved_domains(displacement)

@@ -70,7 +70,7 @@ class WeakSprings(Term):
         """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
         cell = soil.active.grid.cell_size
         stiffness = _circumference(soil) * np.prod(cell) / cell.max() ** 2
-        stiffness *= soil.points.elastic_moduli().young.max()
+        stiffness *= soil.elastic_moduli.young.max()
         badly = ~well_supported(soil)
         if coupled is not None:
             badly &= ~coupled
