@@ -356,16 +356,13 @@ class Simulation:
                 step.on_axis.couplings(),
                 commit=lambda u: self.axis.commit(step.on_axis, active, u),
             )
-            terms = [
-                SoilForces(soil),
-                boundaries,
-                ghost,
-                axis,
-                PointLoads(self.loads, soil, before, after),
-                SurfaceLoads(self._surface_loads, self.kind, self.surfaces, active, before, after),
-            ]
-            supported = union(active.nodes, (term.supported_nodes() for term in terms))
-            return [*terms, WeakSprings.of(soil, supported)]
+            on_surfaces = SurfaceLoads(
+                self._surface_loads, self.kind, self.surfaces, active, before, after
+            )
+        on_points = PointLoads(self.loads, soil, before, after)
+        terms = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
+        supported = union(active.nodes, (term.supported_nodes() for term in terms))
+        return [*terms, WeakSprings.of(soil, supported)]
 
     def _move_surfaces(self, active: ActiveGrid, displacement: Floats, moved_by: Floats) -> None:
         """Moves tracked surfaces with the grid; moved_by: of the points in the step, (n, dim)."""
