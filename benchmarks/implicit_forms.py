@@ -103,7 +103,9 @@ def condition_and_time(model: Model) -> tuple[float, float]:
         couplings = constraints.couplings()
     seconds = (time.perf_counter() - start) / 5
     constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(simulation.soil_on(active), constrained, 0.005, constraints.behind())
+    faces = ghost_faces(
+        simulation.soil_on(active), constrained, 0.005, constraints.exterior_nodes()
+    )
     linear = LinearForces([*couplings, *(each.coupling() for each in faces)])
     balance = Balance(active, [SoilForces(simulation.soil_on(active)), linear])
     active, still = balance.active, np.zeros((active.nodes, active.grid.dim))

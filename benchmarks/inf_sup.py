@@ -124,8 +124,8 @@ def energy_norm(
     nodes, dim = active.position.shape
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
-    faces = ghost.couplings(soil, nothing_held, constraints.behind())
-    springs = WeakSprings.of(soil, constraints.reached() | ghost.holds(active, nothing_held))
+    faces = ghost.couplings(soil, nothing_held, constraints.exterior_nodes())
+    springs = WeakSprings.of(soil, constraints.coupled_nodes() | ghost.holds(active, nothing_held))
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
     balance.forces(still)
@@ -223,7 +223,9 @@ def spectra(
         rows, area = point_rows(part, active.nodes)
         sets.append((rows, h * area))
     height = (active.position - h * offset) @ axes[-1]
-    norm = InverseRoot(energy_norm(simulation, active, constraints), height, constraints.reached())
+    norm = InverseRoot(
+        energy_norm(simulation, active, constraints), height, constraints.coupled_nodes()
+    )
     return [spectrum(norm.times(rows), weight) for rows, weight in sets]
 
 

@@ -72,7 +72,7 @@ def of_part(part: ImplicitConstraint, nodes: int) -> tuple[Floats, Floats]:
         return dense(coupling, nodes), constant
     assert isinstance(part, SurfaceConstraint)
     assert part.multipliers is not None
-    rows = multiplier_coupling([part.multipliers], [part.slip_at_rest()])
+    rows = multiplier_coupling([part.multipliers], [part.initial_slip()])
     np.add.at(constant, rows.node, rows.force)
     whole = np.zeros((nodes * constant.shape[1],) * 2)
     for low, high in pairwise(rows.node_start):

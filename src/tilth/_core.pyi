@@ -249,9 +249,9 @@ def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', devi
     Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.
     """
 
-def touching_points(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], part: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], edge: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], around: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+def find_contact(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], part: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], edge: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], around: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
-    Number of the nearest material point that each place touches, -1 if none, and the share of its part that is touched.
+    Number of the nearest material point in contact with each quadrature point, -1 without contact, and the fraction of its tributary area in contact.
     """
 
 def boundary_penalty(normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], projector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], square: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
@@ -259,32 +259,36 @@ def boundary_penalty(normal: Annotated[NDArray[numpy.float64], dict(order='C', d
 
 def multiplier_space(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], first_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], end_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first_direction: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], direction: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
-    Vertices of a step's boundaries: the owner of each direction of each point, and of each vertex the family, the nearest point and the place in cells.
+    Vertices of a step's boundaries: the owner of each direction of each point, and of each vertex the family, the nearest point and the position in cells.
     """
 
-def nodes_behind(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
-    """Sorted keys of the nodes behind a boundary, and how far (nodes,dim)."""
+def exterior_nodes(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Sorted keys of exterior nodes and their depth along each axis (nodes,dim).
+    """
 
 def multiplier_means(multipliers: int, owner: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], point: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], direction: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], penalty: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.float64]]:
     """
     Areas, penalties, and ragged rows (starts, nodes, coefficients) of the multipliers.
     """
 
-def cells_of_places(place: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+def locate_in_cells(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
-    Keys of the cells with soil that places (n,dim) act on, and the places in them.
+    Keys of the cells with soil in or nearest to which points (n,dim) lie, and the points' local coordinates (n,dim), in cells.
     """
 
 def shape_values(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
-    """Shape functions (n,2^dim) at places (n,dim) in a cell, x fastest."""
+    """
+    Shape functions (n,2^dim) at local coordinates (n,dim) in a cell, x fastest.
+    """
 
 def shape_functions(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
-    """The same and their gradients (n,2^dim,dim)."""
+    """Shape functions (n,2^dim) and their gradients (n,2^dim,dim)."""
 
-def interpolate_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
-    """sum_a N_a nodal_a at the places of each cell."""
+def interpolate_in_cells(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+    """sum_a N_a nodal_a at the points of each cell."""
 
-def scatter_places(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def scatter_in_cells(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds sum_q N_qa vector_q to nodal."""
 
 class Multigrid:

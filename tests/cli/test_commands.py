@@ -245,7 +245,7 @@ condition = "roller"
 """
     outcome = tilth("check", case(("[[loads]]\n", far + "[[loads]]\n")))
     assert outcome.code == 0
-    assert "warning: boundary 'far wall' touches no soil" in outcome.err
+    assert "warning: boundary 'far wall' is not in contact with soil" in outcome.err
 
 
 def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_path: Path) -> None:

@@ -165,7 +165,7 @@ def test_soil_that_moves_with_a_boundary_only_turns_what_it_carries(
     carried = boundary.carried[part.chosen]
     dim = dimension(kind)
     at_start = boundary.motion.reference(active.position, 0.2)
-    rigid = boundary.motion.place(at_start, 0.7) - active.position
+    rigid = boundary.motion.position(at_start, 0.7) - active.position
     assert np.abs(rigid).max() > 0.02
     after = part.after(rigid)
     np.testing.assert_allclose(after, part.before, atol=1e-9 * np.abs(part.penalty).max())

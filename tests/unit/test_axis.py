@@ -23,7 +23,7 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.boundaries.together import AXIS
+from tilth.boundaries.conditions import AXIS
 from tilth.model.laws import laws
 from tilth.mpm.grid import Buffers, locate
 from tilth.verification.march import march
@@ -38,13 +38,13 @@ def holders(simulation: Simulation) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the active nodes, and who holds their radial displacement."""
     active = locate(simulation.points, simulation.grid, Buffers())
     declared = Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
-    constrained = simulation.axis.hold(active, declared)
-    return active.position, constrained.conditions.holder[:, 0]
+    constrained = simulation.axis.constrain(active, declared)
+    return active.position, constrained.conditions.boundary[:, 0]
 
 
 def radial_on_axis(simulation: Simulation, result: Any) -> np.ndarray:
     """The radial displacement of a step at r = 0 on the rows that the axis holds off the lines."""
-    step = simulation.axis.hold(
+    step = simulation.axis.constrain(
         result.active, Conditions.gather(simulation.boundaries, result.active, 0.0, 0.0)
     )
     field = result.equilibrium.displacement[step.node, 0]

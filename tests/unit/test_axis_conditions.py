@@ -13,7 +13,7 @@ from small_problems import BASES, affine, block_entries, off_lines, plane
 from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.boundaries.together import AXIS
+from tilth.boundaries.conditions import AXIS
 from tilth.verification.march import march
 
 every_basis = pytest.mark.parametrize("basis", BASES)
@@ -48,9 +48,9 @@ def test_a_hollow_body_is_not_touched(basis: str, hole: float, shift: float) -> 
     simulation = Simulation(Model.from_dict(ring(basis, hole, shift)))
     active = simulation.check()
     declared = Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
-    assert not (simulation.axis.hold(active, declared).conditions.holder == AXIS).any()
+    assert not (simulation.axis.constrain(active, declared).conditions.boundary == AXIS).any()
     result = simulation.advance(0.0, 1.0 / 60.0)
-    assert len(simulation.axis.place) == 0
+    assert len(simulation.axis.height) == 0
     free = Simulation(Model.from_dict(ring(basis, hole, shift)))
     free.axis._rows = None
     other = free.advance(0.0, 1.0 / 60.0)
@@ -124,7 +124,7 @@ def test_soil_cannot_leave_the_axis(boundary: dict[str, Any], shift: float) -> N
     entries["bodies"][0]["shape"] = BLOCK
     with pytest.raises(BadInput, match="soil cannot leave the axis of symmetry") as error:
         Simulation(Model.from_dict(off_lines(entries, shift))).check()
-    assert "boundary 'push' prescribes a radial displacement at the place (0, " in str(error.value)
+    assert "boundary 'push' prescribes a radial displacement at the point (0, " in str(error.value)
     assert error.value.key == "boundaries[1]"
     assert error.value.exit_code == 2
 
@@ -159,7 +159,7 @@ def test_an_affine_motion_keeps_the_axis(shift: float) -> None:
     simulation = Simulation(Model.from_dict(off_lines(entries, shift)))
     simulation.check()
     simulation.advance(0.0, 1.0)
-    assert len(simulation.axis.place) == 0, "all nodes are constrained already"
+    assert len(simulation.axis.height) == 0, "all nodes are constrained already"
 
 
 def test_a_hollow_body_may_move_radially() -> None:

@@ -33,7 +33,7 @@ def conditions(
 
 
 def held_by(found: Conditions, number: int, component: int) -> np.ndarray:
-    return found.holder[:, component] == number
+    return found.boundary[:, component] == number
 
 
 def test_plane_holds_its_nodes_only() -> None:
@@ -155,7 +155,7 @@ def test_boundaries_that_agree_share_a_node() -> None:
     for boundaries in ([side, base], [base, side]):
         position, found = conditions("plane_strain", boundaries)
         corner = (position == 0.0).all(axis=1)
-        assert (found.holder[corner] == 0).all()
+        assert (found.boundary[corner] == 0).all()
         reaction = np.ones(position.shape)
         forces = found.forces(reaction)
         names = [b["name"] for b in boundaries]
@@ -266,7 +266,7 @@ def holders(
     names = [*found.names, "nobody"]
     return {
         (float(x), float(y)): names[number]
-        for (x, y), number in zip(active.position, found.holder[:, 1], strict=True)
+        for (x, y), number in zip(active.position, found.boundary[:, 1], strict=True)
     }
 
 

@@ -29,7 +29,7 @@ def touching(place, position, half_length, normal=None, edge=None, around=1, par
     grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
     nearest, share = map(
         np.asarray,
-        _core.touching_points(
+        _core.find_contact(
             np.array([0, len(place)]),
             place,
             normal,

@@ -112,7 +112,7 @@ def test_thin_turned_domains_touch_what_is_beside_them(basis: str) -> None:
     shape = {"type": "box", "lower": [2.0, 0.0], "upper": [4.0, 2.0], "angle": 90.0}  # [0,2]x[0,2]
     long, short = 0.5, 0.125
     middle = 2.0 - short  # of the points nearest to the wall
-    for share, touches in ((0.99, True), (1.01, False)):  # of the width, see touch.hpp
+    for share, touches in ((0.99, True), (1.01, False)):  # of the width, see soil_contact.hpp
         wall = line(np.array([middle + share * 2.0 * short, 0.0]), np.array([-1.0, 0.0]))
         entries = block_entries(
             "plane_strain", basis,

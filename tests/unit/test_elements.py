@@ -10,7 +10,7 @@ from small_problems import Laboratory
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
-from tilth.mpm.quadrature import locate_places
+from tilth.mpm.quadrature import locate_in_cells
 from tilth.solvers.system import LinearSystem
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import FaceCoupling
@@ -125,7 +125,7 @@ def test_places_without_soil_act_on_the_nearest_cell(kind: str) -> None:
     soil = np.asarray(_core.lattice(active.cell_keys))[:, :dim]
     low, high = soil.min(axis=0), soil.max(axis=0) + 1
     scaled = low - 0.9 + random.random((400, dim)) * (high - low + 1.8)
-    order, at = locate_places(active, active.grid.origin + scaled * cell)
+    order, at = locate_in_cells(active, active.grid.origin + scaled * cell)
     scaled = scaled[order]
     chosen = active.lattice[at.node[at.cell, 0], :dim]
     off = np.maximum(np.abs(scaled[:, None] - (soil + 0.5)) - 0.5, 0.0)  # to all cells of the soil

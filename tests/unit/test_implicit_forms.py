@@ -94,7 +94,7 @@ def limits(
     stiffness = elasticity()
     k3, k2 = np.zeros((nodes, dim, nodes, dim)), np.zeros((nodes, dim, nodes, dim))
     for place, normal, weight, projector in zip(
-        pose.place, pose.normal, pose.weight, pose.projector, strict=True
+        pose.position, pose.normal, pose.weight, pose.projector, strict=True
     ):
         m, constrained = np.zeros(3), np.zeros((3, 3))
         m[:dim], constrained[:dim, :dim] = normal, projector

@@ -16,7 +16,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints, make_implicit
 from tilth.boundaries.implicit.boundary import Implicit, Pose
-from tilth.boundaries.implicit.constraint import turned
+from tilth.boundaries.implicit.constraint import rotated
 from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
 from tilth.mpm.grid import Buffers, locate
 
@@ -81,7 +81,7 @@ def boundary(
     entries["grid"]["cell_size"] = cell
     model = Model.from_dict(entries)
     (made,) = make_implicit(model)
-    made.cover(np.full(dimension(kind), -1.0), np.full(dimension(kind), 2.0))
+    made.extend_quadrature(np.full(dimension(kind), -1.0), np.full(dimension(kind), 2.0))
     return made
 
 
@@ -103,15 +103,17 @@ def functions(tmp_path: Path) -> str:
 def assert_map(made: Implicit, dim: int, exact: float) -> None:
     """Asserts that `reference` undoes `place` and that `gradient` is its derivative."""
     x, motion = places(dim), made.motion
-    assert motion.place(x, 0.0) == pytest.approx(x, abs=1e-14)
+    assert motion.position(x, 0.0) == pytest.approx(x, abs=1e-14)
     for factor in FACTORS:
-        there = motion.place(x, factor)
+        there = motion.position(x, factor)
         assert np.abs(motion.reference(there, factor) - x).max() < exact
         gradient = motion.gradient(x, factor)
         assert gradient.shape == (len(x), dim, dim)
         for k, unit in enumerate(np.eye(dim)):
             step = 1e-5 * unit
-            difference = (motion.place(x + step, factor) - motion.place(x - step, factor)) / 2e-5
+            difference = (
+                motion.position(x + step, factor) - motion.position(x - step, factor)
+            ) / 2e-5
             assert gradient[:, :, k] == pytest.approx(difference, abs=1e-8)
 
 
@@ -121,7 +123,7 @@ def test_linear_motions(name: str) -> None:
     made = boundary(geometry, **motion)
     dim = len(geometry.get("point", geometry.get("centre")))
     assert_map(made, dim, 1e-13)
-    assert np.abs(made.motion.place(places(dim), 1.0) - places(dim)).max() > 0.1
+    assert np.abs(made.motion.position(places(dim), 1.0) - places(dim)).max() > 0.1
 
 
 def test_motion_of_a_user(functions: str) -> None:
@@ -129,7 +131,7 @@ def test_motion_of_a_user(functions: str) -> None:
     assert_map(made, 2, 1e-11)
     x = places(2)
     moved = x + 0.5 * np.column_stack([0.1 * x[:, 1] ** 2, 0.2 * np.sin(x[:, 0])])
-    assert made.motion.place(x, 0.5) == pytest.approx(moved, abs=1e-15)
+    assert made.motion.position(x, 0.5) == pytest.approx(moved, abs=1e-15)
 
 
 def test_motion_of_a_user_that_is_no_number(functions: str) -> None:
@@ -147,10 +149,10 @@ def test_order_and_sense_of_the_parts() -> None:
     )  # fmt: skip
     # (3, 0) is on the circle; it grows to (4, 0), turns about (1, 0) to (1, 3), moves to (11, 3)
     x = np.array([[3.0, 0.0]])
-    assert made.motion.place(x, 1.0) == pytest.approx(np.array([[11.0, 3.0]]), abs=1e-14)
+    assert made.motion.position(x, 1.0) == pytest.approx(np.array([[11.0, 3.0]]), abs=1e-14)
     turn, centre = rotation_matrix(45.0, None, 2), np.array([1.0, 0.0])
     half = centre + turn @ (np.array([3.5, 0.0]) - centre) + [5.0, 0.0]
-    assert made.motion.place(x, 0.5)[0] == pytest.approx(half, abs=1e-14)
+    assert made.motion.position(x, 0.5)[0] == pytest.approx(half, abs=1e-14)
 
 
 @pytest.mark.parametrize(("axis", "start", "end"), [("x", 1, 2), ("y", 2, 0), ("z", 0, 1)])
@@ -196,15 +198,15 @@ def test_a_circle_grows() -> None:
     for factor in (0.0, 0.4):
         pose = pose_of(made, factor, 1.0)
         assert pose.weight.sum() == pytest.approx(2.0 * np.pi * (1.5 + 0.5 * factor), rel=1e-9)
-    centre = made.motion.place(np.array([CIRCLE["centre"]]), 0.4)[0]
-    assert np.linalg.norm(pose.place - centre, axis=1) == pytest.approx(1.7, abs=1e-12)
+    centre = made.motion.position(np.array([CIRCLE["centre"]]), 0.4)[0]
+    assert np.linalg.norm(pose.position - centre, axis=1) == pytest.approx(1.7, abs=1e-12)
     # normals at the middle of the step are those of the circle there
-    centre = made.motion.place(np.array([CIRCLE["centre"]]), 0.7)[0]
+    centre = made.motion.position(np.array([CIRCLE["centre"]]), 0.7)[0]
     assert made.quadrature is not None
-    away = made.motion.place(made.quadrature.reference, 0.7) - centre
+    away = made.motion.position(made.quadrature.reference, 0.7) - centre
     assert pose.normal == pytest.approx(-away / 1.85, abs=1e-12)
     assert pose.increment == pytest.approx(
-        made.motion.place(made.quadrature.reference, 1.0) - pose.place, abs=1e-14
+        made.motion.position(made.quadrature.reference, 1.0) - pose.position, abs=1e-14
     )
 
 
@@ -215,7 +217,7 @@ def test_a_sphere_grows() -> None:
         assert pose_of(made, factor, factor).weight.sum() == pytest.approx(area, rel=1e-4)
         assert closed(made, factor, factor) == pytest.approx(np.zeros(3), abs=1e-6 * area)
     pose = pose_of(made, 1.0, 1.0)
-    away = pose.place - np.array(SPHERE["centre"]) - [0.0, 0.0, 1.0]
+    away = pose.position - np.array(SPHERE["centre"]) - [0.0, 0.0, 1.0]
     assert pose.normal == pytest.approx(away / 2.0, abs=1e-12)
 
 
@@ -225,7 +227,7 @@ def test_a_sphere_grows_in_axisymmetry() -> None:
     for factor in (0.0, 1.0):
         area = 4.0 * np.pi * (1.5 + 0.5 * factor) ** 2
         pose = pose_of(made, factor, factor)
-        assert (pose.place[:, 0] > 0.0).all(), "the other half is the same surface once more"
+        assert (pose.position[:, 0] > 0.0).all(), "the other half is the same surface once more"
         assert pose.weight.sum() == pytest.approx(area, rel=1e-6)
 
 
@@ -269,8 +271,8 @@ def test_gradient_of_the_prescribed_displacement(functions: str) -> None:
     pose = pose_of(made, 0.25, 0.5)
     for k, unit in enumerate(np.eye(2)):
         ends = [
-            made.motion.place(made.motion.reference(pose.place + s * unit, 0.5), 1.0)
-            - (pose.place + s * unit)
+            made.motion.position(made.motion.reference(pose.position + s * unit, 0.5), 1.0)
+            - (pose.position + s * unit)
             for s in (1e-4, -1e-4)
         ]
         difference = (ends[0] - ends[1]) / 2e-4
@@ -295,7 +297,7 @@ def test_carried_tractions_turn(form: str) -> None:
     pose = pose_of(made, 0.0, 0.5)
     random = np.random.default_rng(9)
     carried = random.uniform(-1, 1, made.carried.shape)
-    middle, end = turned(carried, pose, 0), turned(turned(carried, pose, 0), pose, 1)
+    middle, end = rotated(carried, pose, 0), rotated(rotated(carried, pose, 0), pose, 1)
     for angle, now in ((15.0, middle), (30.0, end)):
         turn = rotation_matrix(angle, "y", 3)
         assert now[:, :3] == pytest.approx(carried[:, :3] @ turn.T, abs=1e-14)
@@ -347,7 +349,7 @@ def test_a_larger_region_keeps_what_is_carried() -> None:
         start = made.quadrature.reference
         made.carried = np.sin(3.0 * start)
         dim = start.shape[1]
-        made.cover(np.full(dim, -9.0), np.full(dim, 9.0))
+        made.extend_quadrature(np.full(dim, -9.0), np.full(dim, 9.0))
         assert len(made.carried) > 1.2 * len(start)
         distance, number = cKDTree(made.quadrature.reference).query(start)
         assert distance.max() < 1e-12
@@ -359,8 +361,8 @@ def test_a_growing_circle_does_not_turn_its_tractions() -> None:
     made = boundary(CIRCLE, radius_change=0.5)
     carried = np.random.default_rng(9).uniform(-1, 1, made.carried.shape)
     pose = pose_of(made, 0.2, 0.9)
-    assert turned(carried, pose, 0) == pytest.approx(carried, abs=1e-14)
-    assert turned(carried, pose, 1) == pytest.approx(carried, abs=1e-14)
+    assert rotated(carried, pose, 0) == pytest.approx(carried, abs=1e-14)
+    assert rotated(carried, pose, 1) == pytest.approx(carried, abs=1e-14)
 
 
 def test_factor_follows_its_table() -> None:

@@ -213,7 +213,7 @@ def test_box_carries_its_soil(
     assert np.abs(points.stress).max() < 1e-10 * MODULUS
     assert all(np.abs(r.forces["box"]).max() < 1e-10 * MODULUS for r in results)
     start = points.position - points.displacement
-    there = simulation.implicit[0].motion.place(start, 1.0)
+    there = simulation.implicit[0].motion.position(start, 1.0)
     assert np.abs(points.displacement).max() > 0.5
     assert np.abs(points.position - there).max() < 1e-10
 

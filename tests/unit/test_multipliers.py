@@ -60,9 +60,9 @@ def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, ang
     rank = {"roller": 1, "fixed": dimension(kind), "tangential": dimension(kind) - 1}[condition]
     assert constrained.owner.shape == (rank, len(part.chosen))
     assert set(constrained.owner.ravel()) == set(range(len(constrained.area)))
-    place = (part.pose.place - active.grid.origin) / active.grid.cell_size
+    place = (part.pose.position - active.grid.origin) / active.grid.cell_size
     for owner in constrained.owner:
-        away = np.abs(place - constrained.place[owner]).max(axis=1)
+        away = np.abs(place - constrained.vertex[owner]).max(axis=1)
         assert away.max() < 2.0
     assert constrained.area.sum() == pytest.approx(rank * part.pose.weight.sum(), rel=1e-12)
     np.testing.assert_allclose(np.einsum("rni,sni->nrs", constrained.direction,
@@ -98,7 +98,7 @@ def test_the_choice_does_not_depend_on_what_the_geometry_is_called() -> None:
     ends = np.array([flat["point"]]) + np.outer([-20.0, 20.0], along)
     polyline = {"type": "polyline", "vertices": ends.tolist(), "soil": "left"}
     found = [
-        multipliers_of(cut_by("plane_strain", [implicit("cut", geometry)])[1])[0].place
+        multipliers_of(cut_by("plane_strain", [implicit("cut", geometry)])[1])[0].vertex
         for geometry in (flat, polyline)
     ]
     order = [np.lexsort(place.round(6).T) for place in found]
@@ -121,7 +121,7 @@ def test_means_of_linear_fields_are_those_at_the_patches_centres(kind: str) -> N
     for number in range(len(constrained.area)):
         slot, point = np.nonzero(constrained.owner == number)
         assert len(set(slot)) == 1
-        centre = np.average(part.pose.place[point], axis=0, weights=constrained.weight[point])
+        centre = np.average(part.pose.position[point], axis=0, weights=constrained.weight[point])
         direction = constrained.direction[slot[0], point[0]]  # a plane: the same all over
         assert mean[number] == pytest.approx(direction @ (gradient @ centre + offset), abs=1e-12)
 
@@ -135,7 +135,7 @@ def test_conditions_that_meet_share_no_direction_of_a_node() -> None:
         found = dict(zip([w["name"] for w in walls], multipliers_of(constraints), strict=True))
         corner = np.array([1.0, 1.0])
         at_corner = {
-            name: int((np.abs(constrained.place - corner).max(axis=1) < 1e-6).sum())
+            name: int((np.abs(constrained.vertex - corner).max(axis=1) < 1e-6).sum())
             for name, constrained in found.items()
         }
         first = walls[0]["name"]
@@ -160,7 +160,7 @@ def test_a_mean_of_constant_vectors_is_their_component() -> None:
     vector = np.tile([0.3, -0.2, 0.5], (constrained.owner.shape[1], 1))
     mean: Floats = constrained.mean(vector)
     np.testing.assert_allclose(
-        constrained.spread(mean), vector - _across(constraints, vector), atol=1e-12
+        constrained.distribute(mean), vector - _across(constraints, vector), atol=1e-12
     )
 
 

@@ -24,6 +24,6 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_elements(module);
   tilth::bind::bind_implicit(module);
   tilth::bind::bind_multipliers(module);
-  tilth::bind::bind_place(module);
+  tilth::bind::bind_points_in_cells(module);
   tilth::bind::bind_multigrid(module);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../boundary/multipliers.hpp"
 
-#include "../boundary/behind.hpp"
+#include "../boundary/exterior_nodes.hpp"
 #include "../kind.hpp"
 #include "arrays.hpp"
 
@@ -24,35 +24,36 @@ auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
   const boundary::Families families{static_cast<std::int64_t>(first_cell.size()), first_cell.data(),
                                     end_cell.data(), first_direction.data(), direction.data()};
   std::vector<std::int64_t> owner, family, point;
-  std::vector<double> place;
+  std::vector<double> position;
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
-    const boundary::TouchedCells<d> at{cells,         start.data(),   node.data(),     local.data(),
-                                       normal.data(), lattice.data(), cell_size.data()};
+    const boundary::CellsInContact<d> at{cells,           start.data(),  node.data(),
+                                         local.data(),    normal.data(), lattice.data(),
+                                         cell_size.data()};
     auto found = boundary::MultiplierSpace<d>(at, families, constrained.data()).vertices();
     owner = std::move(found.owner), family = std::move(found.family);
-    point = std::move(found.point), place = std::move(found.place);
+    point = std::move(found.point), position = std::move(found.position);
   });
   const std::size_t count = family.size();
   return std::make_tuple(give(std::move(owner)), give(std::move(family)), give(std::move(point)),
-                         give(std::move(place), {count, static_cast<std::size_t>(dim)}));
+                         give(std::move(position), {count, static_cast<std::size_t>(dim)}));
 }
 
-auto nodes_behind(ConstIntegers start, ConstShorts node, ConstDoubles local, ConstDoubles normal,
-                  ConstIntegers lattice, ConstDoubles cell_size) {
+auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, ConstDoubles normal,
+                    ConstIntegers lattice, ConstDoubles cell_size) {
   const std::size_t dim = cell_size.size();
   const auto cells = static_cast<std::int64_t>(node.shape(0));
   require_size(start, cells + 1, "start");
   require_size(local, start.data()[cells] * static_cast<std::int64_t>(dim), "local");
   require_size(normal, static_cast<std::int64_t>(local.size()), "normal");
-  boundary::Behind behind;
+  boundary::ExteriorNodes found;
   with_dimension(static_cast<int>(dim), [&](auto kind) {
-    behind = boundary::nodes_behind<decltype(kind)::dim>({cells, start.data(), node.data(),
-                                                          local.data(), normal.data(),
-                                                          lattice.data(), cell_size.data()});
+    found = boundary::exterior_nodes<decltype(kind)::dim>({cells, start.data(), node.data(),
+                                                           local.data(), normal.data(),
+                                                           lattice.data(), cell_size.data()});
   });
-  const std::size_t nodes = behind.key.size();
-  return std::make_tuple(give(std::move(behind.key)), give(std::move(behind.depth), {nodes, dim}));
+  const std::size_t nodes = found.key.size();
+  return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim}));
 }
 
 auto multiplier_means(std::int64_t multipliers, ConstIntegers owner, ConstIntegers point,
@@ -85,9 +86,10 @@ void bind_multipliers(nb::module_& module) {
              "lattice"_a, "cell_size"_a, "first_cell"_a, "end_cell"_a, "first_direction"_a,
              "direction"_a, "constrained"_a,
              "Vertices of a step's boundaries: the owner of each direction of each point, and of "
-             "each vertex the family, the nearest point and the place in cells.");
-  module.def("nodes_behind", &nodes_behind, "start"_a, "node"_a, "local"_a, "normal"_a, "lattice"_a,
-             "cell_size"_a, "Sorted keys of the nodes behind a boundary, and how far (nodes,dim).");
+             "each vertex the family, the nearest point and the position in cells.");
+  module.def("exterior_nodes", &exterior_nodes, "start"_a, "node"_a, "local"_a, "normal"_a,
+             "lattice"_a, "cell_size"_a,
+             "Sorted keys of exterior nodes and their depth along each axis (nodes,dim).");
   module.def("multiplier_means", &multiplier_means, "multipliers"_a, "owner"_a, "point"_a, "cell"_a,
              "node"_a, "weight"_a, "direction"_a, "penalty"_a, "value"_a,
              "Areas, penalties, and ragged rows (starts, nodes, coefficients) of the multipliers.");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The multiplier space of implicit boundaries: constants on the parts of a boundary that are
-// nearest to its vertices, and the means of the grid's displacement over them.
+// The multiplier space of implicit boundaries: multipliers that are constant on the parts of a
+// boundary nearest to its vertices, and the means of the grid's displacement over these supports.
 #pragma once
 
 #include "../grid.hpp"
@@ -8,11 +8,11 @@
 
 namespace tilth::boundary {
 
-/// Chooses vertices and gives each direction of each point to the nearest vertex of its family.
+/// Selects vertices and assigns each direction of each point to the nearest vertex of its family.
 template <int Dim>
 class MultiplierSpace {
  public:
-  MultiplierSpace(const TouchedCells<Dim>& at, const Families& families, const bool* constrained)
+  MultiplierSpace(const CellsInContact<Dim>& at, const Families& families, const bool* constrained)
       : at_(at), families_(families) {
     for (std::int64_t f = 0; f < families.families; ++f) {
       const bool same = f > 0 && families.first_cell[f] == families.first_cell[f - 1];
@@ -27,18 +27,19 @@ class MultiplierSpace {
     const std::int64_t last = families.families - 1;
     vertices_.owner.assign(last < 0 ? 0 : families.first_direction[last] + points_of(last), -1);
 
-    const HeldDirections<Dim> prescribed(nodes, constrained);
-    HeldDirections<Dim> all(nodes, nullptr);
-    std::vector<HeldDirections<Dim>> own(families.families, HeldDirections<Dim>(nodes, nullptr));
+    const ConstrainedDirections<Dim> prescribed(nodes, constrained);
+    ConstrainedDirections<Dim> all(nodes, nullptr);
+    std::vector<ConstrainedDirections<Dim>> own(families.families,
+                                                ConstrainedDirections<Dim>(nodes, nullptr));
     choose(prescribed, all, own, [](std::int64_t, std::int64_t) { return true; }, false);
     assign();
-    // where others hold all edges nearby, a family needs vertices all the same
+    // second pass: points whose nearby edges are all constrained by other families
     choose(
         prescribed, all, own,
         [&](std::int64_t f, std::int64_t q) { return vertices_.owner[slot(f, q)] < 0; }, true);
     assign();
-    for (std::int64_t f = 0; f < families.families; ++f) gather_rest(f);
-    drop_idle();
+    for (std::int64_t f = 0; f < families.families; ++f) add_remaining(f);
+    remove_empty();
   }
 
   Vertices<Dim> vertices() && { return std::move(vertices_); }
@@ -55,15 +56,17 @@ class MultiplierSpace {
     return families_.direction + slot(f, q) * Dim;
   }
 
-  /// Takes the candidates whose nodes are free in the direction, those with the fewest cut edges
-  /// at their nodes first, if `wanted(family, nearest point)`; `alone`: whatever others hold.
-  template <class Wanted>
-  void choose(const HeldDirections<Dim>& prescribed, HeldDirections<Dim>& all,
-              std::vector<HeldDirections<Dim>>& own, Wanted wanted, bool alone) {
+  /// Selects candidates whose nodes are free in the direction, in ascending order of the cut edges
+  /// at their nodes, if `eligible(family, nearest point)`. `own_only`: regards only what the family
+  /// itself constrains.
+  template <class Eligible>
+  void choose(const ConstrainedDirections<Dim>& prescribed, ConstrainedDirections<Dim>& all,
+              std::vector<ConstrainedDirections<Dim>>& own, Eligible eligible, bool own_only) {
     std::vector<std::pair<std::int64_t, std::int64_t>> order;  // family, candidate
     for (std::int64_t f = 0; f < families_.families; ++f)
       for (std::size_t i = 0; i < candidates_[f].size(); ++i)
-        if (wanted(f, candidates_[f][i].point)) order.push_back({f, static_cast<std::int64_t>(i)});
+        if (eligible(f, candidates_[f][i].point))
+          order.push_back({f, static_cast<std::int64_t>(i)});
     const auto key = [&](const auto& entry) {
       const auto& c = candidates_[entry.first][entry.second];
       return std::make_tuple(c.rank[0], c.rank[1], c.low, c.high, entry.first);
@@ -72,31 +75,33 @@ class MultiplierSpace {
               [&](const auto& a, const auto& b) { return key(a) < key(b); });
     for (const auto& [f, i] : order) {
       const auto& candidate = candidates_[f][i];
-      const double* way = direction(f, candidate.point);
-      if (!alone && std::max(prescribed.part(candidate.low, way),
-                             prescribed.part(candidate.high, way)) > hardly_free)
+      const double* vector = direction(f, candidate.point);
+      if (!own_only &&
+          std::max(prescribed.fraction(candidate.low, vector),
+                   prescribed.fraction(candidate.high, vector)) > largest_prescribed_fraction)
         continue;
-      const auto& before = alone ? own[f] : all;
-      if (std::max(before.part(candidate.low, way), before.part(candidate.high, way)) > shared)
+      const auto& before = own_only ? own[f] : all;
+      if (std::max(before.fraction(candidate.low, vector),
+                   before.fraction(candidate.high, vector)) > largest_common_fraction)
         continue;
       for (auto* constrained : {&all, &own[f]}) {
-        constrained->hold(candidate.low, way);
-        if (candidate.high != candidate.low) constrained->hold(candidate.high, way);
+        constrained->constrain(candidate.low, vector);
+        if (candidate.high != candidate.low) constrained->constrain(candidate.high, vector);
       }
-      add_vertex(f, candidate.place, candidate.point);
+      add_vertex(f, candidate.position, candidate.point);
     }
   }
 
-  void add_vertex(std::int64_t f, const double* place, std::int64_t point) {
+  void add_vertex(std::int64_t f, const double* position, std::int64_t point) {
     vertices_.family.push_back(f);
-    vertices_.place.insert(vertices_.place.end(), place, place + Dim);
+    vertices_.position.insert(vertices_.position.end(), position, position + Dim);
     vertices_.point.push_back(point);
   }
 
-  void place_of(std::int64_t c, std::int64_t q, double* place) const {
+  void position_of(std::int64_t c, std::int64_t q, double* position) const {
     const std::int64_t* lowest = at_.lattice + 3 * std::int64_t{at_.node[c << Dim]};
     for (int k = 0; k < Dim; ++k)
-      place[k] = static_cast<double>(lowest[k]) + at_.local[q * Dim + k];
+      position[k] = static_cast<double>(lowest[k]) + at_.local[q * Dim + k];
   }
 
   double cosine(std::int64_t q, std::int64_t other) const {
@@ -105,8 +110,8 @@ class MultiplierSpace {
     return sum;
   }
 
-  /// Gives the points without an owner to the nearest vertex of their family on the same side, not
-  /// more than two cells away along any axis.
+  /// Assigns the points without an owner to the nearest vertex of their family, at most two cells
+  /// away along each axis, whose normal is similar (`least_normal_cosine`).
   void assign() {
     std::vector<std::pair<std::int64_t, std::int64_t>> sorted;  // key of the cell, vertex
     for (std::int64_t f = 0; f < families_.families; ++f) {
@@ -115,7 +120,7 @@ class MultiplierSpace {
         if (vertices_.family[v] != f) continue;
         Lattice cell{0, 0, 0};
         for (int k = 0; k < Dim; ++k)
-          cell[k] = static_cast<std::int64_t>(std::floor(vertices_.place[v * Dim + k]));
+          cell[k] = static_cast<std::int64_t>(std::floor(vertices_.position[v * Dim + k]));
         sorted.push_back({pack(cell), static_cast<std::int64_t>(v)});
       }
       std::sort(sorted.begin(), sorted.end());
@@ -127,55 +132,59 @@ class MultiplierSpace {
 
   std::int64_t nearest(const std::vector<std::pair<std::int64_t, std::int64_t>>& sorted,
                        std::int64_t c, std::int64_t q) const {
-    double place[Dim], least = std::numeric_limits<double>::infinity();
+    double position[Dim], least = std::numeric_limits<double>::infinity();
     std::int64_t best = -1;
-    place_of(c, q, place);
+    position_of(c, q, position);
     Lattice own{0, 0, 0};
-    for (int k = 0; k < Dim; ++k) own[k] = static_cast<std::int64_t>(std::floor(place[k]));
-    for (std::int64_t reach = 1; reach <= 2; ++reach) {
-      const std::int64_t layers = Dim == 3 ? reach : 0;
+    for (int k = 0; k < Dim; ++k) own[k] = static_cast<std::int64_t>(std::floor(position[k]));
+    for (std::int64_t radius = 1; radius <= 2; ++radius) {
+      const std::int64_t layers = Dim == 3 ? radius : 0;
       for (std::int64_t k = -layers; k <= layers; ++k)
-        for (std::int64_t j = -reach; j <= reach; ++j) {
-          const std::int64_t begin = pack({own[0] - reach, own[1] + j, own[2] + k});
+        for (std::int64_t j = -radius; j <= radius; ++j) {
+          const std::int64_t begin = pack({own[0] - radius, own[1] + j, own[2] + k});
           for (auto at = std::lower_bound(sorted.begin(), sorted.end(),
                                           std::make_pair(begin, std::int64_t{-1}));
-               at != sorted.end() && at->first <= begin + 2 * reach; ++at) {
-            double apart = 0.0;
+               at != sorted.end() && at->first <= begin + 2 * radius; ++at) {
+            double squared_distance = 0.0;
             for (int d = 0; d < Dim; ++d) {
-              const double way = vertices_.place[at->second * Dim + d] - place[d];
-              apart += way * way;
+              const double offset = vertices_.position[at->second * Dim + d] - position[d];
+              squared_distance += offset * offset;
             }
-            if (apart >= least || cosine(q, vertices_.point[at->second]) < same_side) continue;
-            least = apart, best = at->second;
+            if (squared_distance >= least ||
+                cosine(q, vertices_.point[at->second]) < least_normal_cosine)
+              continue;
+            least = squared_distance, best = at->second;
           }
         }
-      if (least < 1.0) break;  // those in cells further away are further
+      if (least < 1.0) break;  // vertices in farther cells are farther away
     }
     return best;
   }
 
-  /// Points that no vertex is near to are constrained together with those around them.
-  void gather_rest(std::int64_t f) {
+  /// Adds vertices for points without a nearby vertex, each for the points within one cell.
+  void add_remaining(std::int64_t f) {
     for (std::int64_t c = families_.first_cell[f]; c < families_.end_cell[f]; ++c)
       for (std::int64_t q = at_.start[c]; q < at_.start[c + 1]; ++q) {
         if (vertices_.owner[slot(f, q)] >= 0) continue;
-        double place[Dim], other[Dim];
-        place_of(c, q, place);
+        double position[Dim], other[Dim];
+        position_of(c, q, position);
         const auto number = static_cast<std::int64_t>(vertices_.family.size());
-        add_vertex(f, place, q);
+        add_vertex(f, position, q);
         for (std::int64_t d = c; d < families_.end_cell[f]; ++d)
           for (std::int64_t p = at_.start[d]; p < at_.start[d + 1]; ++p) {
-            place_of(d, p, other);
-            double apart = 0.0;
-            for (int k = 0; k < Dim; ++k) apart = std::max(apart, std::abs(other[k] - place[k]));
-            if (vertices_.owner[slot(f, p)] < 0 && apart <= 1.0 && cosine(p, q) >= same_side)
+            position_of(d, p, other);
+            double largest_offset = 0.0;
+            for (int k = 0; k < Dim; ++k)
+              largest_offset = std::max(largest_offset, std::abs(other[k] - position[k]));
+            if (vertices_.owner[slot(f, p)] < 0 && largest_offset <= 1.0 &&
+                cosine(p, q) >= least_normal_cosine)
               vertices_.owner[slot(f, p)] = number;
           }
       }
   }
 
-  /// Drops the vertices that own no point, and numbers the others family by family.
-  void drop_idle() {
+  /// Removes the vertices without points and numbers the others by family.
+  void remove_empty() {
     const auto count = static_cast<std::int64_t>(vertices_.family.size());
     std::vector<char> used(count, 0);
     for (const std::int64_t v : vertices_.owner) used[v] = 1;
@@ -190,37 +199,39 @@ class MultiplierSpace {
       number[v] = static_cast<std::int64_t>(kept.family.size());
       kept.family.push_back(vertices_.family[v]);
       kept.point.push_back(vertices_.point[v]);
-      const auto place = vertices_.place.begin() + v * Dim;
-      kept.place.insert(kept.place.end(), place, place + Dim);
+      const auto position = vertices_.position.begin() + v * Dim;
+      kept.position.insert(kept.position.end(), position, position + Dim);
     }
     for (const std::int64_t v : vertices_.owner) kept.owner.push_back(number[v]);
     vertices_ = std::move(kept);
   }
 
-  const TouchedCells<Dim>& at_;
+  const CellsInContact<Dim>& at_;
   const Families& families_;
   std::vector<std::vector<Candidate<Dim>>> candidates_;
   Vertices<Dim> vertices_;
 };
 
-/// Multipliers, and the nodes that the means over them depend on, in ragged rows.
+/// Multipliers, and the nodes on which the means over their supports depend, in ragged rows.
 struct Means {
-  std::vector<double> area, penalty;  // (multipliers): of the points; the harmonic mean of theirs
+  std::vector<double> area;              // (multipliers): of the supports
+  std::vector<double> penalty;           // (multipliers): harmonic mean over the points
   std::vector<std::int64_t> node_start;  // (multipliers + 1)
   std::vector<std::int32_t> node;        // sorted within a multiplier
   std::vector<double> row;               // (entries, Dim): integral of N times the direction
 };
 
-/// Integrates over the points of each of `multipliers` owners. `point` (slots) numbers the
-/// quadrature point of each slot, `cell_of` (points) its cell, `weight` (points), `direction`
-/// (slots, Dim), `penalty` (slots) and `value` (points, 2^Dim) its shape functions.
+/// Integrates over the support of each multiplier. A slot is one direction of one quadrature point:
+/// `owner` (slots) is its multiplier, `point` (slots) its point, `direction` (slots, Dim) and
+/// `penalty` (slots) its own; `cell_of` (points), `weight` (points) and the shape functions `value`
+/// (points, 2^Dim) belong to the points, `node` (cells, 2^Dim) are the cells' corners.
 template <int Dim>
 Means integrate_means(std::int64_t multipliers, std::int64_t slots, const std::int64_t* owner,
                       const std::int64_t* point, const std::int64_t* cell_of,
                       const std::int32_t* node, const double* weight, const double* direction,
                       const double* penalty, const double* value) {
   constexpr int corners = 1 << Dim;
-  constexpr double negligible = 1e-12;
+  constexpr double coefficient_tolerance = 1e-12;
   std::vector<std::int64_t> first(multipliers + 1, 0), slot_of(slots);
   for (std::int64_t s = 0; s < slots; ++s) ++first[owner[s] + 1];
   std::partial_sum(first.begin(), first.end(), first.begin());
@@ -257,7 +268,7 @@ Means integrate_means(std::int64_t multipliers, std::int64_t slots, const std::i
     for (std::size_t a = 0; a < nodes.size(); ++a) {
       double largest = 0.0;
       for (int k = 0; k < Dim; ++k) largest = std::max(largest, std::abs(rows[a * Dim + k]));
-      if (largest <= negligible * means.area[m]) continue;
+      if (largest <= coefficient_tolerance * means.area[m]) continue;
       means.node.push_back(nodes[a]);
       means.row.insert(means.row.end(), rows.begin() + a * Dim, rows.begin() + (a + 1) * Dim);
     }

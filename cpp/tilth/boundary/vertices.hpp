@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices of the multiplier space of implicit boundaries (docs/theory/implicit_boundaries.md): the
-// edges of cells that a boundary cuts, chosen so that no two vertices that hold the same direction
-// share a node (the vital vertices of Moes, Bechet & Tourbier 2006; Bechet, Moes & Wohlmuth 2009).
+// Vertices of the multiplier space of implicit boundaries (docs/theory/implicit_boundaries.md):
+// edges of cells that a boundary cuts, selected so that no two vertices that constrain the same
+// direction have a common node (vital vertices: Moes, Bechet & Tourbier 2006; Bechet, Moes &
+// Wohlmuth 2009).
 #pragma once
 
 #include <algorithm>
@@ -14,19 +15,25 @@
 
 namespace tilth::boundary {
 
-inline constexpr double on_node = 1e-3;     // distance from a node, in cells, that counts as none
-inline constexpr double near = 0.5;         // a vertex has a quadrature point within so many cells
-inline constexpr double aligned = 0.7;      // of the largest component of a normal
-inline constexpr double same_side = 0.5;    // cosine between normals that one multiplier may hold
-inline constexpr double hardly_free = 0.9;  // part of a direction that is prescribed at a node
-inline constexpr double shared = 0.5;       // part of a direction that other vertices hold already
+/// Distance between the boundary and a node, in cells, up to which the node lies on the boundary.
+inline constexpr double node_tolerance = 1e-3;
+/// Greatest distance between a vertex and its nearest quadrature point, in cells.
+inline constexpr double largest_point_distance = 0.5;
+/// Least component of the normal relative to the largest one, for an edge to be extended.
+inline constexpr double least_normal_component = 0.7;
+/// Least cosine between the normals of the points of one multiplier.
+inline constexpr double least_normal_cosine = 0.5;
+/// Greatest fraction of a direction that may be prescribed at the nodes of a vertex.
+inline constexpr double largest_prescribed_fraction = 0.9;
+/// Greatest fraction of a direction that other vertices may constrain at the nodes of a vertex.
+inline constexpr double largest_common_fraction = 0.5;
 
-/// Quadrature points that touch soil, grouped by boundary and within it by the cell they act on:
-/// those of cell c are `start[c]` to `start[c + 1]`, `node` (cells, 2^Dim) its corners, `lattice`
-/// (nodes, 3) the nodes' places; `local` (points, Dim) in cells from the lowest corner, `normal`
-/// (points, Dim) unit.
+/// Quadrature points in contact with soil, ordered by boundary and by cell: cell c has the points
+/// `start[c]` to `start[c + 1]` and the corners `node` (cells, 2^Dim); `lattice` (nodes, 3) are the
+/// nodes' lattice coordinates, `local` (points, Dim) the points' coordinates in cells from the
+/// lowest corner, `normal` (points, Dim) unit vectors.
 template <int Dim>
-struct TouchedCells {
+struct CellsInContact {
   std::int64_t cells;
   const std::int64_t* start;
   const std::int32_t* node;
@@ -36,8 +43,9 @@ struct TouchedCells {
   const double* cell_size;
 };
 
-/// Directions that boundaries hold: family f holds `direction` (all families' points, Dim) at the
-/// points of the cells `first_cell[f]` to `end_cell[f]`; two families of one boundary share them.
+/// Constrained directions: family f constrains `direction` (all families' points, Dim) at the
+/// points of the cells `first_cell[f]` to `end_cell[f]`. The families of one boundary have the same
+/// cells.
 struct Families {
   std::int64_t families;
   const std::int64_t* first_cell;
@@ -46,33 +54,34 @@ struct Families {
   const double* direction;
 };
 
-/// A place where a boundary cuts an edge of a cell, or lies on a node (`low` == `high`).
+/// A possible vertex: where a boundary cuts an edge of a cell or contains a node (`low` == `high`).
 template <int Dim>
 struct Candidate {
   std::int32_t low, high;  // nodes
-  int rank[2];             // cut edges at its nodes: the greater number and the sum
-  std::int64_t point;      // the quadrature point nearest to it
-  double place[Dim];       // in cells, on the lattice
+  int rank[2];             // cut edges at its two nodes: the greater number and the sum
+  std::int64_t point;      // nearest quadrature point
+  double position[Dim];    // in cells, from the lattice's origin
 };
 
-/// The vertices that were chosen, and the one that each direction of a point belongs to.
+/// The selected vertices, and the vertex to which each direction of a point belongs.
 template <int Dim>
 struct Vertices {
   std::vector<std::int64_t> family;
-  std::vector<double> place;        // (vertices, Dim), in cells, on the lattice
+  std::vector<double> position;     // (vertices, Dim), in cells, from the lattice's origin
   std::vector<std::int64_t> point;  // nearest quadrature point
   std::vector<std::int64_t> owner;  // (all families' points)
 };
 
-/// Signed distance of a node from the boundary, by the plane through its nearest point.
+/// Signed distance of a node from the plane through its nearest quadrature point.
 struct NodeDistance {
   std::int32_t node;
-  double apart, signed_distance;  // squared length; length
+  double squared_distance, signed_distance;  // squared length; length
 };
 
-/// Finds all candidates of the cells `first` to `end` of one boundary, in the order of their nodes.
+/// Returns all candidates of the cells `first` to `end` of one boundary, in the order of their
+/// nodes.
 template <int Dim>
-std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::int64_t first,
+std::vector<Candidate<Dim>> find_candidates(const CellsInContact<Dim>& at, std::int64_t first,
                                             std::int64_t end) {
   constexpr int corners = 1 << Dim;
   const double* h = at.cell_size;
@@ -84,19 +93,20 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
     for (int a = 0; a < corners; ++a) {
       NodeDistance best{at.node[c * corners + a], std::numeric_limits<double>::infinity(), 0.0};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
-        double apart = 0.0, along = 0.0;
+        double squared_distance = 0.0, along = 0.0;
         for (int k = 0; k < Dim; ++k) {
-          const double way = (((a >> k) & 1) - at.local[q * Dim + k]) * h[k];
-          apart += way * way;
-          along += way * at.normal[q * Dim + k];
+          const double offset = (((a >> k) & 1) - at.local[q * Dim + k]) * h[k];
+          squared_distance += offset * offset;
+          along += offset * at.normal[q * Dim + k];
         }
-        if (apart < best.apart) best.apart = apart, best.signed_distance = along;
+        if (squared_distance < best.squared_distance)
+          best.squared_distance = squared_distance, best.signed_distance = along;
       }
       distance.push_back(best);
     }
   std::sort(distance.begin(), distance.end(), [](const NodeDistance& a, const NodeDistance& b) {
-    return std::tie(a.node, a.apart, a.signed_distance) <
-           std::tie(b.node, b.apart, b.signed_distance);
+    return std::tie(a.node, a.squared_distance, a.signed_distance) <
+           std::tie(b.node, b.squared_distance, b.signed_distance);
   });
   distance.erase(std::unique(distance.begin(), distance.end(),
                              [](const auto& a, const auto& b) { return a.node == b.node; }),
@@ -110,7 +120,7 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
   std::vector<Candidate<Dim>> found;
   const auto add = [&](std::int64_t c, int a, int b, double share) {
     Candidate<Dim> candidate{at.node[c * corners + a], at.node[c * corners + b], {0, 0}, -1, {}};
-    double apart = std::numeric_limits<double>::infinity(), local[Dim];
+    double squared_distance = std::numeric_limits<double>::infinity(), local[Dim];
     for (int k = 0; k < Dim; ++k) {
       const double from = (a >> k) & 1, to = (b >> k) & 1;
       local[k] = from + share * (to - from);
@@ -119,26 +129,26 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
       double sum = 0.0;
       for (int k = 0; k < Dim; ++k)
         sum += (local[k] - at.local[q * Dim + k]) * (local[k] - at.local[q * Dim + k]);
-      if (sum < apart) apart = sum, candidate.point = q;
+      if (sum < squared_distance) squared_distance = sum, candidate.point = q;
     }
-    if (apart > near * near) return;
+    if (squared_distance > largest_point_distance * largest_point_distance) return;
     const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c * corners]};
-    for (int k = 0; k < Dim; ++k) candidate.place[k] = static_cast<double>(lowest[k]) + local[k];
+    for (int k = 0; k < Dim; ++k) candidate.position[k] = static_cast<double>(lowest[k]) + local[k];
     found.push_back(candidate);
   };
   for (std::int64_t c = first; c < end; ++c) {
     double signed_distance[corners];
-    bool lies_on[corners], touched = false;
+    bool lies_on[corners], cuts_node = false;
     int positive = 0;
     for (int a = 0; a < corners; ++a) {
       signed_distance[a] = distance[number_of(at.node[c * corners + a])].signed_distance;
-      lies_on[a] = std::abs(signed_distance[a]) <= on_node * least;
-      touched = touched || lies_on[a];
+      lies_on[a] = std::abs(signed_distance[a]) <= node_tolerance * least;
+      cuts_node = cuts_node || lies_on[a];
       positive += signed_distance[a] > 0.0;
       if (lies_on[a]) add(c, a, a, 0.0);
     }
-    // a boundary that lies beyond the soil's cells acts on the nearest one: its edges go on
-    const bool beyond = !touched && (positive == 0 || positive == corners);
+    // a boundary outside the soil's cells acts on the nearest one, with extended edges
+    const bool outside = !cuts_node && (positive == 0 || positive == corners);
     double across[Dim], most = 0.0;
     for (int k = 0; k < Dim; ++k) {
       across[k] = std::abs(at.normal[at.start[c] * Dim + k]) * h[k];
@@ -149,7 +159,7 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
         const int b = a | (1 << k);
         if (b == a || lies_on[a] || lies_on[b]) continue;
         const bool cut = (signed_distance[a] > 0.0) != (signed_distance[b] > 0.0);
-        if (cut || (beyond && across[k] >= aligned * most))
+        if (cut || (outside && across[k] >= least_normal_component * most))
           add(c, a, b, signed_distance[a] / (signed_distance[a] - signed_distance[b]));
       }
   }
@@ -172,12 +182,13 @@ std::vector<Candidate<Dim>> find_candidates(const TouchedCells<Dim>& at, std::in
   return found;
 }
 
-/// What the vertices chosen so far hold at each node: the sum of their directions' squares.
+/// Constrained directions at each node: the sum over the vertices of the directions' dyads.
 template <int Dim>
-class HeldDirections {
+class ConstrainedDirections {
  public:
   /// `constrained` (nodes * Dim): components that are prescribed at nodes.
-  HeldDirections(std::vector<std::int32_t> node, const bool* constrained) : node_(std::move(node)) {
+  ConstrainedDirections(std::vector<std::int32_t> node, const bool* constrained)
+      : node_(std::move(node)) {
     std::sort(node_.begin(), node_.end());
     node_.erase(std::unique(node_.begin(), node_.end()), node_.end());
     sum_.assign(node_.size() * Dim * Dim, 0.0);
@@ -186,16 +197,17 @@ class HeldDirections {
         if (constrained[std::int64_t{node_[i]} * Dim + k]) sum_[(i * Dim + k) * Dim + k] = 1.0;
   }
 
-  /// The part of a unit direction that is constrained at a node, 0 to 1.
-  double part(std::int32_t node, const double* direction) const {
+  /// Returns the fraction of a unit direction that is constrained at a node, 0 to 1.
+  double fraction(std::int32_t node, const double* direction) const {
     const double* sum = sum_.data() + number(node) * Dim * Dim;
-    double part = 0.0;
+    double fraction = 0.0;
     for (int i = 0; i < Dim; ++i)
-      for (int j = 0; j < Dim; ++j) part += direction[i] * sum[i * Dim + j] * direction[j];
-    return part;
+      for (int j = 0; j < Dim; ++j) fraction += direction[i] * sum[i * Dim + j] * direction[j];
+    return fraction;
   }
 
-  void hold(std::int32_t node, const double* direction) {
+  /// Adds the direction to those that are constrained at a node.
+  void constrain(std::int32_t node, const double* direction) {
     double* sum = sum_.data() + number(node) * Dim * Dim;
     for (int i = 0; i < Dim; ++i)
       for (int j = 0; j < Dim; ++j) sum[i * Dim + j] += direction[i] * direction[j];

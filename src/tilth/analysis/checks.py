@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tilth.boundaries.agreement import require_agreement, turning_times
-from tilth.boundaries.axis_agreement import require_on_axis
-from tilth.boundaries.together import require_no_rigid_motion
+from tilth.boundaries.axis_consistency import require_no_radial_motion
+from tilth.boundaries.conditions import require_no_rigid_motion
+from tilth.boundaries.consistency import require_consistency, table_times
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.surface.make import require_near_soil
@@ -34,9 +34,11 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
         ) from failure
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
-    times = turning_times(model)
-    require_agreement(simulation.boundaries, step.constraints, times, model.boundary_keys())
-    require_on_axis(simulation.axis, simulation.boundaries, simulation.implicit, step.active, times)
+    times = table_times(model)
+    require_consistency(simulation.boundaries, step.constraints, times, model.boundary_keys())
+    require_no_radial_motion(
+        simulation.axis, simulation.boundaries, simulation.implicit, step.active, times
+    )
     require_no_rigid_motion(
         step.active, simulation.kind, step.conditions.constrained, step.constraints
     )

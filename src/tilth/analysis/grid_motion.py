@@ -41,7 +41,7 @@ class GridMotion:
         if self._follow is None:
             return self._initial
         leader = self._leader
-        position = leader.motion.place(np.array([self._follow.place]), leader.factor(time))[0]
+        position = leader.motion.position(np.array([self._follow.place]), leader.factor(time))[0]
         axes = [AXES.index(axis) for axis in self._follow.axes]
         origin = self._initial.origin.copy()
         origin[axes] = position[axes]

@@ -11,7 +11,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.passage import SMALL, depth_behind
+from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.points import MaterialPoints
@@ -72,7 +72,7 @@ class RunWarnings:
 
     def places(self, conditions: Conditions, constraints: ImplicitConstraints) -> None:
         """Boundaries that touch nothing, and what `ImplicitConstraints.warnings` finds."""
-        for name, touched in zip(conditions.names, conditions.touched, strict=True):
+        for name, touched in zip(conditions.names, conditions.has_nodes, strict=True):
             if not touched:
                 key = f"place of {name}"
                 self.note(key, f"boundary {name!r} touches no node of a cell with material")
@@ -98,7 +98,7 @@ class RunWarnings:
         cell_size: Floats,
     ) -> None:
         """Soil behind implicit boundaries, again where it has become twice as deep."""
-        small = SMALL * float(cell_size.min())
+        small = PASSAGE_TOLERANCE * float(cell_size.min())
         for boundary in boundaries:
             depth = depth_behind(boundary, points, time, cell_size)
             if depth <= small:

@@ -67,7 +67,7 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     lower, upper = points.position.min(axis=0) - 2 * cell, points.position.max(axis=0) + 2 * cell
     facets = boundary.geometry.facets(lower, upper, float(cell.max()))
     centre = facets.corner.mean(axis=1)
-    end = boundary.motion.place(centre, boundary.factor(simulation.model.schedule.end)) - centre
+    end = boundary.motion.position(centre, boundary.factor(simulation.model.schedule.end)) - centre
     return Surface(
         name=boundary.name,
         kind=boundary.declared.condition,

@@ -19,7 +19,7 @@ from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
-from tilth.boundaries.axis import Axis, OnAxis
+from tilth.boundaries.axis import Axis, AxisConstraints
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
@@ -96,7 +96,7 @@ class PreparedStep:
     before: float
     after: float
     active: ActiveGrid
-    on_axis: OnAxis
+    on_axis: AxisConstraints
     constraints: ImplicitConstraints
 
     @property
@@ -228,7 +228,7 @@ class Simulation:
         with self.timers.measure("basis"):
             active = locate(self.points, self.grid, self._buffers)
         declared = Conditions.gather(self.boundaries, active, before, after)
-        on_axis = self.axis.hold(active, declared)
+        on_axis = self.axis.constrain(active, declared)
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
@@ -343,12 +343,12 @@ class Simulation:
             boundaries = LinearForces(
                 constraints.couplings(),
                 constraints.carried_force,
-                constraints.reached(),
+                constraints.coupled_nodes(),
                 lambda u: constraints.commit(constraints.after(u)),
             )
         with self.timers.measure("basis"):
             ghost = LinearForces(
-                self._ghost.couplings(soil, constrained, constraints.behind()),
+                self._ghost.couplings(soil, constrained, constraints.exterior_nodes()),
                 supported=self._ghost.holds(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
             )

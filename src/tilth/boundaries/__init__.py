@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Essential boundary conditions on the active grid; one file a kind."""
+"""Essential boundary conditions on the active grid, one module for each kind."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from tilth.boundaries.affine import Affine
+from tilth.boundaries.conditions import Conditions
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
-from tilth.boundaries.together import Conditions
 from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ __all__ = [
 
 
 def make_boundaries(model: Model) -> list[Boundary]:
-    """Returns the boundaries that act by elimination, in the order in which they were declared."""
+    """Returns the boundaries that act by elimination, in the order of declaration."""
     made: list[Boundary] = []
     for declared in model.boundaries:
         if isinstance(declared, AffineBoundary):
@@ -37,14 +37,14 @@ def make_boundaries(model: Model) -> list[Boundary]:
 
 
 def make_implicit(model: Model) -> list[Implicit]:
-    """Returns the implicit boundaries of a model, in the order in which they were declared.
+    """Returns the implicit boundaries of a model, in the order of declaration.
 
     Raises:
-        BadInput: a file or function that a boundary names cannot be used.
+        BadInput: a file or function of a boundary cannot be used.
     """
     declared = [entry for entry in model.boundaries if isinstance(entry, ImplicitBoundary)]
     if not declared:
         return []
-    from tilth.boundaries.implicit.make import make  # loads all geometries: only where some are
+    from tilth.boundaries.implicit.make import make  # loads all geometries
 
     return [make(entry, model) for entry in declared]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An affine motion of all active nodes or the outer ones: what element-like tests are driven by.
+"""Affine motion of all active nodes or of the outer nodes, for single-element-like tests.
 
-A node is an inner one if soil fills all cells around it, so that no edge of the body comes near: if
-the 4 cells per direction around it, two on each side, all hold the centre of a point. Where the
-outline is convex and points lie closer than a cell, the 2 cells next to the node are then full.
+A node is an inner node if each of the 4 cells per direction around it, two on each side, contains
+the centre of a material point. If the outline is convex and the points are less than a cell apart,
+the 2 cells next to the node are then full.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tilth.mpm.grid import ActiveGrid
 
 
 def outer_nodes(active: ActiveGrid) -> Flags:
-    """Returns which active nodes do not have full cells all around them, shape (nodes,)."""
+    """Returns which active nodes are not inner nodes, shape (nodes,)."""
     outer = np.zeros(active.nodes, dtype=bool)
     dim = active.grid.dim
     for shift in np.ndindex(*(4,) * dim):
@@ -32,7 +32,7 @@ def outer_nodes(active: ActiveGrid) -> Flags:
 
 
 class Affine:
-    """Prescribes x = F(t) X on its nodes: the increment is (F(after) F(before)^-1 - I) x."""
+    """Prescribes x = F(t) X on its nodes, with the increment (F(after) F(before)^-1 - I) x."""
 
     def __init__(self, declared: AffineBoundary, curve: LoadCurve) -> None:
         self.name = declared.name
@@ -57,7 +57,7 @@ class Affine:
         return np.asarray(logm(self._end).real)
 
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
-        """Returns the increment of all or the outer nodes from time `before` to `after`."""
+        """Returns the increments of all or the outer nodes from time `before` to `after`."""
         step = self.deformation_gradient(after) @ np.linalg.inv(self.deformation_gradient(before))
         increment = active.position @ (step - np.eye(len(step))).T
         if self._declared.nodes == "all":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What an essential boundary must offer."""
+"""The interface of essential boundaries that act by elimination."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tilth.mpm.grid import ActiveGrid
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Degrees of freedom that a boundary holds during one step.
+    """Degrees of freedom that a boundary prescribes in one step.
 
     Attributes:
-        constrained: which, shape (nodes, dim).
-        increment: their displacement in the step [length], shape (nodes, dim); 0 elsewhere.
+        constrained: whether each degree of freedom is prescribed, shape (nodes, dim).
+        increment: prescribed displacement in the step [length], shape (nodes, dim); 0 elsewhere.
     """
 
     constrained: Flags
@@ -24,10 +24,10 @@ class Prescribed:
 
 
 class Boundary(Protocol):
-    """An essential boundary; `name` is the user's."""
+    """An essential boundary, with the name that the user gives it."""
 
     name: str
 
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
-        """Returns what the boundary holds in the step from time `before` to `after`."""
+        """Returns the degrees of freedom prescribed in the step from time `before` to `after`."""
         ...

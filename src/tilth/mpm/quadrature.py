@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Places on the active grid that are no material points: of boundaries and of surfaces."""
+"""Quadrature points of boundaries and surfaces in the cells of the active grid."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where n quadrature points act on the active grid: each on the corners of one cell.
+class PointsInCells:
+    """The cells of n quadrature points, with shape functions on the corners of each cell.
 
-    The cell is the one a point lies in, or, where no soil reaches that cell, the nearest one with
-    soil; its shape functions are then extrapolated, so that they still sum to one and are exact
-    for linear fields.
+    The cell of a point is the one that contains it, or the nearest one with soil if that cell has
+    none. In the latter case the shape functions are extrapolated: they still sum to one and
+    reproduce linear fields.
 
     Attributes:
         start: first point of each cell, shape (cells + 1,).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
-        local: places from their cells' lowest corners, in cells, shape (n, dim).
+        local: points' coordinates from their cells' lowest corners, in cells, shape (n, dim).
         cell_size: [length], shape (dim,).
     """
 
@@ -46,41 +46,41 @@ class Place:
 
     @property
     def cell(self) -> Integers:
-        """The cell of each point, shape (n,)."""
+        """Number of the cell of each point, shape (n,)."""
         return np.repeat(np.arange(len(self.node)), np.diff(self.start))
 
     def interpolate(self, nodal: Floats) -> Floats:
-        """Returns sum_a N_a nodal_a, shape (n, k)."""
-        return np.asarray(_core.interpolate_places(self.start, self.node, self.value, nodal))
+        """Returns sum_a N_a nodal_a at the points, shape (n, k), of nodal values (nodes, k)."""
+        return np.asarray(_core.interpolate_in_cells(self.start, self.node, self.value, nodal))
 
     def scatter(self, vector: Floats, nodes: int) -> Floats:
-        """Returns sum_n N_na vector_n at all nodes, shape (nodes, k)."""
+        """Returns sum_n N_na vector_n at all nodes, shape (nodes, k), of vectors (n, k)."""
         nodal = np.zeros((nodes, vector.shape[1]))
         vector = np.ascontiguousarray(vector)
-        _core.scatter_places(self.start, self.node, self.value, vector, nodal)
+        _core.scatter_in_cells(self.start, self.node, self.value, vector, nodal)
         return nodal
 
 
-def locate_places(active: ActiveGrid, place: Floats) -> tuple[Integers, Place]:
-    """Finds the cells that places act on; returns the order by cell, and what it orders.
+def locate_in_cells(active: ActiveGrid, position: Floats) -> tuple[Integers, PointsInCells]:
+    """Returns the order of points by cell, shape (n,), and the points in this order.
 
-    place: [length], shape (n, dim); none is more than a cell away from a material point.
+    position: [length], shape (n, dim); at most one cell away from a material point.
     """
     grid = active.grid
-    place = np.ascontiguousarray(place)
-    found = _core.cells_of_places(place, grid.origin, grid.cell_size, active.cell_keys)
+    position = np.ascontiguousarray(position)
+    found = _core.locate_in_cells(position, grid.origin, grid.cell_size, active.cell_keys)
     order = np.argsort(found[0], kind="stable")
     key, local = np.asarray(found[0])[order], np.asarray(found[1])[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     node = active.corners(np.asarray(_core.lattice(key[first])))
-    return order, Place(np.append(first, len(key)), node, local, grid.cell_size)
+    return order, PointsInCells(np.append(first, len(key)), node, local, grid.cell_size)
 
 
-def near_soil(active: ActiveGrid, place: Floats) -> npt.NDArray[np.bool_]:
-    """Returns which places (n, dim) are in or beside a cell with soil, shape (n,)."""
-    lattice = np.floor((place - active.grid.origin) / active.grid.cell_size).astype(np.int64)
-    near = np.zeros(len(place), dtype=bool)
-    for step in np.ndindex(*(3,) * place.shape[1]):
+def near_soil(active: ActiveGrid, position: Floats) -> npt.NDArray[np.bool_]:
+    """Returns which positions (n, dim) lie in a cell with soil or in its neighbours, shape (n,)."""
+    lattice = np.floor((position - active.grid.origin) / active.grid.cell_size).astype(np.int64)
+    near = np.zeros(len(position), dtype=bool)
+    for step in np.ndindex(*(3,) * position.shape[1]):
         near |= _has_soil(active, lattice + np.array(step) - 1)
     return near
 

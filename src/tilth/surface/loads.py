@@ -20,7 +20,7 @@ from tilth.model import Model, SurfaceLoad
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
-from tilth.mpm.quadrature import Place, locate_places, near_soil
+from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
@@ -56,7 +56,7 @@ class _Loaded:
 
     load: SurfaceLoad
     curve: LoadCurve
-    at: Place
+    at: PointsInCells
     points: SurfaceQuadrature
     arc_length: Floats
 
@@ -97,7 +97,7 @@ class SurfaceLoads(Term):
             points = quadrature[load.body].ordered(rows)
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
-            order, at = locate_places(active, points.position)
+            order, at = locate_in_cells(active, points.position)
             points, arc_length = points.ordered(order), arc_length[order]
             self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))
 

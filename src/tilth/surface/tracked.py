@@ -20,7 +20,7 @@ from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import locate_places, near_soil
+from tilth.mpm.quadrature import locate_in_cells, near_soil
 from tilth.output.snapshot import SurfaceShape
 from tilth.surface.outline import ON_AXIS, outline
 from tilth.surface.quadrature import SurfaceQuadrature
@@ -281,7 +281,7 @@ def moved_with(active: ActiveGrid, place: Floats, displacement: Floats, name: st
     """
     if not near_soil(active, place).all():
         raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_places(active, place)
+    order, at = locate_in_cells(active, place)
     moved = place.copy()
     moved[order] += at.interpolate(displacement)
     return moved

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Implicit boundaries: essential conditions anywhere, independent of the grid's lines."""
+"""Implicit boundaries: essential conditions on geometries that need not follow grid lines."""

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Implicit boundaries: essential conditions anywhere, independent of the grid's lines.
+"""An implicit boundary with its quadrature points, its motion and its tractions.
 
-A boundary has quadrature points that stay with it for ever. In each step those that touch soil
-hold the grid's displacement by the implicit boundary method (Kumar et al. 2008; Cortis et al.
-2018; docs/theory/implicit_boundaries.md), and each carries the boundary's traction over to the
-next step, so that the boundary does not have to slip anew in every step to build it up.
+The quadrature points are fixed to the boundary. In each step those in contact with soil constrain
+the grid's displacement by the implicit boundary method (Kumar et al. 2008; Cortis et al. 2018;
+docs/theory/implicit_boundaries.md). Each stores its traction for the next step; otherwise the
+boundary would have to slip in each step to produce it again.
 """
 
 from __future__ import annotations
@@ -24,28 +24,29 @@ from tilth.geometry.quadrature import SEGMENT, make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 
-LONG_FACETS = 4.0
-"""Length of the facets of a flat boundary at rest, in cells: fewer edges, fewer points."""
+FLAT_FACET_LENGTH = 4.0
+"""Length of the facets of a flat fixed boundary, in cells: longer facets need fewer points."""
 
 
 @dataclass(frozen=True)
 class BoundaryQuadrature:
-    """Where and how strongly a boundary acts: n quadrature points, of its surface or its band.
+    """The n quadrature points of a boundary's surface or band in the reference configuration.
 
     With the distance s from the boundary, d = 1 - (1 - s / delta)^2 the Dirichlet function and d'
     its derivative.
 
     Attributes:
-        reference: places at rest [length], shape (n, dim).
-        normal: at rest, unit, into the soil, shape (n, dim).
-        weight: area, or volume of the band, at rest [length^(dim - 1)], [length^dim], shape (n,).
-        surface, surface_normal: the surface's own quadrature points [length], and normals.
-        part: of the surface that each of its points stands for, see `QuadraturePoints`.
-        on_surface: the surface point that each belongs to, shape (n,).
+        reference: positions [length], shape (n, dim).
+        normal: unit, into the soil, shape (n, dim).
+        weight: area [length^(dim - 1)], or volume of the band [length^dim], shape (n,).
+        surface: the m quadrature points of the surface [length], shape (m, dim).
+        surface_normal: their normals, shape (m, dim).
+        part: their tributary parts of the surface [length], see `QuadraturePoints`.
+        on_surface: the surface point to which each point belongs, shape (n,).
         d: Dirichlet function [-], shape (n,).
-        d_prime: its derivative [1/length], shape (n,); 0 leaves K2 out.
+        d_prime: its derivative [1/length], shape (n,); 0 omits K2.
         square: the factor of K3 [1/length^2], or [1/length] on the surface, shape (n,).
-        patch: permanent number of the patch of the surface, shape (n,).
+        patch: see `QuadraturePoints`, shape (n,).
     """
 
     reference: Floats
@@ -62,7 +63,7 @@ class BoundaryQuadrature:
 
 
 def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
-    """Returns the limit of a narrow band: K3 alone, with the integral 4 / (3 delta) of d'^2."""
+    """Returns the quadrature of a narrow band: K3 alone, the integral of d'^2 is 4 / (3 delta)."""
     n = len(points.weight)
     return BoundaryQuadrature(
         reference=points.position,
@@ -80,7 +81,7 @@ def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadra
 
 
 def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
-    """Returns all three parts of the stiffness, by Gauss's three points across the band."""
+    """Returns the quadrature for K1, K2 and K3, with three Gauss points across the band."""
     n = len(points.weight)
     share, weight = SEGMENT
     surface = np.repeat(np.arange(n), len(share))
@@ -103,14 +104,14 @@ def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadratur
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What an implicit boundary must know of the analysis that it is in.
+class GridProperties:
+    """Properties of the grid on which an implicit boundary acts.
 
     Attributes:
         origin: a node of the grid [length], shape (dim,).
         cell_size: [length], shape (dim,).
         axisymmetric: whether x is the radius.
-        grid_moves: whether the grid follows a boundary.
+        grid_moves: whether the grid moves with a boundary.
     """
 
     origin: Floats
@@ -121,28 +122,28 @@ class Surroundings:
 
 @dataclass(frozen=True)
 class Pose:
-    """Quadrature points of a boundary in one step: places at its start, directions in its middle.
+    """Quadrature points of a boundary in a step: positions at its start, directions at its middle.
 
     Attributes:
-        place: at the start of the step [length], shape (n, dim).
+        position: at the start of the step [length], shape (n, dim).
         increment: prescribed displacement in the step [length], shape (n, dim).
-        gradient: of the prescribed displacement by `place` [-], shape (n, dim, dim).
+        gradient: of the prescribed displacement by `position` [-], shape (n, dim, dim).
         normal: unit, into the soil, shape (n, dim).
-        weight: at the start of the step, 2 pi r included in axisymmetry, shape (n,).
-        direction: the declared direction, unit, shape (n, dim); None where none is declared.
+        weight: at the start of the step, including 2 pi r in axisymmetry, shape (n,).
+        direction: the declared direction, unit, shape (n, dim); None if none is declared.
         projector: on the constrained directions, shape (n, dim, dim).
-        turn: rotations from the start to the middle and from there to the end of the step,
-            shape (n, dim, dim) each; None where nothing turns.
+        rotation: from the start to the middle and from the middle to the end of the step,
+            shape (n, dim, dim) each; None for a fixed boundary.
     """
 
-    place: Floats
+    position: Floats
     increment: Floats
     gradient: Floats
     normal: Floats
     weight: Floats
     direction: Floats | None
     projector: Floats
-    turn: tuple[Floats, Floats] | None
+    rotation: tuple[Floats, Floats] | None
 
 
 class Implicit:
@@ -150,24 +151,24 @@ class Implicit:
 
     Args:
         declared: the user's declaration.
-        key: where it stands in the case file.
-        curve: how its motion grows.
-        geometry: the boundary at rest.
-        motion: where its places are at a given factor.
+        key: of the boundary in the case file.
+        curve: load curve of its motion.
+        geometry: the boundary in the reference configuration.
+        motion: its positions at a given factor.
         delta: width of the band [length].
-        surroundings: of the analysis.
+        grid: the grid on which it acts.
 
     Attributes:
-        name: the user's.
-        key: where it stands in the case file.
-        declared: the declaration.
-        geometry: the boundary at rest; signed distance, > 0 in the soil.
-        motion: where its places are at a given factor.
+        name: given by the user.
+        key: of the boundary in the case file.
+        declared: the user's declaration.
+        geometry: the boundary in the reference configuration; signed distance, > 0 in the soil.
+        motion: its positions at a given factor.
         delta: width of the band [length].
-        quadrature: its quadrature points; none before the first `cover`.
-        carried: what each of them carries to the next step, shape (n, columns): the traction
-            on the soil's force side [stress], with the paper's full form also the stress that
-            the slip leaves in the band (tensor, 9 entries).
+        quadrature: its quadrature points; None before the first `extend_quadrature`.
+        carried: stresses of each point for the next step, shape (n, columns): the traction as an
+            internal force of the soil [stress], with the band form also the stress of the slip in
+            the band (tensor, 9 entries) [stress].
     """
 
     def __init__(
@@ -178,7 +179,7 @@ class Implicit:
         geometry: Geometry,
         motion: Motion,
         delta: float,
-        surroundings: Surroundings,
+        grid: GridProperties,
     ) -> None:
         self.name = declared.name
         self.key = key
@@ -187,8 +188,8 @@ class Implicit:
         self.motion = motion
         self.delta = delta
         self._curve = curve
-        self._surroundings = surroundings
-        dim = len(surroundings.origin)
+        self._grid = grid
+        dim = len(grid.origin)
         self._columns = dim if declared.form == "surface" else dim + 9
         self._lower, self._upper = np.full(dim, np.inf), np.full(dim, -np.inf)
         self.quadrature: BoundaryQuadrature | None = None
@@ -200,15 +201,15 @@ class Implicit:
             return 0.0
         return self._curve.factor(time)
 
-    def cover(self, lower: Floats, upper: Floats) -> BoundaryQuadrature:
-        """Makes sure that quadrature points exist wherever the boundary meets a box; returns them.
+    def extend_quadrature(self, lower: Floats, upper: Floats) -> BoundaryQuadrature:
+        """Returns the quadrature points, which it first extends to the whole boundary in a box.
 
-        lower, upper: corners in the boundary's own frame [length], shape (dim,).
+        lower, upper: corners of the box in the reference configuration [length], shape (dim,).
         """
         within = (lower >= self._lower).all() and (upper <= self._upper).all()
         if self.quadrature is not None and (self.geometry.bounded or within):
             return self.quadrature
-        cell = self._surroundings.cell_size
+        cell = self._grid.cell_size
         margin = 0.1 * (upper - lower) + 2.0 * cell
         self._lower = np.minimum(self._lower, lower - margin)
         self._upper = np.maximum(self._upper, upper + margin)
@@ -218,35 +219,36 @@ class Implicit:
 
     def _make_points(self) -> None:
         before, carried = self.quadrature, self.carried
-        cell = self._surroundings.cell_size
+        cell = self._grid.cell_size
         least = float(cell.min())
         piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
-        if not self.declared.is_moving and not self._surroundings.grid_moves and self.geometry.flat:
-            facet = (LONG_FACETS if len(cell) == 2 else 1.0) * least  # the grid's lines cut them
+        if not self.declared.is_moving and not self._grid.grid_moves and self.geometry.flat:
+            facet = (FLAT_FACET_LENGTH if len(cell) == 2 else 1.0) * least  # cut at grid lines
         points = make_quadrature(
             self.geometry,
             self._lower,
             self._upper,
-            self._surroundings.origin,
+            self._grid.origin,
             cell,
             piece,
             facet,
         )
-        if self._surroundings.axisymmetric:  # a circle around the axis is there twice
+        if self._grid.axisymmetric:  # a circle around the axis crosses the plane twice
             points = points.of(points.position[:, 0] > 0.0)
         make = surface_quadrature if self.declared.form == "surface" else band_quadrature
         self.quadrature = make(points, self.delta)
         self.carried = np.zeros((len(self.quadrature.weight), self._columns))
         if before is not None:
-            old, new = _numbered(before.patch), _numbered(self.quadrature.patch)
+            old, new = _identifiers(before.patch), _identifiers(self.quadrature.patch)
             _, from_old, to_new = np.intersect1d(old, new, assume_unique=True, return_indices=True)
-            assert len(from_old) == len(old), "a larger region lost a part of the boundary"
+            assert len(from_old) == len(old), "a part of the boundary is not in the larger region"
             self.carried[to_new] = carried[from_old]
 
-    def surface_places(self, time: float) -> tuple[Floats, Floats, Floats]:
-        """Returns where the surface's points are at `time` [length], and normals, (n, dim) each.
+    def surface_points(self, time: float) -> tuple[Floats, Floats, Floats]:
+        """Returns the surface's quadrature points at `time`: positions, normals, tributary parts.
 
-        The third: the parts that they stand for [length], shape (n, dim, dim).
+        Positions [length] and unit normals have the shape (m, dim), the parts [length] the shape
+        (m, dim, dim), see `QuadraturePoints`.
         """
         quadrature = self.quadrature
         assert quadrature is not None
@@ -257,69 +259,72 @@ class Implicit:
             normal = _transformed(cofactor(gradient), normal)
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
             part = part @ _transposed(gradient)
-        return self._places(quadrature.surface, factor), normal, part
+        return self._positions(quadrature.surface, factor), normal, part
 
-    def _places(self, reference: Floats, factor: float) -> Floats:
-        return self.motion.place(reference, factor) if self.declared.is_moving else reference
+    def _positions(self, reference: Floats, factor: float) -> Floats:
+        return self.motion.position(reference, factor) if self.declared.is_moving else reference
 
-    def at_rest(self, place: Floats, time: float) -> Floats:
-        """Returns where places at `time` are in the boundary's own frame [length], (n, dim)."""
+    def reference_position(self, position: Floats, time: float) -> Floats:
+        """Returns the reference positions of positions at `time` [length], shape (n, dim) each."""
         if not self.declared.is_moving:
-            return place
-        return self.motion.reference(place, self.factor(time))
+            return position
+        return self.motion.reference(position, self.factor(time))
 
-    def places(self, time: float, chosen: Integers) -> Floats:
-        """Returns where some quadrature points are at `time` [length], shape (n, dim)."""
+    def positions(self, time: float, chosen: Integers) -> Floats:
+        """Returns the positions of chosen quadrature points at `time` [length], shape (n, dim)."""
         assert self.quadrature is not None
-        return self._places(self.quadrature.reference[chosen], self.factor(time))
+        return self._positions(self.quadrature.reference[chosen], self.factor(time))
 
     def pose(self, before: float, after: float, chosen: Integers) -> Pose:
-        """Returns where some quadrature points are in the step from time `before` to `after`."""
+        """Returns the motion of chosen quadrature points in the step from `before` to `after`."""
         quadrature = self.quadrature
         assert quadrature is not None
         start, end = self.factor(before), self.factor(after)
         middle = 0.5 * (start + end)
         reference, normal = quadrature.reference[chosen], quadrature.normal[chosen]
         weight = quadrature.weight[chosen]
-        place = self._places(reference, start)
-        increment = np.zeros(place.shape)
-        gradient = np.zeros((*place.shape, place.shape[1]))
-        turn, direction = None, self._direction(len(place))
+        position = self._positions(reference, start)
+        increment = np.zeros(position.shape)
+        gradient = np.zeros((*position.shape, position.shape[1]))
+        rotation, direction = None, self._direction(len(position))
         if self.declared.is_moving:
-            increment = self.motion.place(reference, end) - place
+            increment = self.motion.position(reference, end) - position
             at_start = self.motion.gradient(reference, start)
             at_middle = self.motion.gradient(reference, middle)
             at_end = self.motion.gradient(reference, end)
-            gradient = at_end @ np.linalg.inv(at_start) - np.eye(place.shape[1])
+            gradient = at_end @ np.linalg.inv(at_start) - np.eye(position.shape[1])
             weight = weight * np.linalg.norm(_transformed(cofactor(at_start), normal), axis=1)
             normal = _transformed(cofactor(at_middle), normal)
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-            turns = [rotation_part(g) for g in (at_start, at_middle, at_end)]
+            start_to = [rotation_part(g) for g in (at_start, at_middle, at_end)]
             if direction is not None:
-                direction = _transformed(turns[1], direction)
-            turn = (turns[1] @ _transposed(turns[0]), turns[2] @ _transposed(turns[1]))
-        if self._surroundings.axisymmetric:
-            weight = weight * 2.0 * np.pi * np.abs(place[:, 0])
+                direction = _transformed(start_to[1], direction)
+            rotation = (
+                start_to[1] @ _transposed(start_to[0]),
+                start_to[2] @ _transposed(start_to[1]),
+            )
+        if self._grid.axisymmetric:
+            weight = weight * 2.0 * np.pi * np.abs(position[:, 0])
         return Pose(
-            place=place,
+            position=position,
             increment=increment,
             gradient=gradient,
             normal=normal,
             weight=weight,
             direction=direction,
             projector=self._projector(normal, direction),
-            turn=turn,
+            rotation=rotation,
         )
 
     def _direction(self, n: int) -> Floats | None:
-        """Returns the constrained direction at rest for n places, if one is declared."""
+        """Returns the declared reference direction, shape (n, dim); None if none is declared."""
         if self.declared.direction is None:
             return None
         direction = np.asarray(self.declared.direction)
         return np.tile(direction / np.linalg.norm(direction), (n, 1))
 
     def projector_at(self, reference: Floats) -> Floats:
-        """Returns the projector on the constrained directions at places on it at rest."""
+        """Returns projectors on constrained directions at reference positions, (n, dim, dim)."""
         return self._projector(self.geometry.gradient(reference), self._direction(len(reference)))
 
     def _projector(self, normal: Floats, direction: Floats | None) -> Floats:
@@ -335,7 +340,7 @@ class Implicit:
         return across
 
     def require_soil(self, position: Floats) -> None:
-        """Checks that some of the points at rest, (n, dim), are on the soil's side.
+        """Checks that some of the points' initial positions (n, dim) are on the soil's side.
 
         Raises:
             BadInput: all are behind the boundary.
@@ -348,23 +353,26 @@ class Implicit:
                 key=f"{self.key}.geometry",
             )
 
-    def distance(self, place: Floats, time: float) -> Floats:
-        """Returns the signed distance of places from the boundary at rest, > 0 in the soil."""
-        return self.geometry.distance(self.at_rest(place, time))
+    def distance(self, position: Floats, time: float) -> Floats:
+        """Returns signed distances of positions (n, dim) at `time` [length], > 0 in the soil, (n,).
 
-    def penetration(self, place: Floats, time: float) -> float:
-        """Returns how far the deepest of the places (n, dim) is behind the boundary [length].
-
-        Places beside a finite boundary, whose nearest place on it is an edge, do not count.
+        Measured in the reference configuration.
         """
-        at_rest = self.at_rest(place, time)
-        distance = self.geometry.distance(at_rest)
+        return self.geometry.distance(self.reference_position(position, time))
+
+    def penetration(self, position: Floats, time: float) -> float:
+        """Returns the greatest distance of positions (n, dim) behind the boundary [length].
+
+        Positions whose nearest point on a finite boundary lies on its edge are left out.
+        """
+        reference = self.reference_position(position, time)
+        distance = self.geometry.distance(reference)
         behind = np.flatnonzero(distance < 0.0)
         if self.quadrature is None or len(behind) == 0:
             return 0.0
         if self.geometry.flat:
-            away = self.geometry.gradient(at_rest[behind])
-            foot = at_rest[behind] - distance[behind, None] * away
+            away = self.geometry.gradient(reference[behind])
+            foot = reference[behind] - distance[behind, None] * away
             from scipy.spatial import cKDTree
 
             _, nearest = cKDTree(self.quadrature.reference).query(foot)
@@ -373,27 +381,27 @@ class Implicit:
         return float(-distance[behind].min(initial=0.0))
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns what a checkpoint must hold."""
+        """Returns the arrays for a checkpoint."""
         return {"lower": self._lower, "upper": self._upper, "carried": self.carried}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Goes on from the state of a checkpoint."""
+        """Restores the state of a checkpoint."""
         self._lower, self._upper = state["lower"], state["upper"]
         if len(state["carried"]):
             self._make_points()
             self.carried = state["carried"]
 
 
-def _numbered(patch: Integers) -> npt.NDArray[np.void]:
-    """Returns the name of each point: its patch, and which of the patch's points it is."""
+def _identifiers(patch: Integers) -> npt.NDArray[np.void]:
+    """Returns the identifier of each point: its patch and its number among the patch's points."""
     order = np.argsort(patch, kind="stable")
     ordered = patch[order]
     first = np.concatenate([[True], ordered[1:] != ordered[:-1]])
     start = np.maximum.accumulate(np.where(first, np.arange(len(patch)), 0))
-    name = np.empty(len(patch), dtype=[("patch", np.int64), ("number", np.int64)])
-    name["patch"] = patch
-    name["number"][order] = np.arange(len(patch)) - start
-    return name
+    identifier = np.empty(len(patch), dtype=[("patch", np.int64), ("number", np.int64)])
+    identifier["patch"] = patch
+    identifier["number"][order] = np.arange(len(patch)) - start
+    return identifier
 
 
 def _transformed(matrix: Floats, vector: Floats) -> Floats:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One implicit boundary in one step: where it touches soil, and the forces that it exerts there.
+"""One implicit boundary in one step: its points in contact with soil, and its forces on the soil.
 
 With N the shape functions of a cell, the boundary's internal force is the surface form
 
     f_a = integral of N_a [traction + P m],    w = sum_b N_b u_b - prescribed displacement,
 
-with m the means of the slip w on the multipliers' patches (`multipliers.py`), and the penalty
-P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the acoustic
-tensor Q of the soil (docs/theory/implicit_boundaries.md). The paper's full form is
-`BandConstraint`.
+with m the means of the slip w over the supports of the multipliers (`multipliers.py`), and the
+penalty P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the
+acoustic tensor Q of the soil (docs/theory/implicit_boundaries.md). `BandConstraint` is the band
+form.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
-from tilth.mpm.quadrature import Place
+from tilth.mpm.quadrature import PointsInCells
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit, Pose
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImplicitConstraint(ABC):
-    """The quadrature points of a boundary that touch soil in one step, ordered by cell.
+    """The n quadrature points of a boundary in contact with soil in one step, ordered by cell.
 
     Attributes:
         boundary: the boundary.
         chosen: numbers of its quadrature points, shape (n,).
-        at: the cells that they act on.
-        pose: their place and direction.
-        moduli: constrained modulus (capped) and shear modulus of the soil there [stress], (n, 2).
-        axisymmetric: whether the hoop counts.
-        elastic_share: of the soil's last strain increment at the points [-], shape (n,).
+        at: the points in the cells of the grid.
+        pose: their motion in the step.
+        moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
+        axisymmetric: whether the analysis is axisymmetric.
+        elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
     """
 
     boundary: Implicit
     chosen: Integers
-    at: Place
+    at: PointsInCells
     pose: Pose
     moduli: Floats
     axisymmetric: bool
@@ -66,56 +66,60 @@ class ImplicitConstraint(ABC):
 
     @cached_property
     def before(self) -> Floats:
-        """What the points carry from the last step, turned into the middle of this one."""
-        return turned(self.boundary.carried[self.chosen], self.pose, 0)
+        """Stresses from the last step, rotated to this step's middle [stress], (n, columns)."""
+        return rotated(self.boundary.carried[self.chosen], self.pose, 0)
 
     @abstractmethod
     def after(self, displacement: Floats) -> Floats:
-        """Returns what the points carry at the end of a step with this nodal displacement."""
+        """Returns the points' stresses at the end of a step, shape (n, columns).
+
+        displacement: of the nodes in the step [length], shape (nodes, dim).
+        """
 
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
-        """Returns the boundary's internal force of what its points carry, shape (nodes, dim)."""
-        dim = self.pose.place.shape[1]
+        """Returns the internal force of the points' stresses [force], shape (nodes, dim)."""
+        dim = self.pose.position.shape[1]
         return self.at.scatter(self.pose.weight[:, None] * carried[:, :dim], nodes)
 
     def commit(self, carried: Floats) -> None:
-        """Carries on to the next step; what touches no soil carries nothing."""
-        kept = np.zeros_like(self.boundary.carried)
-        kept[self.chosen] = turned(carried, self.pose, 1)
-        self.boundary.carried = kept
+        """Stores the points' stresses for the next step; points without contact get zero."""
+        stored = np.zeros_like(self.boundary.carried)
+        stored[self.chosen] = rotated(carried, self.pose, 1)
+        self.boundary.carried = stored
 
 
 @dataclass(frozen=True)
 class SurfaceConstraint(ImplicitConstraint):
-    """The same with the surface form.
+    """An `ImplicitConstraint` with the surface form.
 
     Attributes:
-        multipliers: those of this boundary; chosen for all boundaries of a step together.
+        multipliers: of this boundary; selected for all boundaries of a step together.
     """
 
     multipliers: Multipliers | None = None
 
     @property
     def constrained_directions(self) -> Floats:
-        """Unit vectors along what the boundary holds, shape (r, n, dim)."""
+        """Unit vectors along the constrained directions, shape (r, n, dim)."""
         condition = self.boundary.declared.condition
         return constrained_directions(condition, self.pose.normal, self.pose.direction)
 
     @cached_property
     def before(self) -> Floats:
-        """As `ImplicitConstraint.before`; where soil flows, the means over this step's patches.
+        """As `ImplicitConstraint.before`, with averaged tractions where the soil yields.
 
-        How the traction is spread over a patch is the mark of the soil's elastic strain; soil that
-        flows forgets it, and a point that is new there bears what those around it bear. The force
-        of each patch stays.
+        The distribution of the traction over a multiplier's support results from the soil's elastic
+        strain. The plastic part of it is replaced by its mean over the support, so that points
+        newly in contact have the same traction as the others. The force of each support does not
+        change.
         """
         assert self.multipliers is not None
-        carried = turned(self.boundary.carried[self.chosen], self.pose, 0)
-        rest = (1.0 - self.elastic_share)[:, None] * carried
-        return carried - rest + self.multipliers.spread(self.multipliers.mean(rest))
+        carried = rotated(self.boundary.carried[self.chosen], self.pose, 0)
+        plastic = (1.0 - self.elastic_share)[:, None] * carried
+        return carried - plastic + self.multipliers.distribute(self.multipliers.mean(plastic))
 
-    def slip_at_rest(self) -> Floats:
-        """Returns the mean slips of a grid that does not move [length], shape (m,)."""
+    def initial_slip(self) -> Floats:
+        """Returns the mean slips at zero nodal displacement [length], shape (m,)."""
         assert self.multipliers is not None
         return -self.multipliers.mean(self.pose.increment)
 
@@ -124,20 +128,23 @@ class SurfaceConstraint(ImplicitConstraint):
         assert self.multipliers is not None
         slip = self.at.interpolate(displacement) - self.pose.increment
         traction = self.multipliers.penalty * self.multipliers.mean(slip)
-        return self.before + self.multipliers.spread(traction)
+        return self.before + self.multipliers.distribute(traction)
 
 
-def turned(carried: Floats, pose: Pose, part: int) -> Floats:
-    """Returns carried vectors (and tensors behind them) turned by a half of the step's motion."""
-    if pose.turn is None:
+def rotated(carried: Floats, pose: Pose, half: int) -> Floats:
+    """Returns carried vectors and tensors, (n, columns), rotated with one half of a step's motion.
+
+    carried: vectors in the first dim columns, tensors in the other 9, if any. half: 0 or 1.
+    """
+    if pose.rotation is None:
         return carried
-    dim = pose.place.shape[1]
-    turn = pose.turn[part]
+    dim = pose.position.shape[1]
+    rotation = pose.rotation[half]
     result = carried.copy()
-    result[:, :dim] = np.einsum("nij,nj->ni", turn, carried[:, :dim])
+    result[:, :dim] = np.einsum("nij,nj->ni", rotation, carried[:, :dim])
     if carried.shape[1] > dim:
-        whole = np.tile(np.eye(3), (len(carried), 1, 1))
-        whole[:, :dim, :dim] = turn
+        in_space = np.tile(np.eye(3), (len(carried), 1, 1))
+        in_space[:, :dim, :dim] = rotation
         tensor = carried[:, dim:].reshape(-1, 3, 3)
-        result[:, dim:] = (whole @ tensor @ np.swapaxes(whole, 1, 2)).reshape(-1, 9)
+        result[:, dim:] = (in_space @ tensor @ np.swapaxes(in_space, 1, 2)).reshape(-1, 9)
     return result

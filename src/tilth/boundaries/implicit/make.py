@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From the declaration of an implicit boundary to one that can be computed with."""
+"""Construction of implicit boundaries from their declarations."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from tilth.boundaries.implicit.boundary import Implicit, Surroundings
+from tilth.boundaries.implicit.boundary import GridProperties, Implicit
 from tilth.boundaries.implicit.motion import make_motion
 from tilth.geometry.make import make_geometry
 from tilth.model import ImplicitBoundary, Model
 
 
 def make(declared: ImplicitBoundary, model: Model) -> Implicit:
-    """Returns the boundary.
+    """Returns a declared implicit boundary of a model.
 
     Raises:
-        BadInput: a file or function that it names cannot be used.
+        BadInput: a file or function of the boundary cannot be used.
     """
     key = model.boundary_keys()[declared.name]
     cell_size = np.array(model.cell_size)
@@ -27,7 +27,7 @@ def make(declared: ImplicitBoundary, model: Model) -> Implicit:
         geometry,
         make_motion(declared, geometry, f"{key}.motion", cell_size),
         model.delta(declared),
-        Surroundings(
+        GridProperties(
             origin=np.array(model.origin),
             cell_size=cell_size,
             axisymmetric=model.analysis.kind == "axisymmetric",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Prescribed motion of a boundary: where its places are at a given factor."""
+"""Prescribed motions of a boundary: its positions at a given factor."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tilth.model import ImplicitBoundary
 from tilth.model.fields import AXES
 from tilth.model.user_function import UserFunction
 
-STEP = 1e-6
-"""Step of the differences that give the gradient of a user's motion, relative to a cell."""
+DIFFERENCE_STEP = 1e-6
+"""Step of the finite differences for the gradient of a user's motion, in cells."""
 
 
 class Motion(Protocol):
-    """The map x = motion(X, factor) from the places X of a boundary at rest; n places."""
+    """The map x = motion(X, factor) of reference positions X of a boundary; n points."""
 
-    def place(self, reference: Floats, factor: float) -> Floats:
-        """Returns x [length], shape (n, dim)."""
+    def position(self, reference: Floats, factor: float) -> Floats:
+        """Returns x [length], shape (n, dim), for X, shape (n, dim)."""
         ...
 
-    def reference(self, place: Floats, factor: float) -> Floats:
-        """Returns the X that are at x now [length], shape (n, dim)."""
+    def reference(self, position: Floats, factor: float) -> Floats:
+        """Returns X [length], shape (n, dim), for x, shape (n, dim)."""
         ...
 
     def gradient(self, reference: Floats, factor: float) -> Floats:
@@ -66,15 +66,15 @@ class LinearMotion:
             matrix, offset = turn @ matrix, centre + turn @ (offset - centre)
         return matrix, offset + factor * self._displacement
 
-    def place(self, reference: Floats, factor: float) -> Floats:
-        """As `Motion.place`."""
+    def position(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.position`."""
         matrix, offset = self._linear(factor)
         return np.asarray(reference @ matrix.T + offset)
 
-    def reference(self, place: Floats, factor: float) -> Floats:
+    def reference(self, position: Floats, factor: float) -> Floats:
         """As `Motion.reference`."""
         matrix, offset = self._linear(factor)
-        return np.asarray(np.linalg.solve(matrix, (place - offset).T).T)
+        return np.asarray(np.linalg.solve(matrix, (position - offset).T).T)
 
     def gradient(self, reference: Floats, factor: float) -> Floats:
         """As `Motion.gradient`."""
@@ -87,30 +87,30 @@ class UserMotion:
 
     def __init__(self, function: UserFunction, cell_size: float) -> None:
         self._function = function
-        self._step = STEP * cell_size
+        self._step = DIFFERENCE_STEP * cell_size
 
-    def place(self, reference: Floats, factor: float) -> Floats:
-        """As `Motion.place`."""
+    def position(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.position`."""
         return np.asarray(reference + self._function(reference, factor))
 
-    def reference(self, place: Floats, factor: float) -> Floats:
+    def reference(self, position: Floats, factor: float) -> Floats:
         """As `Motion.reference`, by Newton's iteration."""
-        reference = place.copy()
+        reference = position.copy()
         for _ in range(20):
-            rest = place - self.place(reference, factor)
-            if np.abs(rest).max(initial=0.0) < 1e-6 * self._step:
+            residual = position - self.position(reference, factor)
+            if np.abs(residual).max(initial=0.0) < 1e-6 * self._step:
                 break
             gradient = self.gradient(reference, factor)
-            reference = reference + np.linalg.solve(gradient, rest[..., None])[..., 0]
+            reference = reference + np.linalg.solve(gradient, residual[..., None])[..., 0]
         return reference
 
     def gradient(self, reference: Floats, factor: float) -> Floats:
         """As `Motion.gradient`, by central differences."""
         columns = []
         for unit in np.eye(reference.shape[1]):
-            ahead = self.place(reference + self._step * unit, factor)
-            behind = self.place(reference - self._step * unit, factor)
-            columns.append((ahead - behind) / (2.0 * self._step))
+            forward = self.position(reference + self._step * unit, factor)
+            backward = self.position(reference - self._step * unit, factor)
+            columns.append((forward - backward) / (2.0 * self._step))
         return np.stack(columns, axis=2)
 
 
@@ -119,7 +119,7 @@ def make_motion(
 ) -> Motion:
     """Returns the motion of a declared boundary.
 
-    key: where the case file names the user's function, if it does.
+    key: of the user's function in the case file.
 
     Raises:
         BadInput: the user's function cannot be loaded.
@@ -131,7 +131,7 @@ def make_motion(
 
 
 def rotation_matrix(degrees: float, axis: str | None, dim: int) -> Floats:
-    """Returns the rotation by an angle, anticlockwise seen against the axis (z in 2D)."""
+    """Returns the rotation by an angle, positive about the axis (z in 2D), shape (dim, dim)."""
     cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     turned = 2 if axis is None else AXES.index(axis)
     first, second = (turned + 1) % 3, (turned + 2) % 3
@@ -143,20 +143,20 @@ def rotation_matrix(degrees: float, axis: str | None, dim: int) -> Floats:
 
 def cofactor(gradient: Floats) -> Floats:
     """Returns the cofactor matrices J F^-T that map area vectors, shape (n, dim, dim)."""
-    few, count = _different(gradient)
-    inverse, determinant = np.linalg.inv(few), np.linalg.det(few)
+    distinct, count = _distinct(gradient)
+    inverse, determinant = np.linalg.inv(distinct), np.linalg.det(distinct)
     found = determinant[:, None, None] * np.swapaxes(inverse, 1, 2)
     return np.broadcast_to(found, (count, *found.shape[1:]))
 
 
 def rotation_part(gradient: Floats) -> Floats:
     """Returns the rotations of the polar decompositions, shape (n, dim, dim)."""
-    few, count = _different(gradient)
-    left, _, right = np.linalg.svd(few)
-    return np.broadcast_to(left @ right, (count, *few.shape[1:]))
+    distinct, count = _distinct(gradient)
+    left, _, right = np.linalg.svd(distinct)
+    return np.broadcast_to(left @ right, (count, *distinct.shape[1:]))
 
 
-def _different(gradient: Floats) -> tuple[Floats, int]:
-    """Returns the one matrix that stands for all where they are the same, and their number."""
+def _distinct(gradient: Floats) -> tuple[Floats, int]:
+    """Returns the distinct matrices, one if all are broadcast from it, and the total number."""
     same = gradient.strides[0] == 0 and len(gradient) > 0
     return (gradient[:1] if same else gradient), len(gradient)

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The multiplier space of the implicit boundaries in one step.
 
-A boundary holds its directions in the mean over patches, no more of them than the nodes of the cut
-cells can bear (docs/theory/implicit_boundaries.md): one around each of some cut edges of the grid's
-cells that share no node. With the quadrature weights a_q, the constrained direction f_q and the
-slip w_q of the patch's points,
+A boundary constrains the mean slip over the support of each multiplier. A support is the part of
+the boundary around a vertex: a cut edge of the grid's cells, selected so that no two vertices have
+a common node. There are then no more constraints than the nodes of the cut cells can satisfy
+(docs/theory/implicit_boundaries.md). With the quadrature weights a_q, the constrained directions
+f_q and the slips w_q of a support's points,
 
-    A = sum_q a_q,   m = (1/A) sum_q a_q f_q . w_q,   traction f_q P m at each of them,
+    A = sum_q a_q,   m = (1/A) sum_q a_q f_q . w_q,   traction f_q P m at each point,
 
 so that the nodal force is P/A B (B u - prescribed), B_a = sum_q a_q N_a(x_q) f_q: one row for each
 multiplier, and a matrix that is the product of this row with itself.
@@ -35,14 +36,14 @@ class Multipliers:
     """The m multipliers of one boundary: n quadrature points with r constrained directions each.
 
     Attributes:
-        owner: multiplier that each direction of each point belongs to, shape (r, n).
-        direction: unit vectors, shape (r, n, dim).
+        owner: number of the multiplier of each direction of each point, shape (r, n).
+        direction: constrained directions, unit vectors, shape (r, n, dim).
         weight: of the points [length^(dim - 1)], shape (n,).
-        area: of the patches [length^(dim - 1)], shape (m,).
+        area: of the supports [length^(dim - 1)], shape (m,).
         penalty: P [stress/length], shape (m,).
-        node_start, node: nodes that each mean depends on, ragged, shapes (m + 1,), (entries,).
+        node_start, node: nodes on which each mean depends, ragged, shapes (m + 1,), (entries,).
         row: B [length^(dim - 1)], shape (entries, dim).
-        place: vertices, from the grid's origin in cells, shape (m, dim).
+        vertex: positions of the vertices, from the grid's origin in cells, shape (m, dim).
     """
 
     owner: Integers
@@ -53,7 +54,7 @@ class Multipliers:
     node_start: Integers
     node: npt.NDArray[np.int32]
     row: Floats
-    place: Floats
+    vertex: Floats
 
     def mean(self, vector: Floats) -> Floats:
         """Returns the means of vectors (n, dim) along the constrained directions, shape (m,)."""
@@ -62,16 +63,16 @@ class Multipliers:
         # on the axis of symmetry points have no weight
         return np.asarray(total / np.where(self.area > 0.0, self.area, 1.0))
 
-    def spread(self, traction: Floats) -> Floats:
-        """Returns the stress vectors at the points [stress], (n, dim), of the patches', (m,)."""
+    def distribute(self, traction: Floats) -> Floats:
+        """Returns the points' tractions [stress], (n, dim), for those of the multipliers, (m,)."""
         return np.asarray(np.einsum("rn,rni->ni", traction[self.owner], self.direction))
 
 
 def constrained_directions(condition: str, normal: Floats, declared: Floats | None) -> Floats:
-    """Returns unit vectors along what a condition holds, shape (r, n, dim).
+    """Returns the r directions that a condition constrains, unit vectors, shape (r, n, dim).
 
-    If all directions are constrained these are the normal and tangents, not the axes: another
-    boundary that meets this one at a right angle then shares one of its directions.
+    If all directions are constrained these are the normal and tangents, not the grid's axes: a
+    boundary at a right angle to this one then has a common direction with it.
 
     Args:
         condition: "roller", "fixed" or "tangential".
@@ -87,30 +88,33 @@ def constrained_directions(condition: str, normal: Floats, declared: Floats | No
     else:
         tangents = _tangents(normal)
         closed = normal @ normal[0] < -0.5
-        if condition == "fixed" and closed.any():  # tangents turn over opposite the first normal
+        if condition == "fixed" and closed.any():  # tangents are singular opposite the first normal
             return np.broadcast_to(np.eye(3)[:, None], (3, *normal.shape)).copy()
     return tangents if condition == "tangential" else np.concatenate([normal[None], tangents])
 
 
 def _tangents(normal: Floats) -> Floats:
-    """Two tangents for each of the normals in space (n, 3), those of the first one turned along."""
+    """Returns two tangents for each normal in space, (n, 3) -> (2, n, 3).
+
+    They follow from those of the first normal by the smallest rotation onto the other normals.
+    """
     first = normal[0]
     one = np.eye(3)[np.abs(first).argmin()]
     one = one - (one @ first) * first
     one /= np.linalg.norm(one)
     tangents = []
     for tangent in (one, np.cross(first, one)):
-        # the rotation that takes the first normal to another one, by the shortest way
-        share = (normal @ tangent) / np.maximum(1.0 + normal @ first, 1e-12)
-        turned = tangent - share[:, None] * (first + normal)
-        tangents.append(turned / np.linalg.norm(turned, axis=1)[:, None])
+        # smallest rotation from the first normal to the others
+        factor = (normal @ tangent) / np.maximum(1.0 + normal @ first, 1e-12)
+        rotated = tangent - factor[:, None] * (first + normal)
+        tangents.append(rotated / np.linalg.norm(rotated, axis=1)[:, None])
     return np.stack(tangents)
 
 
 def choose_multipliers(
     active: ActiveGrid, parts: Sequence[SurfaceConstraint], constrained: Flags
 ) -> list[Multipliers]:
-    """Returns the multipliers of boundaries that touch soil in a step, of each in its turn.
+    """Returns the multipliers of each boundary in contact with soil in a step.
 
     constrained: components of the displacement that other conditions prescribe, shape (nodes, dim).
     """
@@ -123,37 +127,39 @@ def choose_multipliers(
     rank = np.array([len(direction) for direction in directions])
     family = np.repeat(np.arange(len(parts)), rank)
     end_cell = np.cumsum(cells)[family]
-    owner, of_family, _, place = _core.multiplier_space(
-        *joined_cells(parts),
+    owner, of_family, _, vertex = _core.multiplier_space(
+        *concatenated_cells(parts),
         active.lattice,
         active.grid.cell_size,
         end_cell - cells[family],
         end_cell,
-        _before(count[family]),
+        _offsets(count[family]),
         np.concatenate([direction.reshape(-1, dim) for direction in directions]),
         constrained,
     )
     owners = np.split(np.asarray(owner), np.cumsum(rank * count)[:-1])
-    first = np.searchsorted(np.asarray(of_family), np.append(_before(rank), rank.sum()))
+    first = np.searchsorted(np.asarray(of_family), np.append(_offsets(rank), rank.sum()))
     found = []
     for number, (part, direction) in enumerate(zip(parts, directions, strict=True)):
         own = slice(first[number], first[number + 1])
         found.append(
-            _multipliers(part, direction, owners[number] - own.start, np.asarray(place)[own])
+            _multipliers(part, direction, owners[number] - own.start, np.asarray(vertex)[own])
         )
     return found
 
 
-def joined_cells(
+def concatenated_cells(
     parts: Sequence[ImplicitConstraint],
 ) -> tuple[Integers, npt.NDArray[np.int32], Floats, Floats]:
-    """Returns the cells that boundaries act on, one after the other, and their points.
+    """Returns the cells that boundaries act on and their points, one boundary after the other.
 
-    The first point of each cell (cells + 1,) and its nodes (cells, 2^dim); the points' places in
-    their cells and normals, (n, dim) each.
+    The first point of each cell (cells + 1,) and its nodes (cells, 2^dim); the points' local
+    coordinates and normals, (n, dim) each.
     """
     count = np.array([len(part.chosen) for part in parts])
-    starts = [part.at.start[:-1] + first for part, first in zip(parts, _before(count), strict=True)]
+    starts = [
+        part.at.start[:-1] + first for part, first in zip(parts, _offsets(count), strict=True)
+    ]
     return (
         np.concatenate([*starts, count.sum(keepdims=True)]),
         np.concatenate([part.at.node for part in parts]),
@@ -163,12 +169,12 @@ def joined_cells(
 
 
 def _multipliers(
-    part: SurfaceConstraint, direction: Floats, owner: Integers, place: Floats
+    part: SurfaceConstraint, direction: Floats, owner: Integers, vertex: Floats
 ) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)
     means = _core.multiplier_means(
-        len(place), owner, np.tile(np.arange(count), rank), part.at.cell, part.at.node,
+        len(vertex), owner, np.tile(np.arange(count), rank), part.at.cell, part.at.node,
         part.pose.weight, direction.reshape(-1, dim), penalty.ravel(), part.at.value,
     )  # fmt: skip
     area, mean_penalty, node_start, node, row = map(np.asarray, means)
@@ -181,14 +187,14 @@ def _multipliers(
         node_start=node_start,
         node=node,
         row=row,
-        place=place,
+        vertex=vertex,
     )
 
 
 def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Floats]) -> RowCoupling:
     """Returns the force of all multipliers, linear in the nodal displacement.
 
-    slip: mean slips of a grid at rest [length], of each boundary, shape (m,).
+    slip: mean slips at zero nodal displacement [length], of each boundary, shape (m,).
     """
     area = np.concatenate([each.area for each in multipliers])
     penalty = np.concatenate([each.penalty for each in multipliers])
@@ -196,7 +202,7 @@ def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Float
     starts = np.concatenate([each.node_start[:-1] for each in multipliers])
     entries = np.array([len(each.node) for each in multipliers])
     count = [len(each.area) for each in multipliers]
-    node_start = np.append(starts + np.repeat(_before(entries), count), entries.sum())
+    node_start = np.append(starts + np.repeat(_offsets(entries), count), entries.sum())
     return RowCoupling(
         node_start=node_start,
         node=np.concatenate([each.node for each in multipliers]),
@@ -206,6 +212,6 @@ def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Float
     )
 
 
-def _before(count: Integers) -> Integers:
-    """Returns the sum of what comes before each entry."""
+def _offsets(count: Integers) -> Integers:
+    """Returns the sum of the entries before each entry, same shape."""
     return np.cumsum(count) - count

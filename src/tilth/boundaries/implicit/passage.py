@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Soil that a step would carry behind an implicit boundary, and soil that is behind one.
+"""Detection of soil that passes through an implicit boundary in a step, or is behind one.
 
-A boundary holds the soil that touches it at the start of a step. Soil that is free there and
-reaches it inside the step is not constrained, so a step that would end with such soil behind the
-boundary is undone and shortened to the part in which it just reaches it.
+A boundary constrains the soil that is in contact with it at the start of a step. Other soil that
+comes into contact during the step is not constrained. If it would end behind the boundary, the step
+is undone and shortened to the fraction after which the first contact occurs.
 """
 
 from __future__ import annotations
@@ -24,32 +24,37 @@ if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
 
 
-SMALL = 0.02
-"""Depth behind a boundary, in cells, that needs no word."""
+PASSAGE_TOLERANCE = 0.02
+"""Depth behind a boundary, in cells, up to which soil counts as not behind it."""
 
-BESIDE = {2: 0.15, 3: 0.3}
-"""Distance along a boundary from its nearest place, in cells, from which on soil is beside it.
+FACING_DISTANCE = {2: 0.15, 3: 0.3}
+"""Greatest distance along a boundary from its nearest quadrature point, in cells, by dimension.
 
-A little more than that of its own places from each other, by dimension.
+Soil farther away does not face the boundary. A little more than the spacing of quadrature points.
 """
 
+IMPERMEABLE_CONDITIONS = ("roller", "fixed")
+"""Conditions through which no soil can pass."""
 
-HOLD_ACROSS = ("roller", "fixed")
-"""Conditions that let no soil through."""
+MAXIMUM_SAMPLES = 64
+"""Greatest number of sampled positions on the paths of the points in a step."""
 
-MOST_LOOKS = 64
-"""Places on the way of the points in a step that are looked at, at most."""
+MAXIMUM_REDUCTIONS = 4
+"""Number of reductions of a step after which it is accepted if they do not reduce the depth."""
+
+STAGNATION_RATIO = 0.95
+"""Ratio of depths behind a boundary above which a reduction of the step had no effect."""
 
 
 @dataclass(frozen=True)
 class Passage:
-    """Soil that would pass through a boundary.
+    """Soil that would pass through a boundary in a step.
 
     Attributes:
-        boundary: its name.
-        point: index of the point that would reach it first.
-        depth: greatest depth of the domains of free points behind it at the end [length].
-        share: of the step after which the first of them has just reached it [-].
+        boundary: name of the boundary.
+        point: index of the point that would come into contact first.
+        depth: greatest depth of the points' domains behind the boundary at the end [length].
+        share: fraction of the step after which the first of them is in contact [-].
     """
 
     boundary: str
@@ -58,19 +63,15 @@ class Passage:
     share: float
 
 
-TRIES, FUTILE = 4, 0.95
-"""Where so many shorter steps leave more than this part of the soil's depth behind a boundary, no
-step is short enough."""
-
-
 class PassageCheck:
-    """Refuses steps in which soil that was free passes through an implicit boundary.
+    """Refuses steps in which unconstrained soil passes through an implicit boundary.
 
-    Remembers the step that was shortened last: soil that jumps however short the step is passes.
+    It stores the last refused step. If `MAXIMUM_REDUCTIONS` shorter steps from the same time hardly
+    reduce the depth (`STAGNATION_RATIO`), the step is accepted: no step would be short enough.
     """
 
     def __init__(self) -> None:
-        self._start, self._depth, self._tries = math.nan, math.inf, 0
+        self._start, self._depth, self._reductions = math.nan, math.inf, 0
 
     def require_in_front(
         self,
@@ -84,21 +85,23 @@ class PassageCheck:
         """Checks a step from time `before` to `after`; moved: as in `find_passage`.
 
         Raises:
-            StepFailed: soil passes; it says which share of the step is possible.
+            StepFailed: soil passes; its `share` is the possible fraction of the step.
         """
         found = [find_passage(b, points, moved, before, after, cell_size) for b in boundaries]
         passed = [passage for passage in found if passage is not None]
         if not passed:
             return
         passage = min(passed, key=lambda each: each.share)
-        tries = self._tries + 1 if self._start == before else 0
-        futile = tries >= TRIES and passage.depth > FUTILE * self._depth
-        self._start, self._depth, self._tries = before, passage.depth, tries
-        if futile:
+        reductions = self._reductions + 1 if self._start == before else 0
+        stagnant = (
+            reductions >= MAXIMUM_REDUCTIONS and passage.depth > STAGNATION_RATIO * self._depth
+        )
+        self._start, self._depth, self._reductions = before, passage.depth, reductions
+        if stagnant:
             return
         raise StepFailed(
-            f"soil reaches the boundary {passage.boundary!r} within the step and would end "
-            f"{passage.depth:.3g} behind it",
+            f"soil comes into contact with the boundary {passage.boundary!r} within the step and "
+            f"would end {passage.depth:.3g} behind it",
             point=int(points.point_id[passage.point]),
             share=passage.share,
         )
@@ -112,44 +115,44 @@ def find_passage(
     after: float,
     cell_size: Floats,
 ) -> Passage | None:
-    """Returns the soil that a step from time `before` to `after` takes through a boundary.
+    """Returns the soil that passes through a boundary in a step from `before` to `after`, or None.
 
-    Looks at the end of the step, and, so that no soil leaps over a boundary that ends or is curved,
-    at places on the straight ways of the points, a cell apart.
+    It checks the end of the step and, for finite or curved boundaries, positions on the straight
+    paths of the points at most a cell apart.
 
-    moved: where the points are at its end [length], shape (n, dim).
+    moved: positions of the points at the end of the step [length], shape (n, dim).
     """
-    if boundary.declared.condition not in HOLD_ACROSS:
+    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
         return None
-    way = moved - points.position
-    looks = 1
-    if not _is_endless(boundary):
-        farthest = np.abs(way / cell_size).max(initial=0.0)
-        looks = min(max(math.ceil(farthest), 1), MOST_LOOKS)
-    for part in np.arange(1, looks + 1) / looks:
-        time = before + part * (after - before)
-        place = points.position + part * way
-        passage = _passage_at(boundary, points, place, before, time, cell_size)
+    path = moved - points.position
+    samples = 1
+    if not _is_infinite_plane(boundary):
+        farthest = np.abs(path / cell_size).max(initial=0.0)
+        samples = min(max(math.ceil(farthest), 1), MAXIMUM_SAMPLES)
+    for fraction in np.arange(1, samples + 1) / samples:
+        time = before + fraction * (after - before)
+        position = points.position + fraction * path
+        passage = _passage_at(boundary, points, position, before, time, cell_size)
         if passage is not None:
-            return replace(passage, share=float(part) * passage.share)
+            return replace(passage, share=float(fraction) * passage.share)
     return None
 
 
 def _passage_at(
     boundary: Implicit,
     points: MaterialPoints,
-    place: Floats,
+    position: Floats,
     before: float,
     time: float,
     cell_size: Floats,
 ) -> Passage | None:
-    """Returns the soil that has passed a boundary when the points are at `place`, (n, dim)."""
-    small = SMALL * float(cell_size.min())
-    chosen, distance, normal = _distances(boundary, place, points, time, cell_size)
-    near = np.flatnonzero(distance < _widest(points))
+    """Returns the soil behind a boundary with the points at `position`, (n, dim), or None."""
+    tolerance = PASSAGE_TOLERANCE * float(cell_size.min())
+    chosen, distance, normal = _distances(boundary, position, points, time, cell_size)
+    near = np.flatnonzero(distance < _largest_half_width(points))
     chosen, distance, normal = chosen[near], distance[near], normal[near]
     depth = _half_width(points, chosen, normal) - distance
-    deep = np.flatnonzero(depth > small)
+    deep = np.flatnonzero(depth > tolerance)
     if len(deep) == 0:
         return None
     chosen, depth = chosen[deep], depth[deep]
@@ -157,10 +160,10 @@ def _passage_at(
     those, distance, normal = _distances(boundary, at_start, None, before, cell_size)
     chosen, depth = chosen[those], depth[those]
     gap = distance - _half_width(points, chosen, normal)
-    free = np.flatnonzero(gap > small)
+    free = np.flatnonzero(gap > tolerance)
     if len(free) == 0:
         return None
-    share = (gap[free] + 0.5 * small) / (gap[free] + depth[free])
+    share = (gap[free] + 0.5 * tolerance) / (gap[free] + depth[free])
     first = int(share.argmin())
     point = int(chosen[free[first]])
     return Passage(boundary.name, point, float(depth[free].max()), float(share[first]))
@@ -169,11 +172,11 @@ def _passage_at(
 def depth_behind(
     boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
 ) -> float:
-    """Returns how far the deepest point's centre is behind a boundary [length]; 0 if none is.
+    """Returns the greatest distance of a point's centre behind a boundary [length]; 0 if none is.
 
-    0, too, where its condition lets soil through.
+    Also 0 if soil can pass through the boundary.
     """
-    if boundary.declared.condition not in HOLD_ACROSS:
+    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
         return 0.0
     _, distance, _ = _distances(boundary, points.position, points, time, cell_size)
     return float(-distance.min(initial=0.0))
@@ -181,63 +184,64 @@ def depth_behind(
 
 def _distances(
     boundary: Implicit,
-    place: Floats,
+    position: Floats,
     points: MaterialPoints | None,
     time: float,
     cell_size: Floats,
 ) -> tuple[Integers, Floats, Floats]:
-    """Returns which places face or are behind a boundary, their distances and its normals there.
+    """Returns the positions that face a boundary: numbers, distances from it, and its normals.
 
-    Of a boundary that is curved or ends only those count that are not beside it, and, where their
-    `points` are given, that are not farther in front than two cells, nor farther behind than these
-    and as much as they have moved.
+    Numbers (k,), signed distances [length] (k,), < 0 behind the boundary, and normals (k, dim).
+    All positions face a plane. Those beside the edge of a finite or curved boundary do not; with
+    `points` given, neither do those more than two cells in front of it, nor those behind it by
+    more than two cells plus the points' greatest motion.
     """
-    if _is_endless(boundary):
-        at_rest = boundary.at_rest(place, time)
-        normal = boundary.geometry.gradient(at_rest)
-        return np.arange(len(place)), boundary.geometry.distance(at_rest), normal
-    surface, normal, _ = boundary.surface_places(time)
-    nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, place.shape[1]))
+    if _is_infinite_plane(boundary):
+        reference = boundary.reference_position(position, time)
+        normal = boundary.geometry.gradient(reference)
+        return np.arange(len(position)), boundary.geometry.distance(reference), normal
+    surface, normal, _ = boundary.surface_points(time)
+    none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, position.shape[1]))
     if len(surface) == 0:
-        return nothing
-    reach = np.inf
-    candidates = np.arange(len(place))
+        return none
+    radius = np.inf
+    candidates = np.arange(len(position))
     if points is not None:
-        way = np.linalg.norm(place - points.position, axis=1).max(initial=0.0)
-        reach = float(way + 2.0 * cell_size.max())
-        low, high = surface.min(axis=0) - reach, surface.max(axis=0) + reach
-        candidates = np.flatnonzero(((place >= low) & (place <= high)).all(axis=1))
+        motion = np.linalg.norm(position - points.position, axis=1).max(initial=0.0)
+        radius = float(motion + 2.0 * cell_size.max())
+        low, high = surface.min(axis=0) - radius, surface.max(axis=0) + radius
+        candidates = np.flatnonzero(((position >= low) & (position <= high)).all(axis=1))
     from scipy.spatial import cKDTree
 
-    apart, nearest = cKDTree(surface).query(place[candidates], distance_upper_bound=reach)
-    known = np.isfinite(apart)
-    candidates, nearest = candidates[known], nearest[known]
-    away = place[candidates] - surface[nearest]
-    distance = np.einsum("ni,ni->n", away, normal[nearest])
-    along = np.linalg.norm(away - distance[:, None] * normal[nearest], axis=1)
-    facing = along <= BESIDE[len(cell_size)] * cell_size.max()
-    if points is not None:  # what is clearly in front needs no exact distance
+    separation, nearest = cKDTree(surface).query(position[candidates], distance_upper_bound=radius)
+    within = np.isfinite(separation)
+    candidates, nearest = candidates[within], nearest[within]
+    offset = position[candidates] - surface[nearest]
+    distance = np.einsum("ni,ni->n", offset, normal[nearest])
+    along = np.linalg.norm(offset - distance[:, None] * normal[nearest], axis=1)
+    facing = along <= FACING_DISTANCE[len(cell_size)] * cell_size.max()
+    if points is not None:  # far in front no exact distance is necessary
         facing &= distance <= 2.0 * cell_size.max()
     candidates, nearest = candidates[facing], nearest[facing]
     if len(candidates) == 0:
-        return nothing
-    return candidates, boundary.distance(place[candidates], time), normal[nearest]
+        return none
+    return candidates, boundary.distance(position[candidates], time), normal[nearest]
 
 
-def _is_endless(boundary: Implicit) -> bool:
-    """Whether it is one plane, so that each place is in front of it or behind it."""
+def _is_infinite_plane(boundary: Implicit) -> bool:
+    """Returns whether a boundary is one infinite plane."""
     return boundary.geometry.flat and not boundary.geometry.bounded
 
 
-def _widest(points: MaterialPoints) -> float:
-    """Returns a length that half the width of no domain exceeds."""
+def _largest_half_width(points: MaterialPoints) -> float:
+    """Returns an upper bound of half the width of the points' domains [length]."""
     if points.corner.shape[1] > 0:
         return np.inf
     return float(np.sqrt((points.half_length**2).sum(axis=1).max(initial=0.0)))
 
 
 def _half_width(points: MaterialPoints, chosen: Integers, normal: Floats) -> Floats:
-    """Returns half the width of points' domains along normals, shape (n,)."""
+    """Returns half the width of chosen points' domains along normals [length], shape (n,)."""
     edge = half_edges(points, chosen)
     if edge is None:
         return np.asarray((points.half_length[chosen] * np.abs(normal)).sum(axis=1))

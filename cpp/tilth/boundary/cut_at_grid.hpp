@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuts segments (2D) and triangles (3D) at the lines or planes of the grid, so that each piece lies
-// in one cell.
+// Cuts segments (2D) and triangles (3D) at the lines or planes of the grid: each piece lies in one
+// cell.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace tilth::boundary {
 
 template <int Dim>
-using Place = std::array<double, Dim>;
+using Point = std::array<double, Dim>;
 
 /// A segment, or a convex polygon in space.
 template <int Dim>
-using Shape = std::vector<Place<Dim>>;
+using Shape = std::vector<Point<Dim>>;
 
 /// Pieces: their corners, flat, and the facet that each was cut from.
 struct Pieces {
@@ -25,10 +25,10 @@ struct Pieces {
   std::vector<std::int64_t> facet;
 };
 
-/// Distance from a line, in cells, below which a corner lies on it.
-inline constexpr double on_line = 1e-12;
-/// The same relative to the coordinates: far from the origin their round-off is larger.
-inline constexpr double round_off = 4.0 * std::numeric_limits<double>::epsilon();
+/// Distance from a grid line, in cells, up to which a corner lies on the line.
+inline constexpr double line_tolerance = 1e-12;
+/// The same distance relative to the coordinates, whose round-off is larger far from the origin.
+inline constexpr double relative_line_tolerance = 4.0 * std::numeric_limits<double>::epsilon();
 
 /// Appends to `low` and `high` the parts of a shape on either side of x[axis] = `line`.
 template <int Dim>
@@ -37,24 +37,27 @@ void split(const Shape<Dim>& shape, int axis, double line, double tolerance, Sha
   const std::size_t corners = shape.size();
   const std::size_t edges = Dim == 2 ? 1 : corners;  // a segment is not closed
   for (std::size_t i = 0; i < corners; ++i) {
-    const Place<Dim>& here = shape[i];
-    const double side = here[axis] - line;
-    if (side <= tolerance) low.push_back(here);
-    if (side >= -tolerance) high.push_back(here);
+    const Point<Dim>& start = shape[i];
+    const double start_distance = start[axis] - line;
+    if (start_distance <= tolerance) low.push_back(start);
+    if (start_distance >= -tolerance) high.push_back(start);
     if (i >= edges) continue;
-    const Place<Dim>& next = shape[(i + 1) % corners];
-    const double other = next[axis] - line;
-    if (std::min(side, other) >= -tolerance || std::max(side, other) <= tolerance) continue;
-    Place<Dim> crossing;
+    const Point<Dim>& end = shape[(i + 1) % corners];
+    const double end_distance = end[axis] - line;
+    if (std::min(start_distance, end_distance) >= -tolerance ||
+        std::max(start_distance, end_distance) <= tolerance)
+      continue;
+    Point<Dim> crossing;
     for (int k = 0; k < Dim; ++k)
-      crossing[k] = here[k] + side / (side - other) * (next[k] - here[k]);
+      crossing[k] =
+          start[k] + start_distance / (start_distance - end_distance) * (end[k] - start[k]);
     crossing[axis] = line;
     low.push_back(crossing);
     high.push_back(crossing);
   }
 }
 
-/// Cuts a shape at all lines of the axes from `axis` on and adds its pieces as simplices.
+/// Cuts a shape at the grid lines of `axis` and of the later axes and adds its pieces as simplices.
 template <int Dim>
 void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const double* cell_size,
                std::int64_t facet, Pieces& pieces) {
@@ -75,20 +78,20 @@ void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const do
     greatest = std::max(greatest, corner[axis]);
   }
   const double h = cell_size[axis];
-  const double reach = std::max({std::abs(least), std::abs(greatest), std::abs(origin[axis])});
-  const double tolerance = std::max(on_line * h, round_off * reach);
+  const double largest = std::max({std::abs(least), std::abs(greatest), std::abs(origin[axis])});
+  const double tolerance = std::max(line_tolerance * h, relative_line_tolerance * largest);
   const double first = std::floor((least - origin[axis] + tolerance) / h) + 1.0;
-  Shape<Dim> rest = shape;
+  Shape<Dim> remainder = shape;
   for (double number = first; origin[axis] + number * h < greatest - tolerance; number += 1.0) {
     Shape<Dim> low, high;
-    split<Dim>(rest, axis, origin[axis] + number * h, tolerance, low, high);
+    split<Dim>(remainder, axis, origin[axis] + number * h, tolerance, low, high);
     cut_shape<Dim>(low, axis + 1, origin, cell_size, facet, pieces);
-    rest = std::move(high);
+    remainder = std::move(high);
   }
-  cut_shape<Dim>(rest, axis + 1, origin, cell_size, facet, pieces);
+  cut_shape<Dim>(remainder, axis + 1, origin, cell_size, facet, pieces);
 }
 
-/// Cuts facets, `corner` (facets, Dim, Dim).
+/// Returns the pieces of facets with the corners `corner` (facets, Dim, Dim).
 template <int Dim>
 Pieces cut_simplices(std::int64_t facets, const double* corner, const double* origin,
                      const double* cell_size) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "../boundary/place.hpp"
+#include "../boundary/points_in_cells.hpp"
 
 #include "../kind.hpp"
 #include "arrays.hpp"
@@ -8,14 +8,14 @@ namespace tilth::bind {
 
 namespace {
 
-auto cells_of_places(ConstDoubles place, ConstDoubles origin, ConstDoubles cell_size,
+auto locate_in_cells(ConstDoubles position, ConstDoubles origin, ConstDoubles cell_size,
                      ConstIntegers cell_keys) {
-  const std::size_t n = place.shape(0), dim = place.shape(1);
+  const std::size_t n = position.shape(0), dim = position.shape(1);
   std::vector<std::int64_t> key(n);
   std::vector<double> local(n * dim);
   with_dimension(static_cast<int>(dim), [&](auto kind) {
-    boundary::cells_of_places<decltype(kind)::dim>(
-        static_cast<std::int64_t>(n), place.data(), origin.data(), cell_size.data(),
+    boundary::locate_in_cells<decltype(kind)::dim>(
+        static_cast<std::int64_t>(n), position.data(), origin.data(), cell_size.data(),
         static_cast<std::int64_t>(cell_keys.size()), cell_keys.data(), key.data(), local.data());
   });
   return std::make_tuple(give(std::move(key)), give(std::move(local), {n, dim}));
@@ -42,7 +42,7 @@ auto shape_functions(ConstDoubles local, ConstDoubles cell_size) {
                          give(std::move(gradient), {n, corners, dim}));
 }
 
-boundary::PlacesOfCells view(const ConstIntegers& start, const ConstShorts& node,
+boundary::PointsInCells view(const ConstIntegers& start, const ConstShorts& node,
                              const ConstDoubles& value) {
   const auto cells = static_cast<std::int64_t>(node.shape(0));
   require_size(start, cells + 1, "start");
@@ -50,8 +50,8 @@ boundary::PlacesOfCells view(const ConstIntegers& start, const ConstShorts& node
   return {cells, static_cast<int>(node.shape(1)), start.data(), node.data(), value.data()};
 }
 
-auto interpolate_places(ConstIntegers start, ConstShorts node, ConstDoubles value,
-                        ConstDoubles nodal) {
+auto interpolate_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles value,
+                          ConstDoubles nodal) {
   const auto at = view(start, node, value);
   const auto n = static_cast<std::size_t>(at.start[at.cells]), components = nodal.shape(1);
   std::vector<double> vector(n * components);
@@ -59,8 +59,8 @@ auto interpolate_places(ConstIntegers start, ConstShorts node, ConstDoubles valu
   return give(std::move(vector), {n, components});
 }
 
-void scatter_places(ConstIntegers start, ConstShorts node, ConstDoubles value, ConstDoubles vector,
-                    Doubles nodal) {
+void scatter_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles value,
+                      ConstDoubles vector, Doubles nodal) {
   const auto at = view(start, node, value);
   const int components = static_cast<int>(nodal.shape(1));
   require_size(vector, at.start[at.cells] * components, "vector");
@@ -69,18 +69,19 @@ void scatter_places(ConstIntegers start, ConstShorts node, ConstDoubles value, C
 
 }  // namespace
 
-void bind_place(nb::module_& module) {
+void bind_points_in_cells(nb::module_& module) {
   using namespace nb::literals;
-  module.def("cells_of_places", &cells_of_places, "place"_a, "origin"_a, "cell_size"_a,
+  module.def("locate_in_cells", &locate_in_cells, "position"_a, "origin"_a, "cell_size"_a,
              "cell_keys"_a,
-             "Keys of the cells with soil that places (n,dim) act on, and the places in them.");
+             "Keys of the cells with soil in or nearest to which points (n,dim) lie, and the "
+             "points' local coordinates (n,dim), in cells.");
   module.def("shape_values", &shape_values, "local"_a, "cell_size"_a,
-             "Shape functions (n,2^dim) at places (n,dim) in a cell, x fastest.");
+             "Shape functions (n,2^dim) at local coordinates (n,dim) in a cell, x fastest.");
   module.def("shape_functions", &shape_functions, "local"_a, "cell_size"_a,
-             "The same and their gradients (n,2^dim,dim).");
-  module.def("interpolate_places", &interpolate_places, "start"_a, "node"_a, "value"_a, "nodal"_a,
-             "sum_a N_a nodal_a at the places of each cell.");
-  module.def("scatter_places", &scatter_places, "start"_a, "node"_a, "value"_a, "vector"_a,
+             "Shape functions (n,2^dim) and their gradients (n,2^dim,dim).");
+  module.def("interpolate_in_cells", &interpolate_in_cells, "start"_a, "node"_a, "value"_a,
+             "nodal"_a, "sum_a N_a nodal_a at the points of each cell.");
+  module.def("scatter_in_cells", &scatter_in_cells, "start"_a, "node"_a, "value"_a, "vector"_a,
              "nodal"_a, "Adds sum_q N_qa vector_q to nodal.");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which nodes lie behind boundaries, and by how much.
+// Exterior nodes: nodes on the far side of boundaries, and their distances from the boundaries.
 #pragma once
 
 #include <algorithm>
@@ -14,28 +14,28 @@
 
 namespace tilth::boundary {
 
-/// Nodes behind boundaries: sorted keys, and how far behind they are along each axis (nodes, Dim).
-struct Behind {
+/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim).
+struct ExteriorNodes {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
 };
 
-/// Looks at the nodes of the cells that a boundary acts on, and at those one further. Where the
-/// plane through the nearest quadrature point has a node behind it, its distance in units of the
-/// cell's extent along the normal, at most 1, times the square of the normal's component along each
-/// axis.
+/// Returns the exterior nodes of the cells that boundaries act on and of the next cells around
+/// them. A node is exterior if it lies behind the plane through the nearest quadrature point. With
+/// s the square of its distance from this plane in units of the cell's extent along the normal n,
+/// at most 1, its depth along axis k is s n_k^2.
 template <int Dim>
-Behind nodes_behind(const TouchedCells<Dim>& at) {
+ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
   struct Node {
     std::int64_t key;
-    double apart, depth;
+    double squared_distance, depth;
     std::int64_t point;
   };
   constexpr int side = 4, around = Dim == 2 ? side * side : side * side * side;
   const double* h = at.cell_size;
   std::vector<Node> nodes;
   nodes.reserve(at.cells * around);
-  std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along the normals
+  std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along each normal
   for (std::int64_t q = at.start[0]; q < at.start[at.cells]; ++q)
     for (int k = 0; k < Dim; ++k)
       extent[q - at.start[0]] += std::fabs(at.normal[q * Dim + k]) * h[k];
@@ -45,13 +45,14 @@ Behind nodes_behind(const TouchedCells<Dim>& at) {
       int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
       Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
-        double apart = 0.0, along = 0.0;
+        double squared_distance = 0.0, along = 0.0;
         for (int k = 0; k < Dim; ++k) {
-          const double way = (offset[k] - at.local[q * Dim + k]) * h[k];
-          apart += way * way;
-          along += way * at.normal[q * Dim + k];
+          const double component = (offset[k] - at.local[q * Dim + k]) * h[k];
+          squared_distance += component * component;
+          along += component * at.normal[q * Dim + k];
         }
-        if (apart < node.apart) node.apart = apart, node.depth = -along, node.point = q;
+        if (squared_distance < node.squared_distance)
+          node.squared_distance = squared_distance, node.depth = -along, node.point = q;
       }
       node.depth = std::min(node.depth / extent[node.point - at.start[0]], 1.0);
       node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
@@ -59,12 +60,13 @@ Behind nodes_behind(const TouchedCells<Dim>& at) {
     }
   }
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
-    return std::tie(a.key, a.apart, a.depth, a.point) < std::tie(b.key, b.apart, b.depth, b.point);
+    return std::tie(a.key, a.squared_distance, a.depth, a.point) <
+           std::tie(b.key, b.squared_distance, b.depth, b.point);
   });
-  Behind result;
+  ExteriorNodes result;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (i > 0 && nodes[i].key == nodes[i - 1].key) continue;
-    if (nodes[i].depth <= on_node) continue;
+    if (nodes[i].depth <= node_tolerance) continue;
     result.key.push_back(nodes[i].key);
     const double* n = at.normal + nodes[i].point * Dim;
     for (int k = 0; k < Dim; ++k)

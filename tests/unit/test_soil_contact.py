@@ -13,7 +13,7 @@ from small_problems import BASES, KINDS, block_entries, dimension, plane
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.quadrature import locate_places
+from tilth.mpm.quadrature import locate_in_cells
 
 pytestmark = pytest.mark.slow
 
@@ -176,7 +176,7 @@ def test_a_plane_beside_the_points_touches_within_their_spacing(distance: float)
     simulation.points.position[:, 1] += distance - 0.25  # lowest points at `distance`
     _, constraints = locate_contacts(simulation)
     assert bool(constraints.parts) == (distance < 0.5)
-    assert [b.name for b in constraints.untouched] == ([] if constraints.parts else ["base"])
+    assert [b.name for b in constraints.without_contact] == ([] if constraints.parts else ["base"])
 
 
 def test_a_boundary_that_the_soil_has_left_carries_nothing() -> None:
@@ -188,7 +188,7 @@ def test_a_boundary_that_the_soil_has_left_carries_nothing() -> None:
     assert np.abs(boundary.carried).max() == 1.0
     simulation.points.position[:, 1] += 2.0
     _, constraints = locate_contacts(simulation)
-    assert constraints.untouched == [boundary]
+    assert constraints.without_contact == [boundary]
     constraints.commit([])
     assert not boundary.carried.any()
 
@@ -200,7 +200,7 @@ def test_places_in_cells_without_points(kind: str) -> None:
     dim = dimension(kind)
     active, _ = locate_contacts(block_on_a_plane(kind, 0.0))  # cells 0 and 1 hold points
     place = random.uniform(-0.6, 2.6, (200, dim))
-    order, at = locate_places(active, place)
+    order, at = locate_in_cells(active, place)
     place = place[order]
     np.testing.assert_allclose(at.value.sum(axis=1), 1.0, rtol=0, atol=1e-13)
     np.testing.assert_allclose(at.gradient.sum(axis=1), 0.0, atol=1e-13)
@@ -221,7 +221,7 @@ def test_a_corner_cell_without_points_is_reached_from_the_nearest_one() -> None:
     simulation = block_on_a_plane("plane_strain", 0.3, 30.0)
     active, constraints = locate_contacts(simulation)
     (part,) = constraints.parts
-    own = np.floor(part.pose.place)
+    own = np.floor(part.pose.position)
     used = active.position[part.at.node[part.at.cell]].min(axis=1)
     elsewhere = (own != used).any(axis=1)
     assert elsewhere.any()
@@ -229,7 +229,7 @@ def test_a_corner_cell_without_points_is_reached_from_the_nearest_one() -> None:
     for corner in np.unique(used, axis=0):
         assert (filled == corner).all(axis=1).any()
     field: Any = np.array([0.4, -0.7]) + active.position @ np.array([[1.0, 0.3], [-0.2, 2.0]])
-    exact = np.array([0.4, -0.7]) + part.pose.place @ np.array([[1.0, 0.3], [-0.2, 2.0]])
+    exact = np.array([0.4, -0.7]) + part.pose.position @ np.array([[1.0, 0.3], [-0.2, 2.0]])
     np.testing.assert_allclose(part.at.interpolate(field), exact, atol=1e-12)
 
 
@@ -245,7 +245,7 @@ def test_nothing_acts_beyond_the_axis(shape: str) -> None:
     entries = block_entries("axisymmetric", "linear", boundaries=[wall])
     _, constraints = locate_contacts(Simulation(Model.from_dict(entries)))
     pose = constraints.parts[0].pose
-    assert pose.place[:, 0].min() > 0.0
-    within = pose.place[:, 0] < 2.0  # inside a block the ellipsoids reach beyond its end
+    assert pose.position[:, 0].min() > 0.0
+    within = pose.position[:, 0] < 2.0  # inside a block the ellipsoids reach beyond its end
     # the arc's pieces are projected
     assert pose.weight[within].sum() == pytest.approx(exact, rel=1e-3)

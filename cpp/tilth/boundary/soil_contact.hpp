@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which places of a boundary touch the soil: those inside the ellipsoid around a material point's
-// box that goes through the box's corners; and, for points that no place of the boundary reaches
-// so, those whose foot along the normal is in the box or no more than half the box's width away
-// from it. Boxes that tile a body reach exactly to its faces, however the body is turned; points
-// that stand for the cut parts of a body may lie almost a whole spacing from its face.
+// Which quadrature points of a boundary are in contact with soil. A quadrature point is in contact
+// with a material point if it lies in the ellipsoid through the corners of the material point's
+// box. Where this finds none, it is in contact if its projection along the normal lies in the box
+// or at most half the box's width from it. Boxes that tile a body end exactly at its faces, also if
+// the body is rotated; material points of the cut parts of a body may lie almost a spacing from its
+// face.
 #pragma once
 
 #include <algorithm>
@@ -17,17 +18,17 @@
 
 namespace tilth::boundary {
 
-/// Points sorted by the cell they lie in: point `order[i]` lies in cell `key[i]`.
+/// Points sorted by cell: point `order[i]` lies in cell `key[i]`.
 struct PointsByCell {
   std::vector<std::int64_t> key;
   std::vector<std::int64_t> order;
 };
 
 template <int Dim>
-std::int64_t cell_of(const double* place, const double* origin, const double* cell_size) {
+std::int64_t cell_of(const double* position, const double* origin, const double* cell_size) {
   Lattice index{0, 0, 0};
   for (int k = 0; k < Dim; ++k)
-    index[k] = static_cast<std::int64_t>(std::floor((place[k] - origin[k]) / cell_size[k]));
+    index[k] = static_cast<std::int64_t>(std::floor((position[k] - origin[k]) / cell_size[k]));
   return pack(index);
 }
 
@@ -48,17 +49,17 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
   return result;
 }
 
-/// Boxes along the grid's axes: half their sides, (points, Dim).
+/// Boxes along the grid's axes, by half of their sides, (points, Dim).
 template <int Dim>
 struct Boxes {
   const double* half;
 
-  /// Component k of a place in units of half the sides.
+  /// Returns component k of an offset from the centre in units of half the sides.
   double along(std::int64_t p, int k, const double* offset) const {
     return offset[k] / half[Dim * p + k];
   }
 
-  /// Square of the distance in units of the box.
+  /// Returns the square of the distance from the centre in units of the box.
   double measure(std::int64_t p, const double* offset) const {
     double sum = 0.0;
     for (int k = 0; k < Dim; ++k)
@@ -66,31 +67,31 @@ struct Boxes {
     return sum;
   }
 
-  /// Half the width along an axis of the ellipsoid that the sides touch.
+  /// Returns half the width of the inscribed ellipsoid along an axis.
   double half_width(std::int64_t p, int axis) const { return half[Dim * p + axis]; }
 
-  /// Half the width across a boundary.
+  /// Returns half the width of the box along a normal.
   double width(std::int64_t p, const double* normal) const {
     double sum = 0.0;
     for (int k = 0; k < Dim; ++k) sum += half[Dim * p + k] * std::fabs(normal[k]);
     return sum;
   }
 
-  bool holds(std::int64_t p, const double* offset) const {
+  bool contains(std::int64_t p, const double* offset) const {
     for (int k = 0; k < Dim; ++k)
       if (std::fabs(offset[k]) > half[Dim * p + k] * (1.0 + 1e-9)) return false;
     return true;
   }
 };
 
-/// Parallelepipeds: half their edges, (points, Dim, Dim) with an edge in each row, and the inverse
-/// of the matrices with an edge in each column.
+/// Parallelepipeds, by half of their edges, (points, Dim, Dim) with an edge in each row, and the
+/// inverses of the matrices with an edge in each column. The functions are those of `Boxes`.
 template <int Dim>
 struct Parallelepipeds {
   const double* edge;
   const double* inverse;
 
-  /// Component k of a place in units of the half edges.
+  /// Returns component k of an offset from the centre in units of the half edges.
   double along(std::int64_t p, int k, const double* offset) const {
     const double* row = inverse + Dim * (Dim * p + k);
     double sum = 0.0;
@@ -123,49 +124,49 @@ struct Parallelepipeds {
     return sum;
   }
 
-  bool holds(std::int64_t p, const double* offset) const {
+  bool contains(std::int64_t p, const double* offset) const {
     for (int k = 0; k < Dim; ++k)
       if (std::fabs(along(p, k, offset)) > 1.0 + 1e-9) return false;
     return true;
   }
 };
 
-/// Whether a domain at `offset` from a place stands on it: within its sides along the boundary, in
-/// the plane within the ellipse that its sides touch, so that a row of boxes covers as much of a
-/// boundary as it is long, however the row is turned.
+/// Returns whether the projection of `offset`, from a domain's centre, onto the boundary lies in
+/// the domain; in the plane in the ellipse that is inscribed in the domain, so that a row of boxes
+/// at any angle is in contact with as much of a boundary as it is long.
 template <int Dim, class Extent>
 bool facing(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
   double height = 0.0, foot[Dim];
   for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
   for (int k = 0; k < Dim; ++k) foot[k] = offset[k] - height * normal[k];
-  return Dim == 2 ? extent.measure(p, foot) <= 1.0 + 2e-9 : extent.holds(p, foot);
+  return Dim == 2 ? extent.measure(p, foot) <= 1.0 + 2e-9 : extent.contains(p, foot);
 }
 
-/// Whether a domain at `offset` from a place is beside it: within its sides along the boundary, and
-/// at most twice its half width away from the boundary.
+/// Returns whether a domain is adjacent to the boundary at `offset` from its centre: `facing`, and
+/// at most twice its half width away along the normal.
 template <int Dim, class Extent>
-bool beside(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
+bool adjacent(const Extent& extent, std::int64_t p, const double* offset, const double* normal) {
   double height = 0.0;
   for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k];
   return std::fabs(height) <= 2.0 * extent.width(p, normal) * (1.0 + 1e-9) &&
          facing<Dim>(extent, p, offset, normal);
 }
 
-/// Calls `visit(p, offset, measure)` for the points at most `around` cells around a place that are
-/// no further from it along each axis than `within`: `measure` is the square of the distance in
-/// units of the point's domain.
+/// Calls `visit(p, offset, measure)` for the material points at most `around` cells and at most
+/// `within` [length] away from a position along each axis: `measure` is the square of the distance
+/// in units of the material point's domain.
 template <int Dim, class Extent, class Visit>
-void for_points_around(const PointsByCell& sorted, const double* place, const double* within,
-                       const double* position, const Extent& extent, const std::int64_t* around,
+void for_points_around(const PointsByCell& sorted, const double* position, const double* within,
+                       const double* centre, const Extent& extent, const std::int64_t* around,
                        const double* origin, const double* cell_size, Visit&& visit) {
   Lattice own{0, 0, 0}, low{0, 0, 0}, high{0, 0, 0};
   for (int axis = 0; axis < Dim; ++axis) {
-    const double x = (place[axis] - origin[axis]) / cell_size[axis];
-    const double reach = within[axis] / cell_size[axis] * (1.0 + 1e-6);
+    const double x = (position[axis] - origin[axis]) / cell_size[axis];
+    const double limit = within[axis] / cell_size[axis] * (1.0 + 1e-6);
     own[axis] = static_cast<std::int64_t>(std::floor(x));
     const double inside = x - static_cast<double>(own[axis]);
-    const auto below = static_cast<std::int64_t>(std::floor(inside - reach - 1e-6));
-    const auto above = static_cast<std::int64_t>(std::floor(inside + reach + 1e-6));
+    const auto below = static_cast<std::int64_t>(std::floor(inside - limit - 1e-6));
+    const auto above = static_cast<std::int64_t>(std::floor(inside + limit + 1e-6));
     low[axis] = std::max(-around[axis], below);
     high[axis] = std::min(around[axis], above);
   }
@@ -179,73 +180,76 @@ void for_points_around(const PointsByCell& sorted, const double* place, const do
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
         double offset[Dim];
-        bool far = false;
+        bool too_far = false;
         for (int axis = 0; axis < Dim; ++axis) {
-          offset[axis] = place[axis] - position[Dim * p + axis];
-          far = far || std::fabs(offset[axis]) > within[axis] * (1.0 + 1e-6);
+          offset[axis] = position[axis] - centre[Dim * p + axis];
+          too_far = too_far || std::fabs(offset[axis]) > within[axis] * (1.0 + 1e-6);
         }
-        if (!far) visit(p, offset, extent.measure(p, offset));
+        if (!too_far) visit(p, offset, extent.measure(p, offset));
       }
     }
 }
 
-/// Whether a place has others of the `known` ones on all sides within `radius` cells: they pull it
-/// hardly more to one side than to the other.
+/// Returns whether a position has `neighbours` on all sides within `radius` cells: the mean of the
+/// unit vectors towards them is at most 1/2 long.
 template <int Dim>
-bool is_surrounded(const PointsByCell& known, const double* place, const double* places,
+bool is_surrounded(const PointsByCell& neighbours, const double* position, const double* points,
                    const double* origin, const double* cell_size, double radius) {
   Lattice low{0, 0, 0}, high{0, 0, 0};
   for (int k = 0; k < Dim; ++k) {
-    const double x = (place[k] - origin[k]) / cell_size[k];
+    const double x = (position[k] - origin[k]) / cell_size[k];
     low[k] = static_cast<std::int64_t>(std::floor(x - radius));
     high[k] = static_cast<std::int64_t>(std::floor(x + radius));
   }
-  double pull[Dim] = {};
+  double sum[Dim] = {};
   int count = 0;
   for (std::int64_t k = low[2]; k <= high[2]; ++k)
     for (std::int64_t j = low[1]; j <= high[1]; ++j) {
       const std::int64_t last = pack({high[0], j, k});
-      auto at = std::lower_bound(known.key.begin(), known.key.end(), pack({low[0], j, k})) -
-                known.key.begin();
-      for (; at < static_cast<std::ptrdiff_t>(known.key.size()) && known.key[at] <= last; ++at) {
-        const double* other = places + Dim * known.order[at];
-        double way[Dim], square = 0.0;
+      auto at =
+          std::lower_bound(neighbours.key.begin(), neighbours.key.end(), pack({low[0], j, k})) -
+          neighbours.key.begin();
+      for (; at < static_cast<std::ptrdiff_t>(neighbours.key.size()) && neighbours.key[at] <= last;
+           ++at) {
+        const double* other = points + Dim * neighbours.order[at];
+        double vector[Dim], square = 0.0;
         for (int d = 0; d < Dim; ++d) {
-          way[d] = (other[d] - place[d]) / cell_size[d];
-          square += way[d] * way[d];
+          vector[d] = (other[d] - position[d]) / cell_size[d];
+          square += vector[d] * vector[d];
         }
         if (square > radius * radius || square == 0.0) continue;
         const double length = std::sqrt(square);
-        for (int d = 0; d < Dim; ++d) pull[d] += way[d] / length;
+        for (int d = 0; d < Dim; ++d) sum[d] += vector[d] / length;
         ++count;
       }
     }
   double size = 0.0;
-  for (int d = 0; d < Dim; ++d) size += pull[d] * pull[d];
+  for (int d = 0; d < Dim; ++d) size += sum[d] * sum[d];
   return count > 1 && std::sqrt(size) <= 0.5 * count;
 }
 
-/// Places that are touched, and their numbers by cell.
-struct TouchedPlaces {
-  std::vector<double> place;
+/// Quadrature points in contact with soil: their positions, and their numbers by cell.
+struct PointsInContact {
+  std::vector<double> position;
   PointsByCell by_cell;
 };
 
-/// Of the places `begin` to `end` those with a `nearest` point.
+/// Returns those of the quadrature points `begin` to `end` that have a `nearest` material point.
 template <int Dim>
-TouchedPlaces touched_places(std::int64_t begin, std::int64_t end, const double* place,
-                             const std::int64_t* nearest, const double* origin,
-                             const double* cell_size) {
-  TouchedPlaces touched;
+PointsInContact points_in_contact(std::int64_t begin, std::int64_t end, const double* position,
+                                  const std::int64_t* nearest, const double* origin,
+                                  const double* cell_size) {
+  PointsInContact in_contact;
   for (std::int64_t q = begin; q < end; ++q)
     if (nearest[q] >= 0)
-      touched.place.insert(touched.place.end(), place + Dim * q, place + Dim * (q + 1));
-  const auto count = static_cast<std::int64_t>(touched.place.size() / Dim);
-  touched.by_cell = sort_by_cell<Dim>(count, touched.place.data(), origin, cell_size);
-  return touched;
+      in_contact.position.insert(in_contact.position.end(), position + Dim * q,
+                                 position + Dim * (q + 1));
+  const auto count = static_cast<std::int64_t>(in_contact.position.size() / Dim);
+  in_contact.by_cell = sort_by_cell<Dim>(count, in_contact.position.data(), origin, cell_size);
+  return in_contact;
 }
 
-/// Lengths along the axes that no half width of an ellipsoid through a box's corners exceeds.
+/// Returns upper bounds of the half widths of the ellipsoids through the domains' corners [length].
 template <int Dim, class Extent>
 std::array<double, Dim> longest_half_widths(std::int64_t points, const Extent& extent) {
   std::array<double, Dim> longest{};
@@ -255,16 +259,17 @@ std::array<double, Dim> longest_half_widths(std::int64_t points, const Extent& e
   return longest;
 }
 
-/// Number of the point nearest to each place, in units of its domain, among those that it touches;
-/// -1 where it touches none. Looks `around` cells (Dim) around the place. Boundary b has the places
-/// from `start[b]` to `start[b + 1]`. Where the ellipsoids reach none of its places in a cell, or
-/// leave a gap between places that they reach, it touches the points that it stands beside.
+/// Fills `nearest` with the number of the material point in contact with each quadrature point, the
+/// nearest one in units of its domain, or -1 without contact. The search extends over `around`
+/// cells (Dim). Boundary b has the quadrature points `start[b]` to `start[b + 1]`. Where no
+/// quadrature point in a cell lies in an ellipsoid, or a gap remains between those that do, the
+/// contact is with the adjacent domains (`adjacent`).
 template <int Dim, class Extent>
-void touching_points(std::int64_t boundaries, const std::int64_t* start, const double* place,
-                     const double* normal, const PointsByCell& sorted, const double* position,
-                     const Extent& extent, const std::int64_t* around, const double* origin,
-                     const double* cell_size, std::int64_t* nearest) {
-  constexpr double reach = Dim * (1.0 + 1e-9), far = 1e300;
+void find_contact(std::int64_t boundaries, const std::int64_t* start, const double* position,
+                  const double* normal, const PointsByCell& sorted, const double* centre,
+                  const Extent& extent, const std::int64_t* around, const double* origin,
+                  const double* cell_size, std::int64_t* nearest) {
+  constexpr double limit = Dim * (1.0 + 1e-9), infinite = 1e300;
   const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
   double all[Dim];
   for (int k = 0; k < Dim; ++k) all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
@@ -272,32 +277,33 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
     const std::int64_t begin = start[b], end = start[b + 1];
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
-      double least = far;
+      double least = infinite;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, place + Dim * q, within.data(), position, extent, around,
+      for_points_around<Dim>(sorted, position + Dim * q, within.data(), centre, extent, around,
                              origin, cell_size,
                              [&](std::int64_t p, const double* offset, double measure) {
-                               if (measure > reach || measure >= least) return;
+                               if (measure > limit || measure >= least) return;
                                if (!facing<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });
     }
-    const TouchedPlaces touched =
-        touched_places<Dim>(begin, end, place, nearest, origin, cell_size);
+    const PointsInContact in_contact =
+        points_in_contact<Dim>(begin, end, position, nearest, origin, cell_size);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       if (nearest[q] >= 0) continue;
-      const std::int64_t key = cell_of<Dim>(place + Dim * q, origin, cell_size);
-      const auto& known = touched.by_cell;
-      if (std::binary_search(known.key.begin(), known.key.end(), key) &&
-          !is_surrounded<Dim>(known, place + Dim * q, touched.place.data(), origin, cell_size, 1.0))
+      const std::int64_t key = cell_of<Dim>(position + Dim * q, origin, cell_size);
+      const auto& neighbours = in_contact.by_cell;
+      if (std::binary_search(neighbours.key.begin(), neighbours.key.end(), key) &&
+          !is_surrounded<Dim>(neighbours, position + Dim * q, in_contact.position.data(), origin,
+                              cell_size, 1.0))
         continue;
-      double least = far;
-      for_points_around<Dim>(sorted, place + Dim * q, all, position, extent, around, origin,
+      double least = infinite;
+      for_points_around<Dim>(sorted, position + Dim * q, all, centre, extent, around, origin,
                              cell_size, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
-                               if (!beside<Dim>(extent, p, offset, normal + Dim * q)) return;
+                               if (!adjacent<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });
@@ -305,31 +311,33 @@ void touching_points(std::int64_t boundaries, const std::int64_t* start, const d
   }
 }
 
-/// Whether each of the places is touched, as are all in its cell and those around it, and the
-/// boundary goes on to all sides: their mean is close to that of the cell.
+/// Returns which quadrature points are in the interior of the contact area: all points of their
+/// cell and of the neighbouring cells are in contact, and the boundary extends to all sides, which
+/// holds if the mean position of all these points is close to that of the cell's points.
 template <int Dim>
-std::vector<char> find_amid(std::int64_t places, const double* place, const std::int64_t* nearest,
-                            const double* origin, const double* cell_size) {
+std::vector<char> find_interior(std::int64_t points, const double* position,
+                                const std::int64_t* nearest, const double* origin,
+                                const double* cell_size) {
   struct Cell {
     std::int64_t key, first, count;
-    bool whole;
+    bool complete;
     double sum[Dim];
   };
   constexpr double close = 0.25;  // in cells
-  const PointsByCell sorted = sort_by_cell<Dim>(places, place, origin, cell_size);
+  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
   std::vector<Cell> cells;
-  for (std::int64_t i = 0; i < places; ++i) {
+  for (std::int64_t i = 0; i < points; ++i) {
     if (cells.empty() || cells.back().key != sorted.key[i])
       cells.push_back({sorted.key[i], i, 0, true, {}});
     Cell& cell = cells.back();
     const std::int64_t q = sorted.order[i];
-    ++cell.count, cell.whole = cell.whole && nearest[q] >= 0;
-    for (int d = 0; d < Dim; ++d) cell.sum[d] += place[Dim * q + d] / cell_size[d];
+    ++cell.count, cell.complete = cell.complete && nearest[q] >= 0;
+    for (int d = 0; d < Dim; ++d) cell.sum[d] += position[Dim * q + d] / cell_size[d];
   }
-  std::vector<char> amid(places, 0);
+  std::vector<char> interior(points, 0);
   for (const Cell& cell : cells) {
     const Lattice own = unpack(cell.key);
-    double sum[Dim] = {}, apart = 0.0;
+    double sum[Dim] = {}, squared_distance = 0.0;
     std::int64_t count = 0;
     bool all = true;
     for (std::int64_t k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k)
@@ -339,29 +347,32 @@ std::vector<char> find_amid(std::int64_t places, const double* place, const std:
             std::lower_bound(cells.begin(), cells.end(), pack({own[0] - 1, own[1] + j, own[2] + k}),
                              [](const Cell& a, std::int64_t key) { return a.key < key; });
         for (; at != cells.end() && at->key <= last; ++at) {
-          all = all && at->whole, count += at->count;
+          all = all && at->complete, count += at->count;
           for (int d = 0; d < Dim; ++d) sum[d] += at->sum[d];
         }
       }
     for (int d = 0; d < Dim; ++d) {
-      const double way = sum[d] / count - cell.sum[d] / cell.count;
-      apart += way * way;
+      const double offset = sum[d] / count - cell.sum[d] / cell.count;
+      squared_distance += offset * offset;
     }
-    all = all && count > cell.count && apart <= close * close;
-    for (std::int64_t i = cell.first; i < cell.first + cell.count; ++i) amid[sorted.order[i]] = all;
+    all = all && count > cell.count && squared_distance <= close * close;
+    for (std::int64_t i = cell.first; i < cell.first + cell.count; ++i)
+      interior[sorted.order[i]] = all;
   }
-  return amid;
+  return interior;
 }
 
-/// What part of a line from `offset` (from a domain's centre) along `edge`, both (Dim), touches the
-/// domain: from and to in units of the edge, within 0 and 1; from > to where none.
+/// Returns the part of a line from `offset` (from a domain's centre) along `edge`, both (Dim), that
+/// is in contact with the domain: begin and end in units of the edge, 0 to 1; begin > end for none.
 template <int Dim, class Extent>
-std::pair<double, double> touched_part(const Extent& extent, std::int64_t p, const double* offset,
-                                       const double* edge, const double* normal) {
+std::pair<double, double> contact_interval(const Extent& extent, std::int64_t p,
+                                           const double* offset, const double* edge,
+                                           const double* normal) {
   double from = 0.0, to = 1.0;
-  const auto stay_near = [&](const double* start, const double* way, double limit) {
+  const auto clip = [&](const double* start, const double* vector, double limit) {
     double half[Dim], end[Dim];  // the square of the distance is quadratic along the line
-    for (int k = 0; k < Dim; ++k) half[k] = start[k] + 0.5 * way[k], end[k] = start[k] + way[k];
+    for (int k = 0; k < Dim; ++k)
+      half[k] = start[k] + 0.5 * vector[k], end[k] = start[k] + vector[k];
     const double at_start = extent.measure(p, start), at_end = extent.measure(p, end);
     const double a = 2.0 * (at_start + at_end - 2.0 * extent.measure(p, half));
     const double b = at_end - at_start - a, c = at_start - limit, root = b * b - 4.0 * a * c;
@@ -378,88 +389,89 @@ std::pair<double, double> touched_part(const Extent& extent, std::int64_t p, con
   for (int k = 0; k < Dim; ++k) height += offset[k] * normal[k], rise += edge[k] * normal[k];
   for (int k = 0; k < Dim; ++k)
     foot[k] = offset[k] - height * normal[k], along[k] = edge[k] - rise * normal[k];
-  stay_near(offset, edge, Dim * (1.0 + 1e-9));
+  clip(offset, edge, Dim * (1.0 + 1e-9));
   if constexpr (Dim == 2) {  // as in `facing`
-    stay_near(foot, along, 1.0 + 2e-9);
+    clip(foot, along, 1.0 + 2e-9);
   } else {
     for (int k = 0; k < Dim; ++k) {
-      const double start = extent.along(p, k, foot), way = extent.along(p, k, along);
-      if (std::fabs(way) < 1e-12) {
+      const double start = extent.along(p, k, foot), vector = extent.along(p, k, along);
+      if (std::fabs(vector) < 1e-12) {
         if (std::fabs(start) > 1.0 + 1e-9) to = -1.0;
         continue;
       }
-      const double one = (-1.0 - 1e-9 - start) / way, other = (1.0 + 1e-9 - start) / way;
+      const double one = (-1.0 - 1e-9 - start) / vector, other = (1.0 + 1e-9 - start) / vector;
       from = std::max(from, std::min(one, other)), to = std::min(to, std::max(one, other));
     }
   }
   return {from, to};
 }
 
-/// Integral of 1 - slope * s over the union of intervals of s, which are sorted on return.
+/// Returns the integral of 1 - slope * s over the union of intervals of s, which it sorts.
 inline double integrate_union(std::vector<std::pair<double, double>>& intervals, double slope) {
   std::sort(intervals.begin(), intervals.end());
-  double sum = 0.0, reached = -1e300;
+  double sum = 0.0, covered_to = -1e300;
   for (const auto& interval : intervals) {
-    const double from = std::max(interval.first, reached), to = interval.second;
+    const double from = std::max(interval.first, covered_to), to = interval.second;
     if (to <= from) continue;
     sum += (to - from) * (1.0 - 0.5 * slope * (from + to));
-    reached = to;
+    covered_to = to;
   }
   return sum;
 }
 
-/// The share of each place's `part` that domains touch, between 0 and 1: 1 amid others that touch.
-/// The part, (n, Dim, Dim): from the place to a corner, and the edges from there, of a segment, or
-/// in space of the quadrangle between a corner, the middles of two sides and
-/// the centroid, which is c + s a + t b - s t (a + b) / 3. `nearest` as `touching_points` found it;
-/// a place that is not touched itself, and some of whose part is, gets the domain there.
+/// Fills `fraction` with the fraction of each quadrature point's tributary area that is in contact
+/// with domains, 0 to 1; 1 in the interior of the contact area. The tributary `part` (n, Dim, Dim)
+/// is a segment, or in space the quadrangle c + s a + t b - s t (a + b) / 3 between a corner, the
+/// middles of two sides and the centroid of a triangle: its rows are the vector from the point to a
+/// corner and the edges from there. `nearest` is the result of `find_contact`; a point without
+/// contact whose tributary area is partly in contact is assigned the domain there.
 template <int Dim, class Extent>
-void covered_shares(std::int64_t boundaries, const std::int64_t* start, const double* place,
-                    const double* normal, const double* part, const PointsByCell& sorted,
-                    const double* position, const Extent& extent, const std::int64_t* around,
-                    const double* origin, const double* cell_size, std::int64_t* nearest,
-                    double* share) {
+void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const double* position,
+                       const double* normal, const double* part, const PointsByCell& sorted,
+                       const double* centre, const Extent& extent, const std::int64_t* around,
+                       const double* origin, const double* cell_size, std::int64_t* nearest,
+                       double* fraction) {
   constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
-  constexpr double far = 1e300, none = 0.1, whole = 1.0 - 1e-6;
-  constexpr double beside = Dim == 2 ? 0.3 : 0.5;  // about a piece of a boundary, in cells
+  constexpr double infinite = 1e300, negligible = 0.1, complete = 1.0 - 1e-6;
+  constexpr double spacing = Dim == 2 ? 0.3 : 0.5;  // of a boundary's quadrature points, in cells
   const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
-    const std::vector<char> amid =
-        find_amid<Dim>(end - begin, place + Dim * begin, nearest + begin, origin, cell_size);
-    const TouchedPlaces touched =
-        touched_places<Dim>(begin, end, place, nearest, origin, cell_size);
+    const std::vector<char> interior =
+        find_interior<Dim>(end - begin, position + Dim * begin, nearest + begin, origin, cell_size);
+    const PointsInContact in_contact =
+        points_in_contact<Dim>(begin, end, position, nearest, origin, cell_size);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
-      const double* own = place + Dim * q;
-      share[q] = nearest[q] >= 0 ? 1.0 : 0.0;
-      if (amid[q - begin]) continue;
-      if (nearest[q] >= 0 &&
-          is_surrounded<Dim>(touched.by_cell, own, touched.place.data(), origin, cell_size, beside))
+      const double* own = position + Dim * q;
+      fraction[q] = nearest[q] >= 0 ? 1.0 : 0.0;
+      if (interior[q - begin]) continue;
+      if (nearest[q] >= 0 && is_surrounded<Dim>(in_contact.by_cell, own, in_contact.position.data(),
+                                                origin, cell_size, spacing))
         continue;
       const double* corner = part + Dim * Dim * q;
       const double* edge = corner + Dim;
-      double sum = 0.0, least = far;
+      double sum = 0.0, least = infinite;
       std::int64_t closest = -1;
       std::vector<std::pair<double, double>> intervals;
       for (int line = 0; line < lines; ++line) {
         const double t = (line + 0.5) / lines;
-        double way[Dim], middle[Dim], reach[Dim];
+        double vector[Dim], middle[Dim], limit[Dim];
         for (int k = 0; k < Dim; ++k) {
-          way[k] = edge[k], middle[k] = own[k] + corner[k];
+          vector[k] = edge[k], middle[k] = own[k] + corner[k];
           if constexpr (Dim == 3)
-            way[k] -= t * (edge[k] + edge[Dim + k]) / 3.0, middle[k] += t * edge[Dim + k];
-          middle[k] += 0.5 * way[k];
-          reach[k] = within[k] + 0.5 * std::fabs(way[k]);
+            vector[k] -= t * (edge[k] + edge[Dim + k]) / 3.0, middle[k] += t * edge[Dim + k];
+          middle[k] += 0.5 * vector[k];
+          limit[k] = within[k] + 0.5 * std::fabs(vector[k]);
         }
         intervals.clear();
-        for_points_around<Dim>(sorted, middle, reach, position, extent, around, origin, cell_size,
+        for_points_around<Dim>(sorted, middle, limit, centre, extent, around, origin, cell_size,
                                [&](std::int64_t p, const double* offset, double measure) {
                                  double begin_of[Dim];
                                  for (int k = 0; k < Dim; ++k)
-                                   begin_of[k] = offset[k] - 0.5 * way[k];
-                                 const auto interval =
-                                     touched_part<Dim>(extent, p, begin_of, way, normal + Dim * q);
+                                   begin_of[k] = offset[k] - 0.5 * vector[k];
+                                 const auto interval = contact_interval<Dim>(
+                                     extent, p, begin_of, vector, normal + Dim * q);
                                  if (interval.first > interval.second) return;
                                  intervals.push_back(interval);
                                  if (measure < least) least = measure, closest = p;
@@ -471,8 +483,8 @@ void covered_shares(std::int64_t boundaries, const std::int64_t* start, const do
           sum += 1.5 / lines * base * integrate_union(intervals, 1.0 / (3.0 * base));
         }
       }
-      if (sum <= none) continue;  // what a domain stands beside counts as a whole
-      share[q] = sum < whole ? sum : 1.0;
+      if (sum <= negligible) continue;  // contact with an adjacent domain is complete
+      fraction[q] = sum < complete ? sum : 1.0;
       if (nearest[q] < 0) nearest[q] = closest;
     }
   }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All essential conditions of a step taken together: who holds what, and rigid motions left."""
+"""All essential conditions of a step, and the check for unconstrained rigid motions."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ from tilth.boundaries.protocol import Boundary
 from tilth.errors import BadInput
 from tilth.mpm.grid import ActiveGrid
 
-NOBODY = -1
+UNCONSTRAINED = -1
+"""Value of `Conditions.boundary` at unconstrained degrees of freedom."""
+
 AXIS = -2
-"""Holder of what the axis of symmetry holds: none of the user's boundaries."""
+"""Value of `Conditions.boundary` at degrees of freedom constrained by the axis of symmetry."""
 
 
 @dataclass(frozen=True)
@@ -27,68 +29,68 @@ class Conditions:
 
     Attributes:
         names: names of the boundaries.
-        holder: number of the first declared boundary that holds each degree of freedom, -1 if
-            none, -2 if the axis of symmetry does, shape (nodes, dim).
+        boundary: number of the first declared boundary that constrains each degree of freedom, -1
+            if none does, -2 if the axis of symmetry does, shape (nodes, dim).
         increment: prescribed displacement in the step [length], shape (nodes, dim).
-        touched: which boundaries hold any active node.
+        has_nodes: whether each boundary constrains any active node.
     """
 
     names: list[str]
-    holder: npt.NDArray[np.int64]
+    boundary: npt.NDArray[np.int64]
     increment: Floats
-    touched: list[bool]
+    has_nodes: list[bool]
 
     @classmethod
     def gather(
         cls, boundaries: list[Boundary], active: ActiveGrid, before: float, after: float
     ) -> Conditions:
-        """Asks all boundaries; where two hold the same component they must agree.
+        """Returns the conditions of all boundaries in the step from time `before` to `after`.
 
         Raises:
-            BadInput: names two boundaries that prescribe different values at one node.
+            BadInput: two boundaries prescribe different values at one node.
         """
-        holder = np.full((active.nodes, active.grid.dim), NOBODY)
-        increment = np.zeros(holder.shape)
-        touched = []
+        constrained_by = np.full((active.nodes, active.grid.dim), UNCONSTRAINED)
+        increment = np.zeros(constrained_by.shape)
+        has_nodes = []
         for number, boundary in enumerate(boundaries):
             prescribed = boundary.prescribe(active, before, after)
-            both = prescribed.constrained & (holder != NOBODY)
+            both = prescribed.constrained & (constrained_by != UNCONSTRAINED)
             differ = both & (prescribed.increment != increment)
             if differ.any():
                 node, component = np.argwhere(differ)[0]
-                other = boundaries[holder[node, component]].name
-                place = ", ".join(f"{x:g}" for x in active.position[node])
+                other = boundaries[constrained_by[node, component]].name
+                at = ", ".join(f"{x:g}" for x in active.position[node])
                 raise BadInput(
                     f"boundaries {other!r} and {boundary.name!r} prescribe different "
-                    f"{'xyz'[component]} displacements at the node ({place})",
+                    f"{'xyz'[component]} displacements at the node ({at})",
                     "restrict one of them with `range`, or give both the same motion",
                     key=f"boundaries[{number}]",
                 )
             new = prescribed.constrained & ~both
-            holder[new] = number
+            constrained_by[new] = number
             increment[new] = prescribed.increment[new]
-            touched.append(bool(prescribed.constrained.any()))
-        return cls([b.name for b in boundaries], holder, increment, touched)
+            has_nodes.append(bool(prescribed.constrained.any()))
+        return cls([b.name for b in boundaries], constrained_by, increment, has_nodes)
 
     def with_axis(self, on_axis: Flags) -> Conditions:
-        """Returns these and u_r = 0 where nobody else holds it at the nodes `on_axis`, (nodes,)."""
-        holder = self.holder.copy()
-        holder[on_axis & (holder[:, 0] == NOBODY), 0] = AXIS
-        return replace(self, holder=holder)
+        """Returns these with u_r = 0 where it is free at the nodes `on_axis`, shape (nodes,)."""
+        boundary = self.boundary.copy()
+        boundary[on_axis & (boundary[:, 0] == UNCONSTRAINED), 0] = AXIS
+        return replace(self, boundary=boundary)
 
     @property
     def constrained(self) -> Flags:
         """Which degrees of freedom are prescribed, shape (nodes, dim)."""
-        return np.asarray(self.holder != NOBODY)
+        return np.asarray(self.boundary != UNCONSTRAINED)
 
     def forces(self, reaction: Floats) -> dict[str, Floats]:
         """Returns the nodal forces of each boundary on the soil [force], (nodes, dim), by name.
 
-        A component that two boundaries hold counts for the one declared first; what the axis of
-        symmetry holds counts for none.
+        The reaction at a component that two boundaries prescribe belongs to the one declared first;
+        that of the axis of symmetry belongs to none.
         """
         return {
-            name: np.where(self.holder == number, reaction, 0.0)
+            name: np.where(self.boundary == number, reaction, 0.0)
             for number, name in enumerate(self.names)
         }
 
@@ -99,7 +101,7 @@ def require_no_rigid_motion(
     """Checks that every connected part of the active grid is constrained against rigid motion.
 
     Raises:
-        BadInput: the system would be singular; names the place and the motion that is free.
+        BadInput: a part has an unconstrained rigid motion; the system would be singular.
     """
     label = np.asarray(_core.connected_parts(active.row_start, active.column))
     for part in range(label.max() + 1):
@@ -113,44 +115,44 @@ def require_no_rigid_motion(
                 np.concatenate(
                     [mode[constrained[nodes]]]
                     + [
-                        _held_by(constraint, chosen, active.nodes, nodes, mode)
+                        _constrained_mode(constraint, chosen, active.nodes, nodes, mode)
                         for constraint, chosen in zip(constraints.parts, own, strict=True)
                     ]
                 )
                 for _, mode in modes
             ]
         )
-        left = np.linalg.svd(restricted @ restricted.T)
-        null = left.U[:, 1e-12 * len(nodes) >= left.S]
+        decomposition = np.linalg.svd(restricted @ restricted.T)
+        null = decomposition.U[:, 1e-12 * len(nodes) >= decomposition.S]
         if null.shape[1] == 0:
             continue
         names = [name for (name, _), row in zip(modes, null, strict=True) if abs(row).max() > 1e-6]
-        place = ", ".join(f"{x:g}" for x in centre)
+        at = ", ".join(f"{x:g}" for x in centre)
         raise BadInput(
-            f"the material around ({place}) is not constrained against {' and '.join(names)}: "
+            f"the material around ({at}) is not constrained against {' and '.join(names)}: "
             "the system of equations is singular",
-            "add an essential condition that holds it, on nodes of cells that it touches",
+            "add an essential condition that constrains it, on nodes of cells with this material",
             key="boundaries",
         )
 
 
-def _held_by(
+def _constrained_mode(
     constraint: ImplicitConstraint,
     cells: Flags,
     count: int,
     nodes: npt.NDArray[np.intp],
     mode: Floats,
 ) -> Floats:
-    """Returns the constrained parts of a mode of `nodes` at an implicit boundary's places."""
-    whole = np.zeros((count, mode.shape[1]))
-    whole[nodes] = mode
-    there = constraint.at.interpolate(whole)
-    there = np.einsum("nij,nj->ni", constraint.pose.projector, there)
-    return np.asarray(there[cells[constraint.at.cell]].ravel())
+    """Returns the constrained parts of a mode of `nodes` at an implicit boundary's points, (k,)."""
+    nodal = np.zeros((count, mode.shape[1]))
+    nodal[nodes] = mode
+    at_points = constraint.at.interpolate(nodal)
+    at_points = np.einsum("nij,nj->ni", constraint.pose.projector, at_points)
+    return np.asarray(at_points[cells[constraint.at.cell]].ravel())
 
 
 def _rigid_modes(x: Floats, cell_size: Floats, kind: str) -> list[tuple[str, Floats]]:
-    """Rigid motions of nodes at `x` from their centre, in units of the cell."""
+    """Returns rigid motions of nodes at `x` (n, dim) from their centre, with their names."""
     dim = x.shape[1]
     modes = []
     for k in range(dim):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Places on the active grid that are no material points: the cell that each acts on, its shape
-// functions, and sums over them.
+// Quadrature points in cells of the active grid: the cell of each, its shape functions,
+// interpolation of nodal values and integration to the nodes.
 #pragma once
 
 #include <algorithm>
@@ -13,38 +13,40 @@
 
 namespace tilth::boundary {
 
-/// Fills the key of each place's cell, and the place from the cell's lowest node in cells (n, Dim).
-/// The cell is the one the place lies in; where this is none of the sorted `cell_keys`, the nearest
-/// of those around it; of cells as near, such as two that share the face a place lies on, the one
-/// whose centre is nearer. Its own where there is none.
+/// Fills the key of each point's cell and the point's local coordinates (points, Dim), in cells
+/// from the cell's lowest node. The cell is the one that contains the point if it is among the
+/// sorted `cell_keys`, otherwise the nearest of its neighbours among them. Of two equally near
+/// cells, for example with a common face on which the point lies, the one with the nearer centre is
+/// taken. A point without such a cell is assigned to the cell that contains it.
 template <int Dim>
-void cells_of_places(std::int64_t places, const double* place, const double* origin,
+void locate_in_cells(std::int64_t points, const double* position, const double* origin,
                      const double* cell_size, std::int64_t cells, const std::int64_t* cell_keys,
                      std::int64_t* key, double* local) {
-  const auto known = [&](std::int64_t wanted) {
-    return std::binary_search(cell_keys, cell_keys + cells, wanted);
+  const auto has_soil = [&](std::int64_t key) {
+    return std::binary_search(cell_keys, cell_keys + cells, key);
   };
-#pragma omp parallel for schedule(static) if (8 * places >= parallel_from)
-  for (std::int64_t q = 0; q < places; ++q) {
+#pragma omp parallel for schedule(static) if (8 * points >= parallel_from)
+  for (std::int64_t q = 0; q < points; ++q) {
     double scaled[Dim];
-    Lattice own{0, 0, 0};
+    Lattice lattice{0, 0, 0};
     for (int k = 0; k < Dim; ++k) {
-      scaled[k] = (place[q * Dim + k] - origin[k]) / cell_size[k];
-      own[k] = static_cast<std::int64_t>(std::floor(scaled[k]));
+      scaled[k] = (position[q * Dim + k] - origin[k]) / cell_size[k];
+      lattice[k] = static_cast<std::int64_t>(std::floor(scaled[k]));
     }
-    Lattice best = own;
-    if (!known(pack(own))) {
+    Lattice best = lattice;
+    if (!has_soil(pack(lattice))) {
       double least = std::numeric_limits<double>::infinity();
       for (int i = -1; i <= 1; ++i)
         for (int j = -1; j <= 1; ++j)
           for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k) {
-            const Lattice cell{own[0] + i, own[1] + j, own[2] + k};
-            if (!known(pack(cell))) continue;
+            const Lattice cell{lattice[0] + i, lattice[1] + j, lattice[2] + k};
+            if (!has_soil(pack(cell))) continue;
             double outside = 0.0, from_centre = 0.0;
             for (int d = 0; d < Dim; ++d) {
-              const double off = std::fabs(scaled[d] - (static_cast<double>(cell[d]) + 0.5));
-              from_centre += off * off;
-              outside += std::max(off - 0.5, 0.0) * std::max(off - 0.5, 0.0);
+              const double from_middle =
+                  std::fabs(scaled[d] - (static_cast<double>(cell[d]) + 0.5));
+              from_centre += from_middle * from_middle;
+              outside += std::max(from_middle - 0.5, 0.0) * std::max(from_middle - 0.5, 0.0);
             }
             const double distance = std::sqrt(outside) + 1e-6 * std::sqrt(from_centre);
             if (distance < least) least = distance, best = cell;
@@ -55,14 +57,15 @@ void cells_of_places(std::int64_t places, const double* place, const double* ori
   }
 }
 
-/// A cell's shape functions (n, 2^Dim) at places (n, Dim) from its lowest node, in cells; and,
-/// unless `gradient` is null, their gradients [1/length] (n, 2^Dim, Dim). Corners are x fastest.
+/// Fills a cell's shape functions (points, 2^Dim) at local coordinates (points, Dim), in cells from
+/// its lowest node, and, unless `gradient` is null, their gradients [1/length] (points, 2^Dim,
+/// Dim). Corners are numbered with x fastest.
 template <int Dim>
-void shape_functions(std::int64_t places, const double* local, const double* cell_size,
+void shape_functions(std::int64_t points, const double* local, const double* cell_size,
                      double* value, double* gradient) {
   constexpr int corners = 1 << Dim;
-#pragma omp parallel for schedule(static) if (places >= parallel_from)
-  for (std::int64_t q = 0; q < places; ++q)
+#pragma omp parallel for schedule(static) if (points >= parallel_from)
+  for (std::int64_t q = 0; q < points; ++q)
     for (int c = 0; c < corners; ++c) {
       double hat[Dim], product = 1.0;
       for (int k = 0; k < Dim; ++k) {
@@ -73,17 +76,17 @@ void shape_functions(std::int64_t places, const double* local, const double* cel
       value[q * corners + c] = product;
       if (gradient == nullptr) continue;
       for (int k = 0; k < Dim; ++k) {
-        double slope = ((c >> k) & 1 ? 1.0 : -1.0) / cell_size[k];
+        double derivative = ((c >> k) & 1 ? 1.0 : -1.0) / cell_size[k];
         for (int j = 0; j < Dim; ++j)
-          if (j != k) slope *= hat[j];
-        gradient[(q * corners + c) * Dim + k] = slope;
+          if (j != k) derivative *= hat[j];
+        gradient[(q * corners + c) * Dim + k] = derivative;
       }
     }
 }
 
-/// Places grouped by cell: those of cell c are `start[c]` to `start[c + 1]`, `node` (cells, n) its
-/// corners, `value` (places, n) the shape functions.
-struct PlacesOfCells {
+/// Points ordered by cell: cell c has the points `start[c]` to `start[c + 1]` and the corners
+/// `node` (cells, nodes); `value` (points, nodes) are the shape functions.
+struct PointsInCells {
   std::int64_t cells;
   int nodes;
   const std::int64_t* start;
@@ -91,8 +94,8 @@ struct PlacesOfCells {
   const double* value;
 };
 
-/// Fills `vector` (places, components) with sum_a N_a nodal_a, `nodal` (nodes, components).
-inline void interpolate(const PlacesOfCells& at, int components, const double* nodal,
+/// Fills `vector` (points, components) with sum_a N_a nodal_a, `nodal` (nodes, components).
+inline void interpolate(const PointsInCells& at, int components, const double* nodal,
                         double* vector) {
 #pragma omp parallel for schedule(static) if (at.start[at.cells] >= parallel_from)
   for (std::int64_t c = 0; c < at.cells; ++c)
@@ -107,7 +110,7 @@ inline void interpolate(const PlacesOfCells& at, int components, const double* n
 }
 
 /// Adds sum_q N_qa vector_q to `nodal` (nodes, components).
-inline void scatter(const PlacesOfCells& at, int components, const double* vector, double* nodal) {
+inline void scatter(const PointsInCells& at, int components, const double* vector, double* nodal) {
   for (std::int64_t c = 0; c < at.cells; ++c)
     for (int a = 0; a < at.nodes; ++a)
       for (int k = 0; k < components; ++k) {
