@@ -125,7 +125,9 @@ def energy_norm(
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
     faces = ghost.couplings(soil, nothing_held, constraints.exterior_nodes())
-    springs = WeakSprings.of(soil, constraints.coupled_nodes() | ghost.holds(active, nothing_held))
+    springs = WeakSprings.of(
+        soil, constraints.coupled_nodes() | ghost.supported_nodes(active, nothing_held)
+    )
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
     balance.forces(still)

@@ -23,7 +23,7 @@ from tilth import Model
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.mpm.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
 from tilth.terms.balance import Balance
-from tilth.terms.ghost import LEAST_SHARE, filled_cells, ghost_faces
+from tilth.terms.ghost import LEAST_ELASTIC_SHARE, filled_cells, ghost_faces
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.verification.march import march
@@ -171,7 +171,7 @@ def test_yielding_soil_is_tied_less(kind: str, basis: str) -> None:
 
     elastic = penalty(1.0)
     np.testing.assert_allclose(penalty(0.25), 0.25 * elastic, rtol=1e-12)
-    least = LEAST_SHARE * elastic
+    least = LEAST_ELASTIC_SHARE * elastic
     np.testing.assert_allclose(penalty(0.0), least, rtol=1e-12, atol=1e-15 * np.abs(least).max())
 
 
@@ -184,7 +184,9 @@ def test_softest_points_of_a_cell_count(kind: str) -> None:
     key, _, modulus = filled_cells(simulation.soil_on(active))
     cell = np.floor(points.position).astype(np.int64)
     of_cell = find_keys(key, lattice_keys(np.pad(cell, ((0, 0), (0, 3 - cell.shape[1])))))
-    softness = 1.0 / (points.elastic_moduli().young * np.maximum(points.elastic_share, LEAST_SHARE))
+    softness = 1.0 / (
+        points.elastic_moduli().young * np.maximum(points.elastic_share, LEAST_ELASTIC_SHARE)
+    )
     volume = np.bincount(of_cell, points.volume, len(key))
     expected = volume / np.bincount(of_cell, points.volume * softness, len(key))
     np.testing.assert_allclose(modulus, expected, rtol=1e-12)

@@ -349,7 +349,7 @@ class Simulation:
         with self.timers.measure("basis"):
             ghost = LinearForces(
                 self._ghost.couplings(soil, constrained, constraints.exterior_nodes()),
-                supported=self._ghost.holds(active, constrained),
+                supported=self._ghost.supported_nodes(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
             )
             axis = LinearForces(

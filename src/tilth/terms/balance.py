@@ -38,13 +38,13 @@ class Balance:
 
     Args:
         active: the grid of the step.
-        terms: gathered on it.
-        comm: the processes that share the grid.
+        terms: of the step, gathered on this grid.
+        comm: communicator of the processes that share the grid.
 
     Attributes:
         active: the grid of the step, with the pattern of all terms.
         terms: the assembled terms.
-        comm: see above.
+        comm: communicator of the processes that share the grid.
         load_before: external force at the start of the step [force], shape (nodes, dim).
         global_scale: of the global unknowns of all terms, one term after the other
             (`Border.scale`), shape (m,).
@@ -64,7 +64,7 @@ class Balance:
         self.load_before = self._sum(term.load_before() for term in self.terms)
         scales = [t.scale if isinstance(t, GlobalUnknowns) else np.zeros(0) for t in self.terms]
         ends = np.cumsum([0, *map(len, scales)])
-        self._places = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
+        self._slices = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
         self.global_scale: Floats = np.concatenate([np.zeros(0), *scales])
 
     def _zero(self) -> Floats:
@@ -93,9 +93,9 @@ class Balance:
         if unknowns is None:
             unknowns = np.zeros_like(self.global_scale)
         global_residual = np.zeros_like(self.global_scale)
-        for term, place in zip(self.terms, self._places, strict=True):
+        for term, own in zip(self.terms, self._slices, strict=True):
             if isinstance(term, GlobalUnknowns):
-                force, global_residual[place] = term.forces(displacement, unknowns[place])
+                force, global_residual[own] = term.forces(displacement, unknowns[own])
             else:
                 force = term.force(displacement)
             residual += force
@@ -108,7 +108,7 @@ class Balance:
     def fill_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """Sets node blocks (blocks, dim, dim) to the derivative of the residual [force/length].
 
-        At the displacement for which `forces` was asked last.
+        At the displacement of the last call of `forces`.
         """
         blocks.fill(0.0)
         for term in self.terms:
@@ -118,35 +118,35 @@ class Balance:
         """Checks that all terms can commit a converged step; changes nothing.
 
         Raises:
-            StepFailed: one cannot.
+            StepFailed: a term cannot commit the step.
         """
         for term in self.terms:
             term.require_acceptable(displacement)
 
     def commit(self, displacement: Floats) -> None:
-        """Lets all terms carry a converged step on to the next one."""
+        """Commits a converged step in all terms; displacement: shape (nodes, dim)."""
         for term in self.terms:
             term.commit(displacement)
 
     def border(self, displacement: Floats, unknowns: Floats) -> Border | None:
-        """Returns what the global unknowns add to the matrix; None if there are none.
+        """Returns the border of the matrix for the global unknowns; None without such unknowns.
 
-        At the displacement and the unknowns for which `forces` was asked last.
+        At the displacement and the unknowns of the last call of `forces`.
         """
         total = len(self.global_scale)
         if total == 0:
             return None
         columns, rows = (np.zeros((total, *displacement.shape)) for _ in range(2))
         corner = np.zeros((total, total))
-        for term, place in zip(self.terms, self._places, strict=True):
+        for term, own in zip(self.terms, self._slices, strict=True):
             if isinstance(term, GlobalUnknowns):
-                border = term.border(displacement, unknowns[place])
-                columns[place], rows[place] = border.columns, border.rows
-                corner[place, place] = border.corner
+                border = term.border(displacement, unknowns[own])
+                columns[own], rows[own] = border.columns, border.rows
+                corner[own, own] = border.corner
         return Border(columns, rows, corner, self.global_scale)
 
     def round_off(self, displacement: Floats) -> float:
-        """Returns the force that round-off alone may leave where stiff terms cancel [force]."""
+        """Returns the norm of the residual that round-off may cause in stiff terms [force]."""
         total = self._sum(term.magnitude(displacement) for term in self.terms)
         own = slice(*self.active.owned)
         return float(np.finfo(np.float64).eps * norm(self.comm, total[own]))
@@ -154,8 +154,8 @@ class Balance:
     def exact_nodes(self) -> list[Flags]:
         """Returns nodes whose equations an iterative solver may solve exactly, (nodes,) each.
 
-        Those of material that yields and those that terms couple beyond their cells, then the
-        latter alone; nothing where no material yields.
+        First the nodes of yielding material together with those that terms couple beyond their
+        cells, then the latter alone; an empty list if no material yields.
         """
         yielding = union(self.active.nodes, (term.yielding_nodes() for term in self.terms))
         if count(self.comm, int(yielding.sum())) == 0:

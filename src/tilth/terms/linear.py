@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Forces among few nodes that are linear in the displacement of the step."""
+"""Forces of elements with few nodes that are linear in the displacement of the step."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class LinearElements(Protocol):
     ) -> None:
         """Adds the matrix times a nodal vector to a nodal `product`, (nodes, dim) each.
 
-        Of the magnitudes of the elements' entries instead, if asked.
+        magnitude: whether to use the absolute values of the matrix's entries.
         """
         ...
 
@@ -51,7 +51,7 @@ class LinearElements(Protocol):
 
 @dataclass(frozen=True)
 class Coupling:
-    """Elements of n nodes each with the force f_a + sum_b matrix_ab u_b on node a.
+    """Elements of n nodes each, with the force f_a + sum_b matrix_ab u_b on node a.
 
     Attributes:
         node: node numbers, shape (elements, n).
@@ -81,13 +81,13 @@ class Coupling:
 
 @dataclass(frozen=True)
 class RowCoupling:
-    """Elements of differing numbers of nodes with the force r (r . u + constant), r a row.
+    """Elements with different numbers of nodes and the force r (r . u + constant), r a row.
 
     Attributes:
         node_start: first entry of each element, shape (elements + 1,).
         node: node numbers, shape (entries,).
         row: r [(force/length)^(1/2)], shape (entries, dim).
-        constant: [(force length)^(1/2)], shape (elements,).
+        constant: of each element [(force length)^(1/2)], shape (elements,).
     """
 
     node_start: Integers
@@ -112,11 +112,11 @@ class RowCoupling:
 
 
 class LinearForces(Term):
-    """The sum of couplings that act in one step.
+    """The sum of linear couplings in one step.
 
     Args:
         couplings: elements of few nodes.
-        constant: force beside theirs that does not change with the displacement, (nodes, dim).
+        constant: additional force independent of the displacement [force], shape (nodes, dim).
         supported: see `Term.supported_nodes`.
         commit: see `AssembledTerm.commit`; nothing if not given.
     """
@@ -152,11 +152,11 @@ class LinearForces(Term):
 
 
 class AssembledLinearForces(AssembledTerm):
-    """The same in the matrix's pattern.
+    """`LinearForces` in the matrix's pattern.
 
     Args:
-        parts: couplings, and where their blocks stand.
-        constant: see `LinearForces`; changed.
+        parts: couplings, each with the positions of its blocks in the matrix.
+        constant: see `LinearForces`; the couplings' constant forces are added in place.
         commit: see `LinearForces`.
 
     Attributes:
@@ -191,14 +191,14 @@ class AssembledLinearForces(AssembledTerm):
         return self.constant
 
     def magnitude(self, displacement: Floats) -> Floats:
-        """As `AssembledTerm.magnitude`: what stiff couplings cancel."""
+        """As `AssembledTerm.magnitude`."""
         terms, magnitude = np.abs(self.constant), np.abs(displacement)
         for coupling, elements in self._parts:
             coupling.add_product(elements, magnitude, terms, magnitude=True)
         return terms
 
     def joined_nodes(self) -> Flags:
-        """As `AssembledTerm.joined_nodes`: those of rows."""
+        """As `AssembledTerm.joined_nodes`: the nodes of row couplings."""
         joined = np.zeros(len(self.constant), dtype=bool)
         for coupling, _ in self._parts:
             if isinstance(coupling, RowCoupling):

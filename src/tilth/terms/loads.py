@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Loads on the material points: body forces on their mass, and forces that ride on points."""
+"""Loads on the material points: body forces on their mass, and point forces."""
 
 from __future__ import annotations
 
@@ -10,21 +10,27 @@ from tilth.arrays import Floats, Integers
 from tilth.model import BodyForce, Model, PointForce
 from tilth.mpm.points import MaterialPoints
 
-TIE = 1e-6
-"""Points whose distances to a place differ by less than this share of a cell are equally near."""
+DISTANCE_TOLERANCE = 1e-6
+"""Difference of distances, in cells, up to which points are equally near to a position."""
 
 
 def nearest_points(
-    points: MaterialPoints, place: npt.ArrayLike, cell_size: npt.ArrayLike, body: str | None = None
+    points: MaterialPoints,
+    position: npt.ArrayLike,
+    cell_size: npt.ArrayLike,
+    body: str | None = None,
 ) -> Integers:
-    """Returns the permanent numbers of the points nearest to a place [length], ties included."""
+    """Returns the permanent numbers of all points that are nearest to a position [length], (k,).
+
+    body: name of the body to which the points belong; any if not given.
+    """
     chosen = np.arange(len(points))
     if body is not None:
         part = next(b for b in points.bodies if b.name == body)
         chosen = chosen[part.start : part.stop]
-    distance = np.linalg.norm(points.position[chosen] - np.asarray(place), axis=1)
-    tie = TIE * float(np.min(np.asarray(cell_size)))
-    near = chosen[distance <= distance.min() + tie]
+    distance = np.linalg.norm(points.position[chosen] - np.asarray(position), axis=1)
+    tolerance = DISTANCE_TOLERANCE * float(np.min(np.asarray(cell_size)))
+    near = chosen[distance <= distance.min() + tolerance]
     return np.sort(points.point_id[near])
 
 
@@ -32,7 +38,7 @@ class Loads:
     """The loads of a model on its points.
 
     Attributes:
-        on_points: each point force with the permanent numbers of the points that carry it.
+        on_points: each point force with the permanent numbers of its points and its load curve.
     """
 
     def __init__(self, model: Model, points: MaterialPoints) -> None:
@@ -55,7 +61,7 @@ class Loads:
         return bool(self._body_forces or self.on_points)
 
     def acceleration(self, time: float) -> Floats:
-        """Returns the sum of all body forces per mass at `time`, shape (dim,)."""
+        """Returns the sum of all body forces per mass at `time` [acceleration], shape (dim,)."""
         parts = [curve.factor(time) * acceleration for acceleration, curve in self._body_forces]
         return np.asarray(np.sum(parts, axis=0))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Body forces and point forces, which ride on the material points, as a term of the balance."""
+"""Body forces and point forces on the material points as a term of the balance."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tilth.terms.protocol import AssembledTerm, Role, Term
 
 
 class PointLoads(Term, AssembledTerm):
-    """The loads on the points in a step; they do not depend on the displacement.
+    """The loads on the points in a step, independent of the displacement.
 
     Args:
         loads: of the model.
-        soil: the points that carry them.
-        before, after: times at its start and end.
+        soil: the material points on the grid of the step.
+        before, after: times at the start and end of the step.
     """
 
     role = Role.LOAD
@@ -42,7 +42,7 @@ class PointLoads(Term, AssembledTerm):
         return -self._after
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        """As `AssembledTerm.add_stiffness`: there is none."""
+        """As `AssembledTerm.add_stiffness`: zero."""
 
     def load_before(self) -> Floats:
         """As `AssembledTerm.load_before`."""

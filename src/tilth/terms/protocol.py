@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a force must offer to take part in the balance of a load step.
+"""The interface of the terms in the balance of a load step.
 
 The residual of a step is the sum of all terms, internal minus external force; the matrix of
 Newton's iteration is the sum of their derivatives. A step has three phases:
 
-1. gather: each `Term` finds the nodes that it acts on, on the grid of the step;
-2. pattern: `Balance` makes the matrix's pattern from what all terms couple;
-3. assemble: each term, told where its blocks stand, gives force and derivative as often as asked.
+1. gather: each `Term` determines the nodes on which it acts, on the grid of the step;
+2. pattern: `Balance` builds the matrix's pattern from the nodes that the terms couple;
+3. assemble: each term receives the positions of its blocks in the matrix and computes its force and
+   derivative in each iteration.
 
-A step that has converged is committed by all terms, after each has found it acceptable.
+After convergence each term checks that the step is acceptable, then all terms commit it.
 
-A term may bring unknowns that belong to no node, as the motion of a rigid body: `GlobalUnknowns`.
+`GlobalUnknowns` are terms with unknowns that belong to no node, such as the motion of a rigid body.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 
 NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
-"""First entry of each element, shape (elements + 1,), among node numbers, shape (entries,)."""
+"""First entry of each element, shape (elements + 1,), and node numbers, shape (entries,)."""
 
 
 class Role(Enum):
-    """Which sum a term belongs to when the size of the residual is judged."""
+    """The sum of forces, for the scale of the residual, to which a term belongs."""
 
     SOIL = auto()
     LOAD = auto()
@@ -40,10 +41,10 @@ class Role(Enum):
 
 
 class AssembledTerm(ABC):
-    """A term whose place in the matrix is known.
+    """A term with known positions in the matrix.
 
     Attributes:
-        role: the sum that it belongs to.
+        role: the sum of forces to which it belongs.
     """
 
     role = Role.OTHER
@@ -55,7 +56,7 @@ class AssembledTerm(ABC):
         Internal minus external force [force]. The caller may change the array.
 
         Raises:
-            StepFailed: there is no such force at this displacement.
+            StepFailed: the force is not defined at this displacement.
         """
 
     @abstractmethod
@@ -69,11 +70,11 @@ class AssembledTerm(ABC):
         """Checks that the displacement of a converged step can be committed; changes nothing.
 
         Raises:
-            StepFailed: it cannot.
+            StepFailed: the displacement cannot be committed.
         """
 
     def commit(self, displacement: Floats) -> None:  # noqa: B027
-        """Makes the state at the displacement of a converged step that of the next step's start.
+        """Stores the state at the end of a converged step as that at the start of the next step.
 
         At the displacement of the last call of `force`. Terms are committed in any order.
         """
@@ -83,23 +84,23 @@ class AssembledTerm(ABC):
         return None
 
     def constant_force(self) -> Floats | None:
-        """Returns the force at zero displacement of a linear term, (nodes, dim); None of others."""
+        """Returns a linear term's force at zero displacement [force], (nodes, dim), or None."""
         return None
 
     def magnitude(self, displacement: Floats) -> Floats | None:
-        """Returns the sum of the absolute values of what cancels in `force`, (nodes, dim).
+        """Returns the sum of the absolute values of the summands of `force` [force], (nodes, dim).
 
-        What round-off may leave of the force is in proportion to it [force]. None where the force
-        is no larger than the soil's.
+        The round-off error of the force is proportional to it. None if the force is no larger than
+        that of the soil.
         """
         return None
 
     def joined_nodes(self) -> Flags | None:
-        """Returns the nodes that it couples beyond their cells, shape (nodes,); None for none."""
+        """Returns which nodes it couples beyond their cells, shape (nodes,); None for none."""
         return None
 
     def yielding_nodes(self) -> Flags | None:
-        """Returns the nodes of material that yields, shape (nodes,); None for none.
+        """Returns which nodes belong to yielding material, shape (nodes,); None for none.
 
         At the displacement of the last call of `force`.
         """
@@ -107,14 +108,13 @@ class AssembledTerm(ABC):
 
 
 class GlobalUnknowns(AssembledTerm):
-    """An assembled term with unknowns of its own that belong to no node, and their equations.
+    """An assembled term with m unknowns of its own that belong to no node, and their equations.
 
-    In each step they begin at zero; whatever they have been before the step the term remembers
-    itself. An iteration asks for `forces`, not for `force`.
+    The unknowns are increments, zero at the start of each step; the term itself stores their total
+    values. An iteration calls `forces` instead of `force`.
 
     Attributes:
-        scale: what makes each of the m unknowns comparable with a displacement, see `Border.scale`,
-            shape (m,).
+        scale: factor of each unknown for comparison with displacements, see `Border.scale`, (m,).
     """
 
     scale: Floats
@@ -132,48 +132,45 @@ class GlobalUnknowns(AssembledTerm):
             global unknowns [force times their scale], shape (m,).
 
         Raises:
-            StepFailed: there are no such forces.
+            StepFailed: the forces are not defined at these values.
         """
 
     @abstractmethod
     def border(self, displacement: Floats, unknowns: Floats) -> Border:
-        """Returns all derivatives of `forces` beside that of the nodal force by the displacement.
+        """Returns the derivatives of `forces` except that of the nodal force by the displacement.
 
-        That one is `add_stiffness`. Both are asked for at the values of the last call of `forces`.
+        The latter is `add_stiffness`. Both at the values of the last call of `forces`.
         """
 
     def force(self, displacement: Floats) -> Floats:
-        """As `AssembledTerm.force`: with its unknowns zero."""
+        """As `AssembledTerm.force`, for zero unknowns."""
         return self.forces(displacement, np.zeros_like(self.scale))[0]
 
 
 class Term(ABC):
-    """A force of the balance in one step, gathered on the grid of this step."""
+    """A force of the balance in one step, on the grid of this step."""
 
     @property
     def coupled(self) -> Sequence[NodeLists]:
-        """Nodes that its derivative couples, beside those of the points' supports."""
+        """Nodes that its derivative couples, except those that have a material point in common."""
         return ()
 
     def supported_nodes(self) -> Flags | None:
-        """Returns the nodes that it supports so well that they need no weak spring, (nodes,).
-
-        None for none.
-        """
+        """Returns which nodes it supports well enough without weak springs, (nodes,), or None."""
         return None
 
     @abstractmethod
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
-        """Returns the term in the pattern of a grid.
+        """Returns the assembled term in the pattern of a grid.
 
         Args:
             active: the grid of the step, with the pattern of all terms.
-            elements: where each of `coupled` stands in it.
+            elements: positions of the blocks of each of `coupled` in the matrix.
         """
 
 
 def union(nodes: int, parts: Iterable[Flags | None]) -> Flags:
-    """Returns which of so many nodes any of the parts has, shape (nodes,)."""
+    """Returns which of the nodes are in at least one of the parts, shape (nodes,)."""
     total = np.zeros(nodes, dtype=bool)
     for part in parts:
         if part is not None:

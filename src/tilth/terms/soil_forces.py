@@ -14,13 +14,13 @@ from tilth.terms.protocol import AssembledTerm, Role, Term
 
 
 class SoilForces(Term):
-    """The stresses of all material points."""
+    """The internal force of the stresses of all material points."""
 
     def __init__(self, soil: Soil) -> None:
         self._soil = soil
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`; the pattern has the nodes of the points' supports in any case."""
+        """As `Term.assembled`; the pattern always contains the couplings of the points' nodes."""
         return _SoilForces(self._soil, active)
 
 

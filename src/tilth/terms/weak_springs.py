@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Degrees of freedom that no point supports well, and what keeps them solvable.
+"""Weak springs on poorly supported nodes, which keep the matrix regular.
 
-A node that only a sliver of material touches has a stiffness that vanishes with the square of the
-overlap (GIMP), or belongs to a cell whose few points leave some of its motions without strain. Such
-nodes are constrained to their place at the start of the step by weak springs, in the force and in
-the stiffness alike, so that Newton's iteration stays quadratic. They resist the rigid part of the
-step's motion, too: in the 64-cell column they carry 1e-9 of the weight, and a body that hangs on
-few points (an edge 1e-4 of a cell wide) up to 3e-5 of it (docs/decisions/0004-weak-springs.md).
+The stiffness of a node vanishes with the square of its overlap with points' domains (GIMP). With
+few points in a cell, some motions of its nodes cause no strain. Weak springs connect such nodes to
+their positions at the start of the step. They are in the force and in the stiffness, so that
+Newton's iteration converges quadratically. They also resist the rigid part of the step's motion: in
+the 64-cell column they carry 1e-9 of the weight, and in a body supported by few points (an edge
+1e-4 of a cell wide) up to 3e-5 of it (docs/decisions/0004-weak-springs.md).
 
-Motions without any strain at the points, such as the hour-glass motions of cells with a single
-point, get a still smaller stiffness in the matrix only: the equilibrium that Newton's iteration
-finds is not changed by it, and such motions stay zero.
+A still smaller stiffness, in the matrix only, acts on all nodes. It keeps motions without strain at
+the points at zero, such as the hourglass motions of cells with a single point, and does not change
+the equilibrium.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
 
 LEAST_SUPPORT = 0.5
-"""A node is badly supported below this share of what a corner of a full cell gives it."""
+"""Least nodal volume of a well supported node, relative to the share from one full cell."""
 
 
 RELATIVE_SHIFT = 1e-11
-"""The same measure of the stiffness added to all nodes in the matrix only."""
+"""Stiffness added to all nodes in the matrix only, relative to the same reference."""
 
 
 def well_supported(soil: Soil) -> Flags:
-    """Returns which nodes have at least `LEAST_SUPPORT`, shape (nodes,)."""
+    """Returns which nodes are well supported (`LEAST_SUPPORT`), shape (nodes,)."""
     grid = soil.active.grid
     full = 0.5**grid.dim * np.prod(grid.cell_size) * _circumference(soil)
     return np.asarray(soil.nodal_volume >= LEAST_SUPPORT * full)
 
 
 def _circumference(soil: Soil) -> Floats:
-    """What a cell's area is multiplied by at each node: of the ring in axisymmetry, else 1."""
+    """Returns the cells' thickness at each node: the circumference in axisymmetry, otherwise 1."""
     active = soil.active
     if soil.kind != "axisymmetric":
         return np.ones(active.nodes)
@@ -55,11 +55,11 @@ def _circumference(soil: Soil) -> Floats:
 
 @dataclass(frozen=True)
 class WeakSprings(Term):
-    """Weak springs on badly supported nodes.
+    """Weak springs on poorly supported nodes.
 
     Attributes:
         stiffness: of the springs [force/length], shape (nodes,).
-        shift: stiffness added to the matrix alone [force/length], shape (nodes,).
+        shift: stiffness added in the matrix only [force/length], shape (nodes,).
     """
 
     stiffness: Floats
@@ -67,7 +67,10 @@ class WeakSprings(Term):
 
     @classmethod
     def of(cls, soil: Soil, coupled: Flags | None = None) -> WeakSprings:
-        """Returns the springs of a step; zero at well supported and `coupled` nodes, (nodes,)."""
+        """Returns the springs of a step.
+
+        coupled: nodes that other terms support and that need no spring, shape (nodes,).
+        """
         cell = soil.active.grid.cell_size
         stiffness = _circumference(soil) * np.prod(cell) / cell.max() ** 2
         stiffness *= soil.elastic_moduli.young.max()
