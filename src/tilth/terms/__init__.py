@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The forces of the balance: each is a term behind one protocol (`protocol.py`)."""
+"""The forces of the balance, each a term with the interface of `protocol.py`."""
