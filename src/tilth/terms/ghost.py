@@ -38,8 +38,9 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
-from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
+from tilth.terms.linear import EqualElements
 
 FILL_WITHOUT_PENALTY = 0.5
 """Filled fraction of a cell from which on it is not stabilised."""
@@ -139,27 +140,20 @@ class Faces:
 
 
 @dataclass(frozen=True)
-class FaceCoupling:
+class FaceCoupling(EqualElements):
     """Elements with the force f_ai + stiffness sum_b unit_ab u_bi, in the free components i.
 
     Attributes:
-        node: node numbers, shape (elements, n).
         unit: stiffness for a factor of 1, shape (n, n).
         stiffness: factor of `unit`, shape (elements,); their product is in [force/length].
         free: components on which the stiffness acts, shape (elements, n, dim).
         force: at zero displacement [force], shape (elements, n, dim).
     """
 
-    node: npt.NDArray[np.int32]
     unit: Floats
     stiffness: Floats
     free: npt.NDArray[np.bool_]
     force: Floats
-
-    @property
-    def node_start(self) -> Integers:
-        """As `LinearElements.node_start`."""
-        return same_starts(self.node)
 
     def add_product(
         self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False

@@ -50,23 +50,32 @@ class LinearElements(Protocol):
 
 
 @dataclass(frozen=True)
-class Coupling:
-    """Elements of n nodes each, with the force f_a + sum_b matrix_ab u_b on node a.
+class EqualElements:
+    """Elements of n nodes each.
 
     Attributes:
         node: node numbers, shape (elements, n).
-        matrix: [force/length], shape (elements, n, n, dim, dim).
-        force: at zero displacement [force], shape (elements, n, dim).
     """
 
     node: npt.NDArray[np.int32]
-    matrix: Floats
-    force: Floats
 
     @property
     def node_start(self) -> Integers:
         """As `LinearElements.node_start`."""
         return same_starts(self.node)
+
+
+@dataclass(frozen=True)
+class Coupling(EqualElements):
+    """Elements of n nodes each, with the force f_a + sum_b matrix_ab u_b on node a.
+
+    Attributes:
+        matrix: [force/length], shape (elements, n, n, dim, dim).
+        force: at zero displacement [force], shape (elements, n, dim).
+    """
+
+    matrix: Floats
+    force: Floats
 
     def add_product(
         self, elements: Elements, vector: Floats, product: Floats, magnitude: bool = False
