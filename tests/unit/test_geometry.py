@@ -161,7 +161,7 @@ def test_the_facets_are_small_and_their_normals_point_into_the_soil(geometry):
     middle = facets.corner.mean(axis=1)
     assert (geometry.distance(middle + 0.01 * facets.normal) > 0.0).all()
     assert (geometry.distance(middle - 0.01 * facets.normal) < 0.0).all()
-    assert facets.patch.dtype == np.int64
+    assert facets.group.dtype == np.int64
 
 
 @pytest.mark.parametrize(
@@ -198,15 +198,15 @@ def test_a_boundary_without_end_covers_the_box(geometry):
 def test_a_patch_has_one_number_whatever_the_region(name):
     geometry = GEOMETRIES[name]
     large = geometry.facets(np.full(geometry.dim, -3.0), np.full(geometry.dim, 4.0), 0.3)
-    _, count = np.unique(large.patch, return_counts=True)
+    _, count = np.unique(large.group, return_counts=True)
     assert set(count) == {geometry.dim - 1}  # one segment, or the two halves of a patch
     rng = np.random.default_rng(1)
     for _ in range(5):
         lower = rng.uniform(-2.0, 0.5, geometry.dim)
         small = geometry.facets(lower, lower + rng.uniform(0.1, 2.0, geometry.dim), 0.3)
-        same = np.isin(large.patch, small.patch)
-        order = np.argsort(small.patch, kind="stable")
-        of_large = np.argsort(large.patch[same], kind="stable")
+        same = np.isin(large.group, small.group)
+        order = np.argsort(small.group, kind="stable")
+        of_large = np.argsort(large.group[same], kind="stable")
         np.testing.assert_array_equal(large.corner[same][of_large], small.corner[order])
 
 
@@ -216,7 +216,7 @@ def test_a_boundary_with_ends_does_not_depend_on_the_region(name):
     near = geometry.facets(np.zeros(geometry.dim), np.ones(geometry.dim), 0.2)
     far = geometry.facets(np.full(geometry.dim, 8.0), np.full(geometry.dim, 9.0), 0.2)
     np.testing.assert_array_equal(near.corner, far.corner)
-    assert len(np.unique(near.patch)) == len(near.patch)
+    assert len(np.unique(near.group)) == len(near.group)
 
 
 @pytest.mark.parametrize("name", ["rectangle", "block"])

@@ -61,10 +61,10 @@ def test_the_weights_of_flat_pieces_sum_to_their_area(name):
 
 
 @pytest.mark.parametrize("name", ["line", "plane"])
-def test_each_patch_of_a_plane_has_its_area(name):
+def test_each_facet_group_of_a_plane_has_its_area(name):
     points = quadrature(GEOMETRIES[name], size=0.2)
-    _, patch = np.unique(points.patch, return_inverse=True)
-    area = np.bincount(patch.ravel(), weights=points.weight)
+    _, group = np.unique(points.group, return_inverse=True)
+    area = np.bincount(group.ravel(), weights=points.weight)
     np.testing.assert_allclose(area, 0.2 ** (GEOMETRIES[name].dim - 1), rtol=1e-12)
 
 
@@ -139,7 +139,7 @@ def test_the_area_does_not_depend_on_the_grid(name):
 
 
 @pytest.mark.parametrize("axis", [AXIS, [1.0, 0.0, 0.0]])
-def test_the_patches_round_a_cylinder_have_its_area(axis):
+def test_the_facet_groups_round_a_cylinder_have_its_area(axis):
     size = 0.1
     points = quadrature(Cylinder([0.1, -0.2, 0.3], axis, 0.7, inside=True), size=size)
     axis = np.array(axis) / np.linalg.norm(axis)
@@ -309,22 +309,22 @@ def test_a_plane_on_or_across_grid_planes_keeps_its_area(normal):
     plane = Plane([0.2, 0.2, 0.2], normal)
     cell = np.full(3, 0.1)
     points = make_quadrature(plane, np.zeros(3), np.full(3, 0.5), np.zeros(3), cell, 0.1)
-    _, patch = np.unique(points.patch, return_inverse=True)
-    area = np.bincount(patch.ravel(), weights=points.weight)
+    _, group = np.unique(points.group, return_inverse=True)
+    area = np.bincount(group.ravel(), weights=points.weight)
     np.testing.assert_allclose(area, 0.01, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["line", "plane", "cylinder", "borehole"])
-def test_a_larger_region_keeps_the_points_of_a_patch(name):
+def test_a_larger_region_keeps_the_points_of_a_facet_group(name):
     geometry = GEOMETRIES[name]
     small = quadrature(geometry, cell_size=0.3, lower=-0.31, upper=0.5)
     large = quadrature(geometry, cell_size=0.3, lower=-2.2, upper=1.4)
-    assert np.isin(small.patch, large.patch).all()
-    same = np.isin(large.patch, small.patch)
+    assert np.isin(small.group, large.group).all()
+    same = np.isin(large.group, small.group)
     assert 0 < same.sum() < len(same)
-    by_small = np.argsort(small.patch, kind="stable")
-    by_large = np.argsort(large.patch[same], kind="stable")
-    for array in ("position", "weight", "normal", "patch"):
+    by_small = np.argsort(small.group, kind="stable")
+    by_large = np.argsort(large.group[same], kind="stable")
+    for array in ("position", "weight", "normal", "group"):
         np.testing.assert_array_equal(
             getattr(small, array)[by_small], getattr(large, array)[same][by_large]
         )

@@ -138,16 +138,16 @@ def test_a_larger_region_has_the_same_facets_in_each_patch(dim, function):
     level_set = LevelSet(function, dim, 0.4)
     small = level_set.facets(np.full(dim, -0.9), np.full(dim, 0.2), 0.3)
     large = level_set.facets(np.full(dim, -3.1), np.full(dim, 2.0), 0.3)
-    assert 0 < len(small.patch) < len(large.patch)
-    shared = np.isin(large.patch, small.patch)
-    np.testing.assert_array_equal(large.patch[shared], small.patch)
+    assert 0 < len(small.group) < len(large.group)
+    shared = np.isin(large.group, small.group)
+    np.testing.assert_array_equal(large.group[shared], small.group)
     np.testing.assert_array_equal(large.corner[shared], small.corner)
     np.testing.assert_array_equal(large.normal[shared], small.normal)
     # A patch is one cell of the lattice, on both sides of the origin.
     cell = np.floor(large.corner.mean(axis=1) / 0.3).astype(int)
     assert cell.min() < 0 < cell.max()
     _, by_cell = np.unique(cell, axis=0, return_inverse=True)
-    _, by_patch = np.unique(large.patch, return_inverse=True)
+    _, by_patch = np.unique(large.group, return_inverse=True)
     pairs = np.unique(np.stack([by_cell.ravel(), by_patch.ravel()]), axis=1)
     assert pairs.shape[1] == by_cell.max() + 1 == by_patch.max() + 1
 
@@ -214,7 +214,7 @@ def test_no_boundary_in_the_region_gives_no_facets():
         _, facets = facets_of(lambda x: floor(x) + 100.0, dim, 0.5)
         assert facets.corner.shape == (0, dim, dim)
         assert facets.normal.shape == (0, dim)
-        assert facets.patch.shape == (0,)
+        assert facets.group.shape == (0,)
 
 
 def test_a_place_whose_projection_fails_stays():

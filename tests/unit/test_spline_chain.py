@@ -127,10 +127,10 @@ def test_a_figure_of_eight_crosses_at_its_middle():
     chain = Chain(np.stack([np.sin(angle), np.sin(2.0 * angle)], axis=1), True)
     found = find_crossings([chain])
     assert len(found) == 1
-    np.testing.assert_allclose(found.place, [[0.0, 0.0]], atol=1e-3)
+    np.testing.assert_allclose(found.position, [[0.0, 0.0]], atol=1e-3)
     for chord in found.chord[0]:
         a, ahead = chain.points[chord], chain.chord[chord]
-        arm = found.place[0] - a
+        arm = found.position[0] - a
         assert abs(arm[0] * ahead[1] - arm[1] * ahead[0]) < 1e-15
         assert 0.0 <= arm @ ahead <= ahead @ ahead
     np.testing.assert_array_equal(found.chain, [[0, 0]])
@@ -139,9 +139,9 @@ def test_a_figure_of_eight_crosses_at_its_middle():
 def test_chains_that_cross_each_other_are_told():
     chains = [Chain(circle(60), True), Chain(circle(50, centre=(1.0, 0.0)), True)]
     found = find_crossings(chains)
-    order = np.argsort(found.place[:, 1])
+    order = np.argsort(found.position[:, 1])
     np.testing.assert_allclose(
-        found.place[order], [[0.5, -np.sqrt(0.75)], [0.5, np.sqrt(0.75)]], atol=5e-3
+        found.position[order], [[0.5, -np.sqrt(0.75)], [0.5, np.sqrt(0.75)]], atol=5e-3
     )
     np.testing.assert_array_equal(found.chain, [[0, 1], [0, 1]])
 
@@ -150,12 +150,12 @@ def test_touching_counts():
     touches = Chain([[0, 0], [2, 0], [2, 1], [1, 0], [0, 1]], True)
     found = find_crossings([touches])
     np.testing.assert_array_equal(found.chord, [[0, 2], [0, 3]])
-    np.testing.assert_allclose(found.place, [[1.0, 0.0], [1.0, 0.0]])
+    np.testing.assert_allclose(found.position, [[1.0, 0.0], [1.0, 0.0]])
     folded = Chain([[0, 0], [2, 0], [1, 0], [1, 1]], False)
     found = find_crossings([folded])
     assert [0, 1] in found.chord.tolist()
     shared = find_crossings([Chain([[0, 0], [2, 0]], False), Chain([[1, 0], [3, 0]], False)])
-    np.testing.assert_allclose(shared.place, [[1.5, 0.0]])
+    np.testing.assert_allclose(shared.position, [[1.5, 0.0]])
 
 
 def test_crossings_are_those_of_all_pairs():

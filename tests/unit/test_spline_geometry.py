@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from tilth.curves import Chain, LocalCubicSpline
-from tilth.curves.nearest import NearestPlaces
+from tilth.curves.nearest import NearestPoints
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.spline import SplineGeometry
@@ -55,19 +55,19 @@ def test_the_nearest_place_is_the_nearest_of_all():
     for closed in (True, False):
         spline = LocalCubicSpline(Chain(STAR, closed, corner))
         x = places()
-        nearest = NearestPlaces(spline).find(x)
+        nearest = NearestPoints(spline).find(x)
         dense = spline.polyline(4000)
         away, _ = cKDTree(dense).query(x)
-        found = np.linalg.norm(nearest.arm, axis=1)
+        found = np.linalg.norm(nearest.offset, axis=1)
         spacing = np.linalg.norm(np.diff(dense, axis=0), axis=1).max()
         assert (away - found).min() > -1e-14
         assert (away**2 - found**2).max() < 2.0 * spacing**2
         position = spline.position(nearest.segment, nearest.parameter)
-        np.testing.assert_allclose(position + nearest.arm, x, atol=1e-15)
+        np.testing.assert_allclose(position + nearest.offset, x, atol=1e-15)
         # away from corners and ends the arm is a normal
         inner = (nearest.parameter > 0.0) & (nearest.parameter < 1.0)
         tangent = spline.tangent(nearest.segment[inner], nearest.parameter[inner])
-        assert np.abs((tangent * nearest.arm[inner]).sum(axis=1)).max() < 1e-13
+        assert np.abs((tangent * nearest.offset[inner]).sum(axis=1)).max() < 1e-13
         assert inner.sum() > 500
 
 
@@ -107,7 +107,7 @@ def test_quadrature_of_an_implicit_boundary_integrates_over_the_curve():
             np.array([20.0, 20.0]),
             size,
         )
-        assert np.abs(NearestPlaces(spline).find(points.position).arm).max() < 1e-14
+        assert np.abs(NearestPoints(spline).find(points.position).offset).max() < 1e-14
         vector = points.weight[:, None] * points.normal
         area = -0.5 * (vector * points.position).sum()
         error.append([abs(points.weight.sum() - spline.length), abs(area - spline.area)])

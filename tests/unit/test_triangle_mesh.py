@@ -147,8 +147,8 @@ def test_the_search_in_small_batches_is_the_same(monkeypatch):
     whole = mesh.distance(x)
     expected = np.minimum(box_distance(x), TriangleMesh(sphere(3) * 0.1 + 3.0, False).distance(x))
     np.testing.assert_allclose(whole, expected, atol=1e-14)
-    monkeypatch.setattr(triangle_mesh, "PAIRS", 50)
-    monkeypatch.setattr(triangle_mesh, "CHUNK", 37)
+    monkeypatch.setattr(triangle_mesh, "PAIRS_PER_BATCH", 50)
+    monkeypatch.setattr(triangle_mesh, "POINTS_PER_BATCH", 37)
     np.testing.assert_array_equal(mesh.distance(x), whole)
 
 
@@ -191,7 +191,7 @@ def test_facets(inside):
     original = 0.5 * np.linalg.norm(
         np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
     )
-    np.testing.assert_allclose(np.bincount(facets.patch, area), original, rtol=1e-13)
+    np.testing.assert_allclose(np.bincount(facets.group, area), original, rtol=1e-13)
     assert max(np.linalg.norm(p - q, axis=1).max() for p, q in ((a, b), (b, c), (c, a))) <= 0.4
     middle = facets.corner.mean(axis=1)
     ahead = mesh.distance(middle + 1e-6 * facets.normal)
@@ -199,7 +199,7 @@ def test_facets(inside):
     place, ratio = mesh.project(middle, facets.normal)
     np.testing.assert_array_equal(place, middle)
     np.testing.assert_array_equal(ratio, 1.0)
-    assert len(mesh.facets(LOWER, UPPER, 100.0).patch) == len(triangles)
+    assert len(mesh.facets(LOWER, UPPER, 100.0).group) == len(triangles)
 
 
 def test_enclosed_volume_of_a_body_with_a_hollow():
@@ -283,10 +283,10 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     path.write_bytes(bytes(range(256)))
     assert "cannot be read as an STL file" in refused(path).problem
     path.write_text("solid nothing\nendsolid nothing\n")
-    assert refused(path).problem == "holds no triangles"
+    assert refused(path).problem == "contains no triangles"
     bad = cube()
     bad[0, 0, 0] = np.nan
-    assert refused(path, bad).problem == "holds places that are not numbers"
+    assert refused(path, bad).problem == "has coordinates that are not finite numbers"
 
 
 def test_without_meshio_the_package_is_named(tmp_path, monkeypatch):

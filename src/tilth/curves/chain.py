@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chain of boundary points in the plane, with the soil on its left."""
+"""Chain of boundary points in the plane, with the soil on its left; angles between its chords."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
 
-# Neighbours nearer than this many roundings of the largest coordinate are the same point.
-ROUNDINGS = 16.0
-# Wrong points or triangles that a message names.
-SHOWN = 5
+# Neighbours coincide if their distance is below this many machine epsilons times the largest
+# coordinate.
+COINCIDENCE_EPSILONS = 16.0
+# Largest number of points or triangles that a message lists.
+MAXIMUM_LISTED = 5
 
 
 class BadSurface(ValueError):
-    """A chain of points through which there is no curve, or triangles that make no surface.
+    """A chain of points that defines no curve, or triangles that define no surface.
 
     Attributes:
         problem: what is wrong.
-        remedy: how to put it right.
-        numbers: of the points or triangles concerned, counted from 0.
+        remedy: how to correct it.
+        numbers: numbers of the points or triangles concerned, counted from 0.
     """
 
     def __init__(self, problem: str, remedy: str, numbers: Iterable[int] = ()) -> None:
@@ -36,17 +37,17 @@ class BadSurface(ValueError):
 
 
 class Chain:
-    """Points in order, joined by chords; the soil is on the left of the way along them.
+    """Points in order, joined by chords, with the soil on the left along the chain.
 
     Chord i leads from point i to the next one; that of the last point of a closed chain leads
     back to point 0. An open chain has one chord less than points.
 
     Args:
         points: [length], shape (n, 2), each different from the one before it.
-        closed: whether the last is joined to the first. Anticlockwise the soil is inside,
-            clockwise (a hole) outside.
+        closed: whether the last point is joined to the first. The soil is inside an anticlockwise
+            chain, and outside a clockwise one (a hole).
         corner: which points are corners, shape (n,); none if not given. The ends of an open
-            chain are always ends of the curve, flagged or not.
+            chain are always ends of the curve, whether flagged or not.
 
     Raises:
         BadSurface: too few points, repeated ones, or coordinates that are not numbers.
@@ -79,8 +80,8 @@ class Chain:
                 "give finite numbers",
                 wrong,
             )
-        apart = ROUNDINGS * np.finfo(float).eps * float(np.abs(self.points).max())
-        first = np.flatnonzero(np.linalg.norm(self.chord, axis=1) <= apart)
+        tolerance = COINCIDENCE_EPSILONS * np.finfo(float).eps * float(np.abs(self.points).max())
+        first = np.flatnonzero(np.linalg.norm(self.chord, axis=1) <= tolerance)
         if len(first):
             both = np.unique(np.concatenate([first, (first + 1) % n]))
             raise BadSurface(
@@ -100,14 +101,14 @@ class Chain:
 
     @property
     def ends(self) -> Flags:
-        """Where pieces of smooth curve end: corners and the ends of an open chain, shape (n,)."""
+        """Which points end a smooth curve: corners and the ends of an open chain, shape (n,)."""
         ends = self.corner.copy()
         if not self.closed:
             ends[[0, -1]] = True
         return ends
 
-    def need_closed(self, purpose: str) -> None:
-        """Raises BadSurface if the chain is open, naming the purpose that asks for a closed one."""
+    def require_closed(self, purpose: str) -> None:
+        """Raises BadSurface if the chain is open; its message names the purpose."""
         if not self.closed:
             last = len(self) - 1
             raise BadSurface(
@@ -120,22 +121,22 @@ class Chain:
 def sharp_corners(points: Floats, closed: bool, angle: float) -> Flags:
     """Returns at which points (n, 2) the chords turn by more than `angle` [degrees], shape (n,).
 
-    Never at the ends of an open chain.
+    The ends of an open chain are none.
     """
     ahead = np.roll(points, -1, axis=0) - points
-    sharp = np.abs(turning(np.roll(ahead, 1, axis=0), ahead)) > np.radians(angle)
+    sharp = np.abs(turning_angle(np.roll(ahead, 1, axis=0), ahead)) > np.radians(angle)
     if not closed:
         sharp[[0, -1]] = False
     return np.asarray(sharp)
 
 
-def turning(before: Floats, after: Floats) -> Floats:
-    """Returns the angles from vectors (n, 2) to others [rad], > 0 to the left, shape (n,)."""
+def turning_angle(before: Floats, after: Floats) -> Floats:
+    """Returns the angles from vectors `before` to `after` (n, 2) [rad], > 0 to the left, (n,)."""
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
 
 
 def listed(numbers: Integers) -> str:
-    """Returns the first `SHOWN` numbers as text, and how many more there are."""
-    more = f" and {len(numbers) - SHOWN} more" if len(numbers) > SHOWN else ""
-    return f"{', '.join(str(number) for number in numbers[:SHOWN])}{more}"
+    """Returns the first numbers as text, up to `MAXIMUM_LISTED`, and how many more there are."""
+    more = f" and {len(numbers) - MAXIMUM_LISTED} more" if len(numbers) > MAXIMUM_LISTED else ""
+    return f"{', '.join(str(number) for number in numbers[:MAXIMUM_LISTED])}{more}"

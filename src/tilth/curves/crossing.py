@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Chains that cross or touch themselves or each other."""
+"""Intersections of chains with themselves and with each other."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from tilth.errors import BadInput
 
 @dataclass(frozen=True)
 class Crossings:
-    """Pairs of chords that meet; m pairs.
+    """Pairs of chords that intersect; m pairs.
 
     Attributes:
-        place: where they meet [length], shape (m, 2); of chords on one line the middle of what they
-            share.
+        position: of the intersection [length], shape (m, 2); of chords on one line the middle of
+            their common part.
         chain, chord: numbers of the chains and of the chords on them, shape (m, 2) each.
     """
 
-    place: Floats
+    position: Floats
     chain: Integers
     chord: Integers
 
     def __len__(self) -> int:
-        return len(self.place)
+        return len(self.position)
 
 
 def require_no_crossing(chain: Chain, key: str) -> None:
-    """Raises BadInput at `key` of the model where a declared chain crosses itself."""
+    """Raises BadInput for `key` of the model if a declared chain crosses itself."""
     crossings = find_crossings([chain])
-    if len(crossings.place):
-        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
+    if len(crossings.position):
+        where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
         raise BadInput(
             f"the curve crosses itself at ({where})",
             "give the vertices in order along it",
@@ -44,10 +44,10 @@ def require_no_crossing(chain: Chain, key: str) -> None:
 
 
 def find_crossings(chains: Sequence[Chain]) -> Crossings:
-    """Returns where the chords of chains meet, other than neighbours in their common point.
+    """Returns the intersections of chains' chords, other than the common points of neighbours.
 
-    Neighbours that fold back onto each other meet, too. Chords are sorted into square cells, and
-    only those that share one are compared.
+    Neighbours that fold back onto each other count as intersecting. Chords are sorted into square
+    cells, and only those that have a cell in common are compared.
     """
     start = np.concatenate([chain.points[: len(chain.chord)] for chain in chains])
     end = start + np.concatenate([chain.chord for chain in chains])
@@ -57,7 +57,7 @@ def find_crossings(chains: Sequence[Chain]) -> Crossings:
     following = np.arange(len(start)) + 1
     for number, of in enumerate(chains):
         following[begin[number] + chords[number] - 1] = begin[number] if of.closed else -1
-    # The ends must be the next chord's very numbers, for the comparisons below to agree.
+    # The end of a chord must be bit for bit the start of the next one in the comparisons below.
     joined = following >= 0
     end[joined] = start[following[joined]]
 
@@ -65,29 +65,30 @@ def find_crossings(chains: Sequence[Chain]) -> Crossings:
     swapped = following[second] == first
     first, second = np.where(swapped, second, first), np.where(swapped, first, second)
     neighbours = following[first] == second
-    meet = np.where(
+    intersecting = np.where(
         neighbours,
         _fold_back(start[first], end[first], end[second]),
-        _meet(start[first], end[first], start[second], end[second]),
+        _intersect(start[first], end[first], start[second], end[second]),
     )
-    first, second = first[meet], second[meet]
+    first, second = first[intersecting], second[intersecting]
     pair = np.stack([first, second], axis=1)
-    place = _meeting_place(start[first], end[first], start[second], end[second])
-    return Crossings(place, np.asarray(chain[pair]), np.asarray(pair - begin[chain[pair]]))
+    position = _intersections(start[first], end[first], start[second], end[second])
+    return Crossings(position, np.asarray(chain[pair]), np.asarray(pair - begin[chain[pair]]))
 
 
 def _in_one_cell(lower: Floats, upper: Floats) -> tuple[Integers, Integers]:
-    """Pairs of bounding boxes (n, 2) that share a cell, each once, the lesser number first."""
+    """Returns pairs of bounding boxes (n, 2) with a common cell, each once, lower number first."""
     extent = (upper - lower).max(axis=1)
-    # Cells a few chords wide, but so wide that no chord covers many more than there are chords.
+    # Cells a few chords wide, and so wide that no chord extends over many more cells than there are
+    # chords.
     size = max(2.0 * float(extent.mean()), float(extent.max()) / np.sqrt(len(lower)))
     corner = lower.min(axis=0)
     low = np.floor((lower - corner) / size).astype(np.int64)
-    wide = np.floor((upper - corner) / size).astype(np.int64) - low + 1
-    count = wide.prod(axis=1)
+    width = np.floor((upper - corner) / size).astype(np.int64) - low + 1
+    count = width.prod(axis=1)
     chord = np.repeat(np.arange(len(lower)), count)
     within = np.arange(len(chord)) - np.repeat(np.cumsum(count) - count, count)
-    x, y = low[chord, 0] + within % wide[chord, 0], low[chord, 1] + within // wide[chord, 0]
+    x, y = low[chord, 0] + within % width[chord, 0], low[chord, 1] + within // width[chord, 0]
     cell = x + (int(x.max()) + 1) * y
     order = np.argsort(cell, kind="stable")
     cell, chord = cell[order], chord[order]
@@ -101,30 +102,33 @@ def _in_one_cell(lower: Floats, upper: Floats) -> tuple[Integers, Integers]:
     return found // len(lower), found % len(lower)
 
 
-def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of triangles."""
+def _twice_area(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Returns twice the signed areas of triangles, > 0 if anticlockwise, shape (n,)."""
     first, second = b - a, c - a
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
-def _meet(a: Floats, b: Floats, c: Floats, d: Floats) -> Flags:
-    """Whether the segments a-b and c-d have a point in common."""
-    apart = (_turn(a, b, c) * _turn(a, b, d) > 0.0) | (_turn(c, d, a) * _turn(c, d, b) > 0.0)
+def _intersect(a: Floats, b: Floats, c: Floats, d: Floats) -> Flags:
+    """Returns whether the segments a-b and c-d have a point in common, shape (n,)."""
+    apart = (_twice_area(a, b, c) * _twice_area(a, b, d) > 0.0) | (
+        _twice_area(c, d, a) * _twice_area(c, d, b) > 0.0
+    )
     low = np.maximum(np.minimum(a, b), np.minimum(c, d))
     high = np.minimum(np.maximum(a, b), np.maximum(c, d))
     return np.asarray(~apart & (low <= high).all(axis=1))
 
 
 def _fold_back(a: Floats, b: Floats, c: Floats) -> Flags:
-    """Whether the segment b-c runs back along a-b."""
-    return np.asarray((_turn(a, b, c) == 0.0) & (((b - a) * (c - b)).sum(axis=1) < 0.0))
+    """Returns whether the segment b-c runs back along a-b, shape (n,)."""
+    return np.asarray((_twice_area(a, b, c) == 0.0) & (((b - a) * (c - b)).sum(axis=1) < 0.0))
 
 
-def _meeting_place(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
-    at_c, at_d = _turn(a, b, c), _turn(a, b, d)
+def _intersections(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats:
+    """Returns the common points of the segments a-b and c-d, shape (n, 2)."""
+    at_c, at_d = _twice_area(a, b, c), _twice_area(a, b, d)
     across = at_c - at_d
     on_line = across == 0.0
-    share = np.where(on_line, 0.0, at_c / np.where(on_line, 1.0, across))
+    parameter = np.where(on_line, 0.0, at_c / np.where(on_line, 1.0, across))
     low = np.maximum(np.minimum(a, b), np.minimum(c, d))
     high = np.minimum(np.maximum(a, b), np.maximum(c, d))
-    return np.where(on_line[:, None], 0.5 * (low + high), c + share[:, None] * (d - c))
+    return np.where(on_line[:, None], 0.5 * (low + high), c + parameter[:, None] * (d - c))

@@ -16,18 +16,19 @@ from tilth.curves.tangents import tangents
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-# Gauss points of an arc length. The speed is even: their error is round-off for points as dense
-# as a curve needs.
-LENGTH_POINTS = 10
+# Gauss points per segment for arc lengths. The speed is nearly constant, so that their error is
+# round-off for a curve that is sufficiently resolved.
+ARC_LENGTH_POINTS = 10
 
 
 class LocalCubicSpline:
     """Curve through the points of a chain: a cubic piece on every chord; n segments.
 
     Segment i begins at point i of the chain and has the parameter t from 0 to 1. The pieces meet
-    with one tangent, and with one speed in the parameter `knots`; at corners they only meet. The
-    soil is on the left, and so is the normal. Methods take the number of the segment and t,
-    arrays of one shape S, and return values of that shape, vectors of shape (*S, 2).
+    with the same tangent, and the same speed in the parameter `knots`; at corners only the
+    position is continuous. The soil is on the left, and the normal points to it. Methods take the
+    number of the segment and t, arrays of one shape S, and return values of that shape, vectors of
+    shape (*S, 2).
 
     Attributes:
         chain: the points.
@@ -53,7 +54,7 @@ class LocalCubicSpline:
         return len(self.control)
 
     def position(self, segment: Integers, t: Floats) -> Floats:
-        """Returns places on the curve [length]."""
+        """Returns positions on the curve [length]."""
         s = 1.0 - t
         return _sum(self.control[segment], s**3, 3.0 * s**2 * t, 3.0 * s * t**2, t**3)
 
@@ -105,10 +106,10 @@ class LocalCubicSpline:
         Raises:
             BadSurface: the chain is open.
         """
-        self.chain.need_closed("an area")
+        self.chain.require_closed("an area")
         # x dy - y dx has degree 5 in t, less where the coordinates are relative: three points.
-        place, weight = gauss(3)
-        segment, t = np.repeat(np.arange(len(self)), 3), np.tile(place, len(self))
+        coordinate, weight = gauss(3)
+        segment, t = np.repeat(np.arange(len(self)), 3), np.tile(coordinate, len(self))
         arm = self.position(segment, t) - self.chain.points[0]
         swept = (left(arm) * self.derivative(segment, t)).sum(axis=1)
         return 0.5 * float(swept @ np.tile(weight, len(self)))
@@ -117,7 +118,7 @@ class LocalCubicSpline:
         """Returns the same curve as one B-spline over `knots`.
 
         Its inner knots are double, at corners triple, where the corner is a control point; the
-        ends are clamped, also those of a closed curve.
+        ends are clamped, as are those of a closed curve.
         """
         from scipy.interpolate import BSpline
 
@@ -131,7 +132,7 @@ class LocalCubicSpline:
         return BSpline(knots, self.control[kept], 3)
 
     def polyline(self, parts: int) -> Floats:
-        """Returns places along the curve, `parts` to a segment, both ends among them.
+        """Returns points along the curve, `parts` per segment, including both ends.
 
         Shape (n parts + 1, 2) [length].
         """
@@ -140,17 +141,18 @@ class LocalCubicSpline:
         return np.concatenate([self.position(segment, t), self.control[-1:, 3]])
 
     def _length_to(self, segment: Integers, t: Floats) -> Floats:
-        place, weight = gauss(LENGTH_POINTS)
+        """Returns arc lengths from the beginning of the segment [length]."""
+        coordinate, weight = gauss(ARC_LENGTH_POINTS)
         t = np.asarray(t, dtype=float)[..., None]
-        inner = np.broadcast_to(np.asarray(segment)[..., None], (*t.shape[:-1], len(place)))
-        speed = np.linalg.norm(self.derivative(inner, t * place), axis=-1)
+        inner = np.broadcast_to(np.asarray(segment)[..., None], (*t.shape[:-1], len(coordinate)))
+        speed = np.linalg.norm(self.derivative(inner, t * coordinate), axis=-1)
         return np.asarray(t[..., 0] * (speed @ weight))
 
 
 def gauss(number: int) -> tuple[Floats, Floats]:
-    """Returns the places and weights of Gauss's rule on [0, 1], shape (number,) each."""
-    place, weight = np.polynomial.legendre.leggauss(number)
-    return 0.5 * (1.0 + place), 0.5 * weight
+    """Returns the coordinates and weights of the Gauss rule on [0, 1], shape (number,) each."""
+    coordinate, weight = np.polynomial.legendre.leggauss(number)
+    return 0.5 * (1.0 + coordinate), 0.5 * weight
 
 
 def left(vector: Floats) -> Floats:
@@ -159,10 +161,10 @@ def left(vector: Floats) -> Floats:
 
 
 def _speed(chord: Floats, tangent_sum: Floats) -> Floats:
-    """The common speed [length] of cubic pieces at their ends and middle, shape (n,).
+    """Returns the common speed [length] of cubic pieces at their ends and middle, shape (n,).
 
     The positive root of The NURBS Book's quadratic equation of section 9.3.4. Its first
-    coefficient is at least 12 and its last negative: there is one, whatever the tangents.
+    coefficient is at least 12 and its last negative, so that it exists for any tangents.
     """
     a = 16.0 - (tangent_sum**2).sum(axis=1)
     b = 12.0 * (chord * tangent_sum).sum(axis=1)
@@ -171,7 +173,7 @@ def _speed(chord: Floats, tangent_sum: Floats) -> Floats:
 
 
 def _sum(vector: Floats, *factor: npt.NDArray[np.float64]) -> Floats:
-    """Sum of vectors (..., k, 2) times k factors (...)."""
+    """Returns the sum of vectors (..., k, 2) times k factors (...)."""
     return np.asarray(
         np.einsum("...k,...ki->...i", np.stack(np.broadcast_arrays(*factor), -1), vector)
     )

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Geometry of implicit boundaries: signed distance, facets and quadrature; one file a kind."""
+"""Geometry of implicit boundaries: signed distance, facets and quadrature; one file per kind."""

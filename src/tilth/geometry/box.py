@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rectangle (2D) or cuboid (3D) with corners, the soil inside or outside."""
+"""Rectangle (2D) or cuboid (3D), with the soil inside or outside."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from tilth.geometry.protocol import Facets
 
 
 class Box(Flat):
-    """Box with the corner `lower` from which it extends along its own axes.
+    """Box with the corner `lower` from which it extends along its local axes.
 
     Args:
         lower, upper: corners before the rotation about `lower` [length], shape (dim,).
-        axes: unit vectors of the box's own axes as rows, shape (dim, dim).
-        inside: whether the soil is.
-        faces: names such as "x-" of the faces that act (of least x in the box's own axes); all if
-            None. The distance is that to the closed box still.
+        axes: unit vectors of the box's local axes as rows, shape (dim, dim).
+        inside: whether the soil is inside the box.
+        faces: names of the faces that belong to the boundary, such as "x-" for the face of least x
+            in the box's local axes; all if None. The distance is always that to the closed box.
     """
 
     bounded = True
@@ -39,22 +39,22 @@ class Box(Flat):
         self.sign = 1.0 if inside else -1.0
         self.dim = len(self.lower)
         self.faces = faces
-        # Places nearer to a face than this are on it; far from the origin round-off is larger.
-        reach = float(np.abs(self.lower).max() + self.size.max())
-        self._round_off = 16.0 * float(np.finfo(float).eps) * reach
+        # Points nearer to a face than this are on it; round-off grows with the coordinates.
+        greatest = float(np.abs(self.lower).max() + self.size.max())
+        self._round_off = 16.0 * float(np.finfo(float).eps) * greatest
 
     def _outward(self, x: Floats) -> tuple[Floats, Floats]:
-        """Distance outwards from the box (negative in it), and its gradient."""
-        own = (x - self.lower) @ self.axes.T - 0.5 * self.size
-        beyond = np.abs(own) - 0.5 * self.size
-        side = np.where(own < 0.0, -1.0, 1.0)
-        depth = beyond.max(axis=1)
-        outside = np.maximum(beyond, 0.0)
+        """Returns the distance from the box (n,), < 0 inside, and its gradient (n, dim)."""
+        local = (x - self.lower) @ self.axes.T - 0.5 * self.size
+        excess = np.abs(local) - 0.5 * self.size
+        side = np.where(local < 0.0, -1.0, 1.0)
+        depth = excess.max(axis=1)
+        outside = np.maximum(excess, 0.0)
         length = np.linalg.norm(outside, axis=1)
         out = length > self._round_off
-        nearest_face = np.eye(self.dim)[beyond.argmax(axis=1)] * side
-        away = outside * side / np.where(out, length, 1.0)[:, None]
-        direction = np.where(out[:, None], away, nearest_face)
+        nearest_face = np.eye(self.dim)[excess.argmax(axis=1)] * side
+        from_box = outside * side / np.where(out, length, 1.0)[:, None]
+        direction = np.where(out[:, None], from_box, nearest_face)
         return np.where(out, length, depth), direction @ self.axes
 
     def distance(self, x: Floats) -> Floats:

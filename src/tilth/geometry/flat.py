@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Boundaries made of flat pieces: what they share."""
+"""Base class and geometric functions of boundaries with straight edges or flat faces."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from tilth.geometry.protocol import Facets
 
 
 class Flat:
-    """A geometry whose facets are exact: nothing to project."""
+    """A geometry whose facets coincide with the boundary, so that no projection is needed."""
 
     flat = True
 
     def project(self, x: Floats, normal: Floats) -> tuple[Floats, Floats]:
-        """As `Geometry.project`: the places themselves."""
+        """As `Geometry.project`: the points themselves and the ratio 1."""
         return x, np.ones(len(x))
 
 
 def unit(vector: Floats) -> Floats:
-    """Returns vectors (..., dim) at length 1."""
+    """Returns the unit vectors in the directions of vectors (..., dim)."""
     return np.asarray(vector / np.linalg.norm(vector, axis=-1, keepdims=True))
 
 
@@ -32,9 +32,9 @@ def left_normal(direction: Floats) -> Floats:
 
 
 def split_segments(start: Floats, end: Floats, size: float) -> tuple[Floats, Integers]:
-    """Splits segments (n, 2) evenly into pieces of at most `size`.
+    """Divides segments from `start` to `end`, shape (n, 2), evenly into parts of at most `size`.
 
-    Returns their corners, shape (pieces, 2, 2), and the segment of each, shape (pieces,).
+    Returns the ends of the parts, shape (parts, 2, 2), and the segment of each, shape (parts,).
     """
     length = np.linalg.norm(end - start, axis=1)
     parts = np.maximum(1, np.ceil(length / size - 1e-9).astype(np.int64))
@@ -48,7 +48,7 @@ def split_segments(start: Floats, end: Floats, size: float) -> tuple[Floats, Int
 
 
 def split_rectangle(corner: Floats, first: Floats, second: Floats, size: float) -> Floats:
-    """Splits the parallelogram at `corner` with two edges (3,) into triangles, (n, 3, 3)."""
+    """Divides the parallelogram at `corner` with two edges (3,) into triangles, (n, 3, 3)."""
     n = max(1, math.ceil(float(np.linalg.norm(first)) / size - 1e-9))
     m = max(1, math.ceil(float(np.linalg.norm(second)) / size - 1e-9))
     i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
@@ -70,7 +70,7 @@ def box_corners(lower: Floats, upper: Floats) -> Floats:
 
 
 def join(parts: list[Facets]) -> Facets:
-    """Returns all facets of several lists, patches numbered anew through them."""
+    """Returns all facets of several lists, each facet a group of its own."""
     return Facets(
         np.concatenate([part.corner for part in parts]),
         np.concatenate([part.normal for part in parts]),
@@ -79,7 +79,7 @@ def join(parts: list[Facets]) -> Facets:
 
 
 def pack(*index: Integers) -> Integers:
-    """Returns one number for each pair or triple of lattice indices between -2^20 and 2^20."""
+    """Returns one unique number for each pair or triple of lattice indices in [-2^20, 2^20)."""
     packed = np.zeros(len(index[0]), dtype=np.int64)
     for part in index:
         packed = (packed << 21) | (part + (1 << 20))
@@ -87,6 +87,6 @@ def pack(*index: Integers) -> Integers:
 
 
 def perpendicular(normal: Floats) -> Floats:
-    """Returns a unit vector at right angles to a unit vector (3,), along an axis if possible."""
+    """Returns a unit vector perpendicular to a unit vector (3,), along an axis if possible."""
     axis = np.eye(3)[int(np.abs(normal).argmin())]
     return unit(axis - (axis @ normal) * normal)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A finite flat patch with edges: a footing, a platen, a blade."""
+"""A finite segment (2D) or rectangle (3D) with edges: a footing, a platen, a blade."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tilth.geometry.protocol import Facets
 
 
 class Footing(Flat):
-    """Segment (2D) or rectangle (3D) around `centre` with `normal` into the soil.
+    """Segment (2D) or rectangle (3D) centred at `centre`, with `normal` into the soil.
 
     Args:
         centre: [length], shape (dim,).
         normal: shape (dim,), of any length.
         widths: edge lengths [length], shape (dim - 1,).
-        along: in 3D the direction of the first width, made perpendicular to the normal; a
-            direction at right angles to it if None.
+        along: in 3D the direction of the first width, made perpendicular to the normal; any
+            perpendicular direction if None.
     """
 
     bounded = True
@@ -47,32 +47,32 @@ class Footing(Flat):
             self._axes = np.stack([first, np.cross(self.normal, first)])
 
     def _to_nearest(self, x: Floats) -> tuple[Floats, Floats, Flags]:
-        """Vectors from the nearest places on the patch, and heights above its plane.
+        """Returns vectors from the nearest points of the footing, and heights above its plane.
 
-        Also whether a place is beside the patch, (n,): its nearest place is then on an edge.
+        The third result is whether the nearest point lies on an edge, shape (n,).
         """
-        arm = x - self.centre
-        along = arm @ self._axes.T
+        offset = x - self.centre
+        along = offset @ self._axes.T
         nearest = np.clip(along, -self.half, self.half)
-        beside = (np.abs(along) > self.half).any(axis=1)
-        return arm - nearest @ self._axes, arm @ self.normal, beside
+        on_edge = (np.abs(along) > self.half).any(axis=1)
+        return offset - nearest @ self._axes, offset @ self.normal, on_edge
 
     def distance(self, x: Floats) -> Floats:
-        """As `Geometry.distance`; the sign is that of the side of the patch's plane."""
-        arm, height, _ = self._to_nearest(x)
-        return np.asarray(np.where(height < 0.0, -1.0, 1.0) * np.linalg.norm(arm, axis=1))
+        """As `Geometry.distance`; the sign is that of the side of the footing's plane."""
+        offset, height, _ = self._to_nearest(x)
+        return np.asarray(np.where(height < 0.0, -1.0, 1.0) * np.linalg.norm(offset, axis=1))
 
     def gradient(self, x: Floats) -> Floats:
-        """As `Geometry.gradient`; over the patch and on its edges its normal."""
-        arm, height, beside = self._to_nearest(x)
-        length = np.linalg.norm(arm, axis=1)
-        # Over the patch the normal is exact, where the arm on it is only round-off. Far from the
-        # origin the round-off at the edges is larger.
-        reach = float(np.abs(self.centre).max() + self.half.max())
-        beside &= length > 16.0 * float(np.finfo(float).eps) * reach
-        away = np.where(height < 0.0, -1.0, 1.0)[:, None] * arm
-        away = away / np.where(beside, length, 1.0)[:, None]
-        return np.where(beside[:, None], away, self.normal)
+        """As `Geometry.gradient`; over the footing and on its edges its normal."""
+        offset, height, on_edge = self._to_nearest(x)
+        length = np.linalg.norm(offset, axis=1)
+        # Over the footing the normal is exact, whereas the vector from a point on it is round-off.
+        # Round-off at the edges grows with the coordinates.
+        greatest = float(np.abs(self.centre).max() + self.half.max())
+        on_edge &= length > 16.0 * float(np.finfo(float).eps) * greatest
+        direction = np.where(height < 0.0, -1.0, 1.0)[:, None] * offset
+        direction = direction / np.where(on_edge, length, 1.0)[:, None]
+        return np.where(on_edge[:, None], direction, self.normal)
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`."""

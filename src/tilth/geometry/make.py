@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From the declared geometry of an implicit boundary to one that can be computed with."""
+"""Creates the geometry of an implicit boundary from its declaration."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
     """Returns the geometry that a boundary of a model declares.
 
     Raises:
-        BadInput: a file or function that it names cannot be used.
+        BadInput: a file or function named there cannot be used, or a curve is not valid.
     """
     number = [b.name for b in model.boundaries].index(boundary.name)
     make = GEOMETRIES[type(boundary.geometry)]
@@ -66,7 +66,7 @@ def _spline(spline: declared.SplineGeometry, model: Model, key: str) -> Geometry
     points = np.array(spline.vertices)
     corner = np.zeros(len(points), dtype=bool)
     corner[list(spline.corners or ())] = True
-    if spline.soil == "right":  # along the chain it is on the left
+    if spline.soil == "right":  # the soil of a chain is on its left
         points, corner = points[::-1], corner[::-1]
     try:
         chain = Chain(points, spline.closed, corner)
@@ -108,4 +108,4 @@ GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] 
     declared.FunctionGeometry: _function,
     declared.StlGeometry: _stl,
 }
-"""One line per geometry: what makes it from its declaration, the model and its key there."""
+"""One line per geometry: the function that creates it from declaration, model and key."""

@@ -34,7 +34,7 @@ class Plane(Flat):
         return np.tile(self.normal, (len(x), 1))
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
-        """As `Geometry.facets`, on a lattice of patches in the plane's own axes."""
+        """As `Geometry.facets`, one group per cell of a lattice in the plane."""
         coordinate = (box_corners(lower, upper) - self.point) @ self._along.T / size
         low = np.floor(coordinate.min(axis=0)).astype(np.int64) - 1
         high = np.ceil(coordinate.max(axis=0)).astype(np.int64) + 1
@@ -44,12 +44,12 @@ class Plane(Flat):
         def at(shift: tuple[int, ...]) -> Floats:
             return np.asarray(self.point + size * (lattice + np.array(shift)) @ self._along)
 
-        patch = pack(*lattice.T)
+        group = pack(*lattice.T)
         if self.dim == 2:
             corner = np.stack([at((0,)), at((1,))], axis=1)
         else:
             a, b, c, d = at((0, 0)), at((1, 0)), at((1, 1)), at((0, 1))
             halves = [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
             corner = np.stack(halves, axis=1).reshape(-1, 3, 3)
-            patch = np.repeat(patch, 2)
-        return Facets(corner, np.tile(self.normal, (len(corner), 1)), patch)
+            group = np.repeat(group, 2)
+        return Facets(corner, np.tile(self.normal, (len(corner), 1)), group)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the geometry of an implicit boundary must offer."""
+"""Interface of the geometry of an implicit boundary."""
 
 from __future__ import annotations
 
@@ -14,58 +14,59 @@ from tilth.arrays import Floats, Integers
 
 @dataclass(frozen=True)
 class Facets:
-    """Straight pieces that cover a boundary: n segments (2D) or triangles (3D).
+    """Discretisation of a boundary by n segments (2D) or triangles (3D).
 
     Attributes:
         corner: [length], shape (n, dim, dim): facets, corners, coordinates.
         normal: unit, into the soil, shape (n, dim).
-        patch: permanent number of the patch of surface that a facet belongs to, shape (n,). Asked
-            for a larger region, the same patch has the same facets in the same order.
+        group: permanent number of the group of neighbouring facets that a facet belongs to, shape
+            (n,). A group has the same facets in the same order in every region that contains it.
     """
 
     corner: Floats
     normal: Floats
-    patch: Integers
+    group: Integers
 
 
 @dataclass(frozen=True)
 class QuadraturePoints:
-    """Points that integrate over a boundary; n points.
+    """Quadrature points of a boundary; n points.
 
     Attributes:
         position: on the boundary [length], shape (n, dim).
-        weight: area that a point stands for [length^(dim - 1)], shape (n,).
+        weight: quadrature weight, an area [length^(dim - 1)], shape (n,).
         normal: unit, into the soil, shape (n, dim).
-        patch: of the facet, shape (n,).
-        part: the part of the boundary that a point stands for, of a facet's segment its share, of
-            a triangle the quadrangle between a corner, the middles of two sides and the centroid:
-            from the point to the corner, and the edges from there [length], shape (n, dim, dim).
+        group: group of the facet, see `Facets`, shape (n,).
+        tributary: tributary part of the boundary [length], shape (n, dim, dim). The first row is
+            the vector from the point to a corner of this part, the others are its edges from there.
+            On a segment the part is an interval as long as the weight, on a triangle the quadrangle
+            between a corner, the midpoints of two sides and the centroid.
     """
 
     position: Floats
     weight: Floats
     normal: Floats
-    patch: Integers
-    part: Floats
+    group: Integers
+    tributary: Floats
 
     def of(self, chosen: npt.NDArray[np.bool_]) -> QuadraturePoints:
-        """Returns some of the points."""
+        """Returns the points with the flags `chosen`, shape (n,)."""
         return QuadraturePoints(
             self.position[chosen],
             self.weight[chosen],
             self.normal[chosen],
-            self.patch[chosen],
-            self.part[chosen],
+            self.group[chosen],
+            self.tributary[chosen],
         )
 
 
 class Geometry(Protocol):
-    """A boundary at rest, described by its signed distance and by facets; n places.
+    """A boundary in its reference configuration: signed distance, facets and projection.
 
     Attributes:
         dim: number of directions, 2 or 3.
-        bounded: whether it ends; planes, cylinders and functions do not.
-        flat: whether it is made of flat pieces, whose normals are those of the facets.
+        bounded: whether it is finite; planes, cylinders and functions are not.
+        flat: whether its facets are exact, so that their normals are those of the boundary.
     """
 
     dim: int
@@ -73,34 +74,35 @@ class Geometry(Protocol):
     flat: bool
 
     def distance(self, x: Floats) -> Floats:
-        """Returns the signed distance [length], > 0 in the soil, (n, dim) -> (n,)."""
+        """Returns the signed distance [length] of points (n, dim), > 0 in the soil, shape (n,)."""
         ...
 
     def gradient(self, x: Floats) -> Floats:
-        """Returns the gradient of the distance: unit vectors into the soil, shape (n, dim)."""
+        """Returns the distance's gradient at points (n, dim): unit vectors into the soil."""
         ...
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """Returns facets not much longer than `size` [length].
 
-        One without end covers at least the box from `lower` to `upper`, shape (dim,); one that
-        ends is covered whole.
+        The facets of a bounded geometry are all of it; those of an unbounded one extend at least
+        over the box from `lower` to `upper` [length], shape (dim,).
         """
         ...
 
     def project(self, x: Floats, normal: Floats) -> tuple[Floats, Floats]:
-        """Moves places on facets, whose normals are given, onto the boundary itself.
+        """Projects points on facets, shape (n, dim), with the facets' normals, onto the boundary.
 
-        Returns the places there, shape (n, dim), and the ratio of the areas, shape (n,).
+        Returns the projections [length], shape (n, dim), and the ratio of the area on the boundary
+        to that on the facet, shape (n,).
         """
         ...
 
 
 class RoundGeometry(Geometry, Protocol):
-    """One whose radius may change; `radius` [length]."""
+    """A geometry with a radius [length], which may change with time."""
 
     radius: float
 
     def radial(self, x: Floats) -> Floats:
-        """Returns the vectors from the centre or axis [length], shape (n, dim)."""
+        """Returns the vectors from the centre or axis to points [length], shape (n, dim)."""
         ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Circle, infinite circular cylinder, and sphere, with the soil inside or outside."""
+"""Circle, infinite circular cylinder and sphere, with the soil inside or outside."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tilth.geometry.protocol import Facets
 
 
 class _Round:
-    """What the three share: everything follows from the vectors from the centre or axis."""
+    """Base class: the distance follows from the vectors from the centre or axis."""
 
     flat = False
     dim: int
@@ -34,7 +34,7 @@ class _Round:
         return np.asarray(self.sign * (self.radius - np.linalg.norm(self.radial(x), axis=1)))
 
     def gradient(self, x: Floats) -> Floats:
-        """As `Geometry.gradient`; at the centre any of the radial directions."""
+        """As `Geometry.gradient`; at the centre an arbitrary radial direction."""
         return np.asarray(-self.sign * self._outward(x))
 
     def _outward(self, x: Floats) -> Floats:
@@ -56,7 +56,7 @@ class _Round:
         ratio = ratio * np.abs(np.einsum("ni,ni->n", outward, normal))
         return x + (self.radius - length)[:, None] * outward, ratio
 
-    def _facets(self, corner: Floats, patch: Integers) -> Facets:
+    def _facets(self, corner: Floats, group: Integers) -> Facets:
         middle = corner.mean(axis=1)
         if self.dim == 2:
             edge = corner[:, 1] - corner[:, 0]
@@ -65,11 +65,11 @@ class _Round:
             normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         normal = unit(normal)
         side = np.sign(np.einsum("ni,ni->n", normal, self.gradient(middle)))
-        return Facets(corner, side[:, None] * normal, patch)
+        return Facets(corner, side[:, None] * normal, group)
 
 
 def _sectors(radius: float, size: float) -> int:
-    """Number of chords around a circle: at least 32, even, each at most `size` long."""
+    """Returns the number of chords of a circle: even, at least 32, each at most `size` long."""
     return 2 * max(16, math.ceil(math.pi * radius / size))
 
 
@@ -84,13 +84,13 @@ class Circle(_Round):
         """As `Geometry.facets`: chords."""
         n = _sectors(self.radius, size)
         angle = 2.0 * np.pi * np.arange(n + 1) / n
-        place = self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        place[-1] = place[0]
-        return self._facets(np.stack([place[:-1], place[1:]], axis=1), np.arange(n))
+        vertex = self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        vertex[-1] = vertex[0]
+        return self._facets(np.stack([vertex[:-1], vertex[1:]], axis=1), np.arange(n))
 
 
 class Cylinder(_Round):
-    """Circular cylinder without ends (3D) along the vector `axis` through `centre`."""
+    """Infinite circular cylinder (3D) along the vector `axis` through `centre`."""
 
     dim = 3
     bounded = False
@@ -104,29 +104,29 @@ class Cylinder(_Round):
 
     def radial(self, x: Floats) -> Floats:
         """As `RoundGeometry.radial`."""
-        arm = x - self.centre
-        return np.asarray(arm - (arm @ self.axis)[:, None] * self.axis)
+        offset = x - self.centre
+        return np.asarray(offset - (offset @ self.axis)[:, None] * self.axis)
 
     def _any_direction(self) -> Floats:
         return np.asarray(self._across[0])
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
-        """As `Geometry.facets`: patches by sector and along the axis."""
+        """As `Geometry.facets`: one group per sector and step along the axis."""
         n = _sectors(self.radius, size)
         along = (box_corners(lower, upper) - self.centre) @ self.axis / size
-        levels = np.arange(math.floor(along.min()) - 1, math.ceil(along.max()) + 1)
-        level, sector = (i.ravel() for i in np.meshgrid(levels, np.arange(n), indexing="ij"))
+        rows = np.arange(math.floor(along.min()) - 1, math.ceil(along.max()) + 1)
+        row, sector = (i.ravel() for i in np.meshgrid(rows, np.arange(n), indexing="ij"))
 
-        def at(level: Integers, sector: Integers) -> Floats:
+        def at(row: Integers, sector: Integers) -> Floats:
             angle = 2.0 * np.pi * (sector % n) / n
             ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self._across
-            return np.asarray(self.centre + self.radius * ring + size * level[:, None] * self.axis)
+            return np.asarray(self.centre + self.radius * ring + size * row[:, None] * self.axis)
 
-        a, b = at(level, sector), at(level, sector + 1)
-        c, d = at(level + 1, sector + 1), at(level + 1, sector)
+        a, b = at(row, sector), at(row, sector + 1)
+        c, d = at(row + 1, sector + 1), at(row + 1, sector)
         halves = [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
         corner = np.stack(halves, axis=1).reshape(-1, 3, 3)
-        return self._facets(corner, np.repeat(pack(level, sector), 2))
+        return self._facets(corner, np.repeat(pack(row, sector), 2))
 
 
 class Sphere(_Round):
@@ -137,7 +137,7 @@ class Sphere(_Round):
     power = 2
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
-        """As `Geometry.facets`: an octahedron whose faces are divided, pushed to the sphere."""
+        """As `Geometry.facets`: a subdivided octahedron, projected onto the sphere."""
         n = max(8, math.ceil(0.5 * math.pi * self.radius / size))
         i, j = (k.ravel() for k in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
         up = i + j < n
@@ -157,9 +157,9 @@ class Sphere(_Round):
             ],
             axis=1,
         )
-        share = np.concatenate([upward, downward])
+        barycentric = np.concatenate([upward, downward])
         octants = [
-            share @ np.diag([x, y, z])
+            barycentric @ np.diag([x, y, z])
             for x in (1.0, -1.0)
             for y in (1.0, -1.0)
             for z in (1.0, -1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A closed surface of triangles, from an STL file."""
+"""Closed triangulated surface, read from an STL file."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ from tilth.arrays import Floats, Integers
 from tilth.errors import NOT_GIVEN, BadInput
 from tilth.geometry.protocol import Facets
 
-# Corners nearer than this, as a fraction of the largest extent or coordinate, are the same: the
-# precision of a binary file.
-MERGED = 1e-7
-# Triangles whose height is below this fraction of their longest edge have no normal: dropped.
-DEGENERATE = 1e-9
-# A place nearer than this, as a fraction of the mesh's extent and coordinates, lies on the surface
-# as far as its direction is concerned. Also the margin for round-off in the search.
-ON_SURFACE = 1e-12
-# Pairs of places and triangles, or places, that are worked on at once.
-PAIRS = 1 << 20
-CHUNK = 1 << 14
+# Corners nearer than this, relative to the largest extent or coordinate, are merged: the precision
+# of a binary file.
+MERGE_TOLERANCE = 1e-7
+# Triangles whose height is below this fraction of their longest edge are dropped; also the least
+# volume relative to the cube of the extent.
+DEGENERACY_TOLERANCE = 1e-9
+# A point nearer than this, relative to the largest extent or coordinate, is on the surface: its
+# gradient is the normal. Also the margin for round-off in the search.
+SURFACE_TOLERANCE = 1e-12
+# Pairs of points and triangles, and points, per batch; they bound the memory.
+PAIRS_PER_BATCH = 1 << 20
+POINTS_PER_BATCH = 1 << 14
 
 
 class TriangleMesh:
-    """The surface of a body of triangles; the soil is inside or outside of it.
+    """A closed triangulated surface with the soil inside or outside.
 
     corner: coordinates of the triangles' corners (n, 3, 3) [length]. Corners that differ by no
-        more than the round-off of a file in single precision are the same. The surface must be
-        closed: each edge belongs to two triangles that pass it in opposite directions. It may
-        have several pieces and hollows. Triangles without an area are left out.
+        more than the round-off of a file in single precision are merged. The surface must be
+        closed: each edge belongs to two triangles with opposite directions along it. It may have
+        several separate parts and cavities. Triangles of zero area are dropped.
     inside: whether the soil is inside.
-    key, value: where the mesh stands in the case file, and what is said there, for messages.
+    key, value: key and value of the mesh in the case file, for messages.
     Raises BadInput if the surface is not closed or encloses no volume.
     """
 
@@ -48,7 +49,9 @@ class TriangleMesh:
         corner = np.asarray(corner, dtype=np.float64)
         if not len(corner) or not np.isfinite(corner).all():
             raise BadInput(
-                "holds no triangles" if not len(corner) else "holds places that are not numbers",
+                "contains no triangles"
+                if not len(corner)
+                else "has coordinates that are not finite numbers",
                 "save the surface of a body as triangles",
                 key=key,
                 value=value,
@@ -62,7 +65,7 @@ class TriangleMesh:
         extent = float(np.ptp(vertex, axis=0).max())
         relative = (vertex - vertex.mean(axis=0))[node]
         volume = np.linalg.det(relative).sum() / 6.0
-        if abs(volume) <= DEGENERATE * extent**3:
+        if abs(volume) <= DEGENERACY_TOLERANCE * extent**3:
             raise BadInput(
                 f"encloses no volume ({volume:.3g})",
                 "save the closed surface of a body with a thickness",
@@ -80,10 +83,10 @@ class TriangleMesh:
             axis=1
         )
         norm = np.linalg.norm(twice_area, axis=1)
-        kept = norm > DEGENERATE * longest**2
+        kept = norm > DEGENERACY_TOLERANCE * longest**2
         node, outward = node[kept], twice_area[kept] / norm[kept, None]
         self.corner = vertex[node]
-        self._tolerance = ON_SURFACE * max(extent, float(np.abs(vertex).max()))
+        self._tolerance = SURFACE_TOLERANCE * max(extent, float(np.abs(vertex).max()))
         self._pseudo_normal = _pseudo_normals(node, self.corner, outward)
         self._centre = self.corner.mean(axis=1)
         self._radius = np.linalg.norm(self.corner - self._centre[:, None], axis=2).max(axis=1)
@@ -100,17 +103,17 @@ class TriangleMesh:
         return cls(_read(Path(path), key), soil == "inside", key=key, value=str(path))
 
     def distance(self, x: Floats) -> Floats:
-        """Returns the exact signed distance [length] of places (n, 3), > 0 in the soil, (n,)."""
+        """Returns the exact signed distance [length] of points (n, 3), > 0 in the soil, (n,)."""
         offset, pseudo_normal, _number, _feature = self._nearest(x)
         outside = np.sum(offset * pseudo_normal, axis=1)
         side = np.where(outside < 0.0, -self._sign, self._sign)
         return np.asarray(side * np.linalg.norm(offset, axis=1))
 
     def gradient(self, x: Floats) -> Floats:
-        """Returns the direction into the soil at places (n, 3): unit vectors, same shape.
+        """Returns the direction into the soil at points (n, 3): unit vectors, same shape.
 
-        Where the nearest place lies within a triangle, and at distance zero, the normal there; on
-        an edge or a corner that is the mean of the triangles'.
+        It is the normal where the nearest point lies inside a triangle, and at distance zero, where
+        that of an edge or a corner is the mean of the triangles' normals.
         """
         offset, pseudo_normal, _number, feature = self._nearest(x)
         length = np.linalg.norm(offset, axis=1)
@@ -122,7 +125,7 @@ class TriangleMesh:
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """Returns all triangles, each cut into k^2 equal ones with edges up to `size` [length].
 
-        The box from `lower` to `upper` is not used. The patch is the triangle's number.
+        The box from `lower` to `upper` is not used. The group is the triangle's number.
         """
         del lower, upper
         edge = np.linalg.norm(self.corner - np.roll(self.corner, 1, axis=1), axis=2).max(axis=1)
@@ -134,34 +137,36 @@ class TriangleMesh:
             chosen = np.flatnonzero(cuts == k)
             where = first[chosen][:, None] + np.arange(k * k)
             corner[where] = np.einsum("pcv,tvi->tpci", _pieces(int(k)), self.corner[chosen])
-        patch = np.repeat(np.arange(len(cuts)), number)
+        group = np.repeat(np.arange(len(cuts)), number)
         order = [0, 1, 2] if self._sign > 0.0 else [0, 2, 1]  # anticlockwise seen from the soil
-        return Facets(corner[:, order], self._sign * self._pseudo_normal[patch, 0], patch)
+        return Facets(corner[:, order], self._sign * self._pseudo_normal[group, 0], group)
 
     def project(self, x: Floats, normal: Floats) -> tuple[Floats, Floats]:
-        """Returns the places themselves (n, 3) and the ratio 1 (n,): facets are the surface."""
+        """Returns the points themselves (n, 3) and the ratio 1 (n,): the facets are exact."""
         del normal
         return x, np.ones(len(x))
 
     def _nearest(self, x: Floats) -> tuple[Floats, Floats, Integers, Integers]:
-        """What is nearest to places (n, 3).
+        """Returns the nearest points of the surface to points (n, 3).
 
-        Returns x minus the nearest place (n, 3), the outward pseudo-normal there (n, 3), not a
-        unit vector on edges and corners, the triangle (n,) and its feature (n,), see `_closest`.
+        The results are x minus the nearest point (n, 3), the outward pseudo-normal there (n, 3),
+        not a unit vector on edges and corners, the triangle (n,) and its feature (n,), see
+        `_closest`.
         """
         x = np.asarray(x, dtype=np.float64)
         number = np.empty(len(x), dtype=np.int64)
-        for start in range(0, len(x), CHUNK):
-            number[start : start + CHUNK] = self._nearest_triangle(x[start : start + CHUNK])
+        for start in range(0, len(x), POINTS_PER_BATCH):
+            number[start : start + POINTS_PER_BATCH] = self._nearest_triangle(
+                x[start : start + POINTS_PER_BATCH]
+            )
         offset, feature = _closest(x, self.corner[number])
         return offset, self._pseudo_normal[number, feature], number, feature
 
     def _nearest_triangle(self, x: Floats) -> Integers:
-        """Numbers of the nearest triangles of places (n, 3).
+        """Returns the numbers of the triangles nearest to points (n, 3), shape (n,).
 
-        A first guess, the triangle with the nearest centre of each class of sizes, bounds the
-        distance from above. Only triangles whose sphere about the centre comes as near as this
-        can be nearer, and all of these are looked at.
+        The triangle with the nearest centre in each size class gives an upper bound of the
+        distance. All triangles whose bounding sphere is within this bound are then compared.
         """
         best = np.full(len(x), np.inf)
         nearest = np.zeros(len(x), dtype=np.int64)
@@ -170,66 +175,68 @@ class TriangleMesh:
             length = np.linalg.norm(_closest(x, self.corner[guess])[0], axis=1)
             nearest, best = np.where(length < best, guess, nearest), np.minimum(length, best)
         for tree, member, radius in self._size_classes:
-            reach = (best + radius) * (1.0 + 1e-9) + self._tolerance
-            found = np.asarray(tree.query_ball_point(x, reach, return_length=True))
+            search_radius = (best + radius) * (1.0 + 1e-9) + self._tolerance
+            found = np.asarray(tree.query_ball_point(x, search_radius, return_length=True))
             total = np.cumsum(found)
             start = 0
-            while start < len(x):  # as many places as fill one batch of pairs, at least one
+            while start < len(x):  # as many points as fill one batch of pairs, at least one
                 passed = total[start - 1] if start else 0
-                stop = max(int(np.searchsorted(total, passed + PAIRS, side="right")), start + 1)
+                stop = max(
+                    int(np.searchsorted(total, passed + PAIRS_PER_BATCH, side="right")), start + 1
+                )
                 rows = np.arange(start, stop)
-                lists = tree.query_ball_point(x[rows], reach[rows], return_sorted=True)
-                place = np.repeat(rows, found[rows])
-                if len(place):
+                lists = tree.query_ball_point(x[rows], search_radius[rows], return_sorted=True)
+                point = np.repeat(rows, found[rows])
+                if len(point):
                     local = np.concatenate(lists).astype(np.int64)
-                    length, tried = self._tried(x, best, place, member[local])
-                    _reduce(best, nearest, place[tried], member[local[tried]], length)
+                    length, tried = self._distances(x, best, point, member[local])
+                    _reduce(best, nearest, point[tried], member[local[tried]], length)
                 start = stop
         return nearest
 
-    def _tried(
-        self, x: Floats, best: Floats, place: Integers, triangle: Integers
+    def _distances(
+        self, x: Floats, best: Floats, point: Integers, triangle: Integers
     ) -> tuple[Floats, Integers]:
-        """Distances of the pairs that can beat `best`, and which of the pairs these are.
+        """Returns distances of the pairs that may be below `best`, and the numbers of these pairs.
 
-        A triangle is no nearer than the disc about its centre that holds it.
+        A triangle is no nearer than its bounding disc about its centre.
         """
-        to = x[place] - self._centre[triangle]
+        to = x[point] - self._centre[triangle]
         square = np.einsum("ni,ni->n", to, to)
         height = np.einsum("ni,ni->n", to, self._pseudo_normal[triangle, 0])
-        beside = np.sqrt(np.maximum(square - height * height, 0.0)) - self._radius[triangle]
-        gap = np.hypot(height, np.maximum(beside, 0.0))
+        beyond_disc = np.sqrt(np.maximum(square - height * height, 0.0)) - self._radius[triangle]
+        lower_bound = np.hypot(height, np.maximum(beyond_disc, 0.0))
         margin = 1e-6 * self._radius[triangle] + self._tolerance  # thin triangles' normals
-        tried = np.flatnonzero(gap <= best[place] * (1.0 + 1e-9) + margin)
-        offset, _feature = _closest(x[place[tried]], self.corner[triangle[tried]])
+        tried = np.flatnonzero(lower_bound <= best[point] * (1.0 + 1e-9) + margin)
+        offset, _feature = _closest(x[point[tried]], self.corner[triangle[tried]])
         return np.linalg.norm(offset, axis=1), tried
 
 
 def _reduce(
-    best: Floats, nearest: Integers, place: Integers, triangle: Integers, length: Floats
+    best: Floats, nearest: Integers, point: Integers, triangle: Integers, length: Floats
 ) -> None:
-    """Enters into `best` and `nearest` what is nearer among the pairs of place and triangle."""
-    order = np.lexsort((triangle, length, place))
-    place, triangle, length = place[order], triangle[order], length[order]
-    first = np.ones(len(place), dtype=bool)
-    first[1:] = place[1:] != place[:-1]
-    place, triangle, length = place[first], triangle[first], length[first]
-    nearer = length < best[place]
-    best[place[nearer]], nearest[place[nearer]] = length[nearer], triangle[nearer]
+    """Updates `best` and `nearest` in place with the nearer ones of the point-triangle pairs."""
+    order = np.lexsort((triangle, length, point))
+    point, triangle, length = point[order], triangle[order], length[order]
+    first = np.ones(len(point), dtype=bool)
+    first[1:] = point[1:] != point[:-1]
+    point, triangle, length = point[first], triangle[first], length[first]
+    nearer = length < best[point]
+    best[point[nearer]], nearest[point[nearer]] = length[nearer], triangle[nearer]
 
 
 def _closest(x: Floats, corner: Floats) -> tuple[Floats, Integers]:
-    """Vectors (n, 3) to places x from the nearest places of one triangle (n, 3, 3) each.
+    """Returns vectors (n, 3) to points x from the nearest points of one triangle (n, 3, 3) each.
 
-    Also on which feature of the triangle that place lies (n,): 0 its inside, 1 to 3 the edges
-    from corners 0, 1 and 2 to the next ones, 4 to 6 the corners.
+    The second result is the feature of the triangle on which the nearest point lies (n,): 0 its
+    interior, 1 to 3 the edges from corners 0, 1 and 2 to the next ones, 4 to 6 the corners.
     """
     to = x[:, None] - corner
     edge = np.roll(corner, -1, axis=1) - corner
     normal = np.cross(edge[:, 0], edge[:, 1])
     inward = np.cross(normal[:, None], edge)
     inside = (np.einsum("nij,nij->ni", inward, to) > 0.0).all(axis=1)
-    # On the outline: the nearest of the three edges.
+    # Outside the triangle's prism: the nearest of the three edges.
     square = np.einsum("nij,nij->ni", edge, edge)
     along = np.clip(np.einsum("nij,nij->ni", edge, to) / square, 0.0, 1.0)
     offsets = to - along[..., None] * edge
@@ -243,10 +250,10 @@ def _closest(x: Floats, corner: Floats) -> tuple[Floats, Integers]:
 
 
 def _pseudo_normals(node: Integers, corner: Floats, outward: Floats) -> Floats:
-    """Outward normals (n, 7, 3) of each triangle's inside, edges and corners, as in `_closest`.
+    """Returns outward pseudo-normals (n, 7, 3) of the triangles' features, as in `_closest`.
 
-    On an edge the sum of the two triangles' normals, at a corner the sum of those of all
-    triangles there, weighted by their angles: with these the sign of the distance is right
+    On an edge it is the sum of the two triangles' normals, at a corner the sum of those of all
+    triangles there, weighted by their angles: with these the sign of the distance is correct
     (Baerentzen and Aanaes 2005, https://doi.org/10.1109/TVCG.2005.49).
     """
     normals = np.empty((len(node), 7, 3))
@@ -264,16 +271,16 @@ def _pseudo_normals(node: Integers, corner: Floats, outward: Floats) -> Floats:
     ):
         total = np.zeros((int(number.max()) + 1, 3))
         np.add.at(total, number, weight[..., None] * outward[:, None])
-        # Two triangles folded onto each other have no normal on their edge.
-        lost = np.linalg.norm(total, axis=1)[number] <= 1e-12
-        normals[:, columns] = np.where(lost[..., None], outward[:, None], total[number])
+        # Two triangles folded onto each other have no pseudo-normal on their edge.
+        undefined = np.linalg.norm(total, axis=1)[number] <= 1e-12
+        normals[:, columns] = np.where(undefined[..., None], outward[:, None], total[number])
     return normals
 
 
 def _size_classes(centre: Floats, radius: Floats) -> list[tuple[Any, Integers, float]]:
-    """Triangles sorted by size: for each factor of 2 a tree of their centres.
+    """Returns size classes of triangles, one per factor of 2.
 
-    With each tree the triangles' numbers and the largest radius of a sphere about a centre.
+    Each has a tree of the centres, the triangles' numbers and the largest bounding radius.
     """
     from scipy.spatial import cKDTree  # takes 0.2 s: only where there is such a surface
 
@@ -283,14 +290,16 @@ def _size_classes(centre: Floats, radius: Floats) -> list[tuple[Any, Integers, f
 
 
 def _merged(corner: Floats) -> tuple[Floats, Integers]:
-    """Different corners (m, 3) of triangles (n, 3, 3), and their numbers in each (n, 3)."""
+    """Returns the distinct vertices (m, 3) of triangles (n, 3, 3), and their numbers (n, 3)."""
     from scipy.sparse import coo_array  # take 0.2 s: only where there is such a surface
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     vertex, node = np.unique(corner.reshape(-1, 3), axis=0, return_inverse=True)
-    reach = MERGED * max(float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max()))
-    pairs = cKDTree(vertex).query_pairs(reach, output_type="ndarray")
+    tolerance = MERGE_TOLERANCE * max(
+        float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max())
+    )
+    pairs = cKDTree(vertex).query_pairs(tolerance, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), 2 * (len(vertex),))
     _, group = connected_components(links, directed=False)
     _, first, number = np.unique(group, return_index=True, return_inverse=True)
@@ -298,7 +307,7 @@ def _merged(corner: Floats) -> tuple[Floats, Integers]:
 
 
 def _not_closed(node: Integers, vertex: Floats) -> str:
-    """What keeps the triangles (n, 3) from being a closed surface, in words; or nothing."""
+    """Returns a message why triangles (n, 3) are no closed surface, or an empty text."""
     directed = np.stack([node, np.roll(node, -1, axis=1)], axis=2).reshape(-1, 2)
     forward = directed[:, 0] < directed[:, 1]
     ends, edge, uses = np.unique(
@@ -306,20 +315,20 @@ def _not_closed(node: Integers, vertex: Floats) -> str:
     )
     turns = np.bincount(edge.reshape(-1), weights=np.where(forward, 1.0, -1.0))
     problems = []
-    for wrong, said in (
+    for wrong, description in (
         (uses == 1, "with a triangle on one side only"),
         (uses > 2, "with more than two triangles"),
         ((uses == 2) & (turns != 0.0), "whose two triangles are turned to opposite sides"),
     ):
         if wrong.any():
             first = vertex[ends[np.argmax(wrong)]].mean(axis=0)
-            place = ", ".join(f"{c:.6g}" for c in first)
-            problems.append(f"{wrong.sum()} edges {said} (the first near {place})")
+            where = ", ".join(f"{c:.6g}" for c in first)
+            problems.append(f"{wrong.sum()} edges {description} (the first near {where})")
     return f"the surface is not closed: {'; '.join(problems)}" if problems else ""
 
 
 def _pieces(k: int) -> Floats:
-    """Weights (k^2, 3, 3) of a triangle's corners for the corners of its k^2 equal pieces."""
+    """Returns barycentric coordinates (k^2, 3, 3) of the corners of a triangle's k^2 parts."""
     pieces = []
     for i in range(k):
         for j in range(k - i):
@@ -331,28 +340,28 @@ def _pieces(k: int) -> Floats:
 
 
 def _read(file: Path, key: str) -> Floats:
-    """Corners (n, 3, 3) of the triangles in an STL file."""
+    """Returns the corners (n, 3, 3) of the triangles in an STL file."""
 
-    def refused(problem: str, remedy: str) -> BadInput:
+    def error_for(problem: str, remedy: str) -> BadInput:
         return BadInput(problem, remedy, key=key, value=str(file))
 
     try:
         meshio = importlib.import_module("meshio")
     except ModuleNotFoundError as error:
-        raise refused(
+        raise error_for(
             "an STL file needs the package meshio, which is not installed",
             "install it with `pip install tilth[mesh]`",
         ) from error
     if not file.is_file():
-        raise refused("there is no such file", "check the name and the folder")
+        raise error_for("there is no such file", "check the name and the folder")
     try:
-        with np.errstate(over="ignore"):  # it takes a text for the number of triangles, and looks
+        with np.errstate(over="ignore"):  # meshio may read text as a number of triangles
             mesh = meshio.stl.read(file)
         node = mesh.get_cells_type("triangle")
-        place = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
-        return np.asarray(place[node.reshape(-1, 3)])
+        vertex = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
+        return np.asarray(vertex[node.reshape(-1, 3)])
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AttributeError) as error:
         reason = str(error) or "it is not in that format, or not complete"
-        raise refused(
+        raise error_for(
             f"cannot be read as an STL file: {reason}", "save the surface as an .stl file"
         ) from error

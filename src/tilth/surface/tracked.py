@@ -13,8 +13,8 @@ import numpy.typing as npt
 from tilth.arrays import Flags, Floats, Integers
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
-from tilth.curves.nearest import NearestPlaces
-from tilth.curves.pieces import cut_at_grid, gauss_points
+from tilth.curves.nearest import NearestPoints
+from tilth.curves.quadrature import cut_at_grid, gauss_points
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
@@ -117,13 +117,13 @@ class TrackedSurface:
         """Chain, and segment plus parameter on it, of the place nearest to x (1, 2)."""
         best = (0, 0.0, np.inf)
         for number, tracked in enumerate(self.chains):
-            nearest = NearestPlaces(LocalCubicSpline(tracked.now)).find(x)
+            nearest = NearestPoints(LocalCubicSpline(tracked.now)).find(x)
             at = float(nearest.segment[0] + nearest.parameter[0])
             to_point = np.linalg.norm(tracked.now.points - x, axis=1)
             near = int(to_point.argmin())
             if len(tracked.point_id) or to_point[near] < COINCIDENT * self._spacing:
                 at = float(near)  # there is a point already, or only material points will do
-            distance = float(np.linalg.norm(nearest.arm))
+            distance = float(np.linalg.norm(nearest.offset))
             if distance < best[2]:
                 best = number, at, distance
         return best[0], best[1]
@@ -187,9 +187,9 @@ class TrackedSurface:
             tracked = replace(tracked, now=now)
             moved.append(tracked if len(tracked.point_id) else self._kept_up(tracked))
         crossings = find_crossings([tracked.now for tracked in moved])
-        if not len(crossings.place):
+        if not len(crossings.position):
             return moved, None
-        where = ", ".join(f"{x:.4g}" for x in crossings.place[0])
+        where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
         return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
 
     def _ends_on_axis(self, chain: Chain, active: ActiveGrid) -> Flags:

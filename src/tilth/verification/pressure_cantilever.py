@@ -11,7 +11,7 @@ import numpy as np
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.curves import Chain, LocalCubicSpline
-from tilth.curves.nearest import NearestPlaces
+from tilth.curves.nearest import NearestPoints
 from tilth.curves.spline import left
 from tilth.model import Model, SurfaceLoad
 from tilth.surface.tracked import TrackedSurface
@@ -176,7 +176,7 @@ def bend(model: Model) -> Bending:
 
 def moved_places(initial: Chain, now: Chain) -> Floats:
     """Returns where the end face's two places are now [m], shape (2, 2)."""
-    at = NearestPlaces(LocalCubicSpline(initial)).find(END_FACE)
+    at = NearestPoints(LocalCubicSpline(initial)).find(END_FACE)
     return LocalCubicSpline(now).position(at.segment, at.parameter)
 
 
@@ -186,7 +186,7 @@ def mean_distance(surface: Chain, outline: Floats) -> float:
     The distances of the outline's places, shape (n, 2), are integrated along it by the trapezoidal
     rule; for curves that are close to each other this is the area between them.
     """
-    arm = NearestPlaces(LocalCubicSpline(surface)).find(outline).arm
+    arm = NearestPoints(LocalCubicSpline(surface)).find(outline).offset
     distance = np.linalg.norm(arm, axis=1)
     chord = np.linalg.norm(np.diff(outline, axis=0), axis=1)
     return float(0.5 * (distance[1:] + distance[:-1]) @ chord / chord.sum())

@@ -20,7 +20,7 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.errors import BadInput
 from tilth.geometry.protocol import Geometry, QuadraturePoints
-from tilth.geometry.quadrature import SEGMENT, make_quadrature
+from tilth.geometry.quadrature import SEGMENT_RULE, make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 
@@ -71,19 +71,19 @@ def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadra
         weight=points.weight,
         surface=points.position,
         surface_normal=points.normal,
-        part=points.part,
+        part=points.tributary,
         on_surface=np.arange(n),
         d=np.zeros(n),
         d_prime=np.zeros(n),
         square=np.full(n, 4.0 / (3.0 * delta)),
-        patch=points.patch,
+        patch=points.group,
     )
 
 
 def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
     """Returns the quadrature for K1, K2 and K3, with three Gauss points across the band."""
     n = len(points.weight)
-    share, weight = SEGMENT
+    share, weight = SEGMENT_RULE
     surface = np.repeat(np.arange(n), len(share))
     s = np.tile(share, n)
     d_prime = 2.0 * (1.0 - s) / delta
@@ -94,12 +94,12 @@ def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadratur
         weight=points.weight[surface] * delta * np.tile(weight, n),
         surface=points.position,
         surface_normal=points.normal,
-        part=points.part,
+        part=points.tributary,
         on_surface=surface,
         d=1.0 - (1.0 - s) ** 2,
         d_prime=d_prime,
         square=d_prime**2,
-        patch=points.patch[surface],
+        patch=points.group[surface],
     )
 
 

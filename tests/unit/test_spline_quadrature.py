@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tilth.curves import Chain, LocalCubicSpline
-from tilth.curves.pieces import cut_at_grid, gauss_points
+from tilth.curves.quadrature import cut_at_grid, gauss_points
 
 GRIDS = [
     ([0.0, 0.0], [0.5, 0.5]),  # through the points on the axes
