@@ -55,7 +55,7 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
 
         def after_step(simulation, result, time, lines=lines):
             (chain,) = simulation.surfaces["beam"].chains
-            lines.append(LocalCubicSpline(chain.now).polyline(8))
+            lines.append(LocalCubicSpline(chain.current).polyline(8))
 
         place = march(model, after_step).points.position
         axes.plot(*place.T, ".", color="#d8b070", markersize=30.0 / len(place) ** 0.5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Upkeep of a chain of boundary points, and chains that cross."""
+"""Redistribution of the points of a chain, and chains that cross."""
 
 import time
 
@@ -8,7 +8,7 @@ import pytest
 
 from tilth.curves import Chain, LocalCubicSpline
 from tilth.curves.crossing import find_crossings
-from tilth.surface.upkeep import upkeep
+from tilth.surface.redistribution import redistribute_points
 
 SQUARE = Chain([[0, 0], [1, 0], [1, 1], [0, 1]], True, np.ones(4, dtype=bool))
 
@@ -22,56 +22,56 @@ def lengths(chain):
     return np.linalg.norm(chain.chord, axis=1)
 
 
-def on_old_curve(kept, chain):
+def on_old_curve(new, chain):
     """The new points are the places on the old spline that they say they are."""
-    place = LocalCubicSpline(chain).position(kept.segment, kept.parameter)
-    np.testing.assert_allclose(kept.chain.points, place, atol=1e-15)
-    assert ((kept.parameter >= 0.0) & (kept.parameter <= 1.0)).all()
+    place = LocalCubicSpline(chain).position(new.segment, new.parameter)
+    np.testing.assert_allclose(new.chain.points, place, atol=1e-15)
+    assert ((new.parameter >= 0.0) & (new.parameter <= 1.0)).all()
 
 
 def test_a_chain_with_good_distances_stays_as_it_is():
     for chain in (Chain(circle(40), True), Chain(circle(40)[:30], False)):
-        kept = upkeep(chain, 0.2, 0.09)
-        assert (kept.inserted, kept.merged) == (0, 0)
-        np.testing.assert_array_equal(kept.chain.points, chain.points)
-        on_old_curve(kept, chain)
+        new = redistribute_points(chain, 0.2, 0.09)
+        assert (new.inserted, new.merged) == (0, 0)
+        np.testing.assert_array_equal(new.chain.points, chain.points)
+        on_old_curve(new, chain)
 
 
 @pytest.mark.parametrize("closed", [True, False])
 def test_long_chords_are_divided_on_the_curve(closed):
     chain = Chain(circle(40)[np.r_[0:10, 11:20, 23:40]], closed)
-    kept = upkeep(chain, 0.2, 0.05)
-    assert lengths(kept.chain).max() <= 0.2
-    assert (kept.inserted, kept.merged) == (1 + 3, 0)
-    on_old_curve(kept, chain)
+    new = redistribute_points(chain, 0.2, 0.05)
+    assert lengths(new.chain).max() <= 0.2
+    assert (new.inserted, new.merged) == (1 + 3, 0)
+    on_old_curve(new, chain)
     # a chord up to twice the limit is divided in the middle of its parameter
-    np.testing.assert_array_equal(kept.segment[:12], [*range(10), 9, 10])
-    assert kept.parameter[10] == 0.5
-    off = np.abs(np.linalg.norm(kept.chain.points, axis=1) - 1.0)
+    np.testing.assert_array_equal(new.segment[:12], [*range(10), 9, 10])
+    assert new.parameter[10] == 0.5
+    off = np.abs(np.linalg.norm(new.chain.points, axis=1) - 1.0)
     assert off.max() < 5e-4
     assert off.max() > 0.0
-    assert kept.chain.closed == closed
+    assert new.chain.closed == closed
 
 
 def test_crowded_points_merge_on_the_curve():
     points = circle(40)
     chain = Chain(np.insert(points, [10, 20], circle(40, turn=1e-2)[[9, 19]], axis=0), True)
-    kept = upkeep(chain, 0.4, 0.05)
-    assert (kept.inserted, kept.merged) == (0, 2)
-    on_old_curve(kept, chain)
-    assert (kept.segment[9], kept.parameter[9]) == (9, 0.5)
-    np.testing.assert_allclose(kept.chain.points[9], circle(40, turn=5e-3)[9], atol=1e-6)
-    assert lengths(kept.chain).min() >= 0.05
+    new = redistribute_points(chain, 0.4, 0.05)
+    assert (new.inserted, new.merged) == (0, 2)
+    on_old_curve(new, chain)
+    assert (new.segment[9], new.parameter[9]) == (9, 0.5)
+    np.testing.assert_allclose(new.chain.points[9], circle(40, turn=5e-3)[9], atol=1e-6)
+    assert lengths(new.chain).min() >= 0.05
 
 
 def test_merging_thins_a_crowd_but_not_more():
     points = circle(1000)
-    kept = upkeep(Chain(points, True), 0.2, 0.05)
-    assert lengths(kept.chain).min() >= 0.05
-    assert lengths(kept.chain).max() <= 0.2
-    assert kept.merged > 800
-    np.testing.assert_array_equal(kept.chain.points[0], points[0])
-    area = LocalCubicSpline(kept.chain).area
+    new = redistribute_points(Chain(points, True), 0.2, 0.05)
+    assert lengths(new.chain).min() >= 0.05
+    assert lengths(new.chain).max() <= 0.2
+    assert new.merged > 800
+    np.testing.assert_array_equal(new.chain.points[0], points[0])
+    area = LocalCubicSpline(new.chain).area
     assert abs(area - np.pi) < 1e-5
 
 
@@ -80,11 +80,11 @@ def test_corners_never_merge_and_new_points_are_none():
     sides = [p + step[:, None] * q for p, q in zip(SQUARE.points, SQUARE.chord, strict=True)]
     corner = np.tile([True, False, False, False], 4)
     chain = Chain(np.concatenate(sides), True, corner)
-    kept = upkeep(chain, 0.3, 0.05)
-    assert (kept.merged, kept.inserted) == (8, 8)
-    np.testing.assert_array_equal(kept.chain.points[kept.chain.corner], SQUARE.points)
-    assert abs(LocalCubicSpline(kept.chain).area - 1.0) < 1e-15
-    crowded = upkeep(SQUARE, 9.0, 2.0)
+    new = redistribute_points(chain, 0.3, 0.05)
+    assert (new.merged, new.inserted) == (8, 8)
+    np.testing.assert_array_equal(new.chain.points[new.chain.corner], SQUARE.points)
+    assert abs(LocalCubicSpline(new.chain).area - 1.0) < 1e-15
+    crowded = redistribute_points(SQUARE, 9.0, 2.0)
     assert crowded.merged == 0
     np.testing.assert_array_equal(crowded.chain.points, SQUARE.points)
 
@@ -93,21 +93,21 @@ def test_the_ends_of_an_open_chain_stay():
     way = np.sort(np.random.default_rng(5).uniform(0.0, 1.0, 50))
     way[[0, -1]] = 0.0, 1.0
     chain = Chain(np.stack([way, 0.1 * np.sin(3.0 * way)], axis=1), False)
-    kept = upkeep(chain, 0.2, 0.05)
-    np.testing.assert_array_equal(kept.chain.points[[0, -1]], chain.points[[0, -1]])
-    assert lengths(kept.chain).min() >= 0.05
-    assert lengths(kept.chain).max() <= 0.2
-    on_old_curve(kept, chain)
+    new = redistribute_points(chain, 0.2, 0.05)
+    np.testing.assert_array_equal(new.chain.points[[0, -1]], chain.points[[0, -1]])
+    assert lengths(new.chain).min() >= 0.05
+    assert lengths(new.chain).max() <= 0.2
+    on_old_curve(new, chain)
 
 
 def test_a_chain_is_never_merged_away():
-    kept = upkeep(Chain(circle(12, 1e-3), True), 1.0, 0.25)
-    assert len(kept.chain) == 4
+    new = redistribute_points(Chain(circle(12, 1e-3), True), 1.0, 0.25)
+    assert len(new.chain) == 4
 
 
 def test_limits_that_would_insert_and_merge_by_turns_are_refused():
     with pytest.raises(ValueError, match=r"shortest = 0\.15 must be below half of longest = 0\.2"):
-        upkeep(SQUARE, 0.2, 0.15)
+        redistribute_points(SQUARE, 0.2, 0.15)
 
 
 def test_a_simple_chain_does_not_cross():

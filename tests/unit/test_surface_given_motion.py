@@ -57,7 +57,7 @@ def moved(shape: dict[str, Any], end: Floats, **changed: Any) -> Chain:
     surface = march(model).surfaces["block"]
     assert isinstance(surface, TrackedSurface)
     (chain,) = surface.chains
-    return chain.now
+    return chain.current
 
 
 def box_outline(parts: int = 400) -> Floats:
@@ -86,7 +86,7 @@ def test_a_block_keeps_its_outline_in_an_affine_motion(end: Floats, changed: Any
 
 @every_motion
 def test_a_disc_keeps_its_outline_to_fourth_order_in_the_spacing(end: Floats) -> None:
-    """Its spline is of fourth order, also through points that upkeep added between the others."""
+    """Its spline is of fourth order, also through points inserted between the others."""
     exact = disc_outline() @ end.T
     chains = [moved(DISC, end, surface={"spacing": s}) for s in (0.2, 0.1, 0.05)]
     error = np.array([mean_distance(chain, exact) for chain in chains])

@@ -228,7 +228,7 @@ def test_resultants_in_space() -> None:
     loads, active = loads_of(shell({"pressure": -5.0, "part": "inner"}))
     force = loads.force(np.zeros((active.nodes, 3))).sum(axis=0)
     simulation = Simulation(Model.from_dict(shell({"pressure": 1.0})))
-    triangles = simulation.surfaces["blob"].triangles.now  # type: ignore[attr-defined]
+    triangles = simulation.surfaces["blob"].triangles.current  # type: ignore[attr-defined]
     expected = -5.0 * triangles.area_vector[triangles.in_part("inner")].sum(axis=0)
     np.testing.assert_allclose(force, expected, rtol=1e-12)
     np.testing.assert_allclose(force, 5.0 * np.pi / 4.0 * np.array([-1, -1, -1]), rtol=0.1)

@@ -108,7 +108,7 @@ class Loaded:
 
     @property
     def spline(self) -> LocalCubicSpline:
-        return LocalCubicSpline(self.simulation.surfaces["block"].chains[0].now)
+        return LocalCubicSpline(self.simulation.surfaces["block"].chains[0].current)
 
 
 SHEARED = [[1.4, 0.7], [-0.3, 0.9]]
@@ -150,7 +150,7 @@ def test_pressure_on_an_arc_is_that_on_its_chord():
     exact = PRESSURE * TURN @ (ends[1] - ends[0])
     np.testing.assert_allclose(loaded.resultant(), exact, atol=2.0 * PRESSURE * 9e-6)
     points = loaded.simulation.surfaces["block"].chains[0]
-    start, end = points.now.points[points.marked]
+    start, end = points.current.points[points.marked]
     np.testing.assert_allclose(loaded.resultant(), PRESSURE * TURN @ (end - start), atol=1e-13)
 
 

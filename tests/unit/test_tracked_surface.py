@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Surfaces that move with the soil: upkeep, marks, crossings, resumed runs."""
+"""Surfaces that move with the soil: redistribution, marks, crossings, resumed runs."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.curves.chain import Chain
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
-from tilth.surface.tracked import LONGEST, SHORTEST, TrackedSurface
-from tilth.surface.upkeep import upkeep
+from tilth.surface.redistribution import redistribute_points
+from tilth.surface.tracked import LONGEST_CHORD_RATIO, SHORTEST_CHORD_RATIO, TrackedSurface
 from tilth.verification.march import march
 
 STEPS = 8
@@ -77,14 +77,14 @@ def test_boundary_points_move_with_the_soil(points: str, basis: str) -> None:
     tracked = surface_of(simulation).chains[0]
     origin = simulation.grid.origin
     expected = origin + (tracked.initial.points - origin) @ end.T
-    np.testing.assert_allclose(tracked.now.points, expected, atol=1e-9)
-    assert tracked.now.corner.sum() == 4
+    np.testing.assert_allclose(tracked.current.points, expected, atol=1e-9)
+    assert tracked.current.corner.sum() == 4
     if points == "extra":
-        chord = np.linalg.norm(tracked.now.chord, axis=1)
-        assert chord.max() <= LONGEST * 0.25 * (1.0 + 1e-9)
-        assert chord.min() >= SHORTEST * 0.25 * 0.5
-        assert len(tracked.now) != 32
-        area = LocalCubicSpline(tracked.now).area
+        chord = np.linalg.norm(tracked.current.chord, axis=1)
+        assert chord.max() <= LONGEST_CHORD_RATIO * 0.25 * (1.0 + 1e-9)
+        assert chord.min() >= SHORTEST_CHORD_RATIO * 0.25 * 0.5
+        assert len(tracked.current) != 32
+        area = LocalCubicSpline(tracked.current).area
         assert area == pytest.approx(4.0 * np.linalg.det(end), rel=1e-9)
         places = [[2.1, 2.2], [0.1, 2.2], [0.1, 1.7], [0.1, 0.61]]
         np.testing.assert_allclose(tracked.initial.points[tracked.marked], places, atol=1e-9)
@@ -93,7 +93,7 @@ def test_boundary_points_move_with_the_soil(points: str, basis: str) -> None:
 def test_extra_points_lie_on_the_edge_and_the_outer_layer_within() -> None:
     for points, side in (("extra", 2.0), ("outer_layer", 1.75)):
         simulation = Simulation(stretched([[1.0, 0.0], [0.0, 1.0]], points=points))
-        area = LocalCubicSpline(surface_of(simulation).chains[0].now).area
+        area = LocalCubicSpline(surface_of(simulation).chains[0].current).area
         assert area == pytest.approx(side**2, rel=1e-12)
 
 
@@ -151,11 +151,11 @@ def test_a_boundary_point_that_leaves_the_soil_fails_the_step() -> None:
         simulation.advance(0.0, 0.1)
 
 
-def test_upkeep_never_takes_a_kept_point_away() -> None:
+def test_redistribution_never_removes_a_kept_point() -> None:
     points = [[0.0, 0.0], [1.0, 0.0], [1.05, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0]]
     chain = Chain(points, closed=False)
     kept = np.array([False, False, True, False, False, False])
     for marks, expected in ((None, 1.025), (kept, 1.05)):
-        new = upkeep(chain, 2.0, 0.2, marks).chain
+        new = redistribute_points(chain, 2.0, 0.2, marks).chain
         assert len(new) == 5
         assert new.points[1, 0] == pytest.approx(expected, abs=1e-12)

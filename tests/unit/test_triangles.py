@@ -96,16 +96,16 @@ def test_what_is_not_closed():
 @pytest.mark.parametrize(("number", "degree"), [(3, 2), (6, 4)])
 def test_rules_are_exact_up_to_their_degree_and_no_further(number, degree):
     rule = triangle_rule(number)
-    assert rule.place.shape == (number, 3)
-    np.testing.assert_allclose(rule.place.sum(axis=1), 1.0, rtol=1e-15)
-    assert (rule.place > 0.0).all()
+    assert rule.barycentric.shape == (number, 3)
+    np.testing.assert_allclose(rule.barycentric.sum(axis=1), 1.0, rtol=1e-15)
+    assert (rule.barycentric > 0.0).all()
     assert (rule.weight > 0.0).all()
 
     def error(a, b, c):
         # the integral of products of shares: a! b! c! / (a + b + c + 2)!
         factorial = math.factorial
         exact = factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 2)
-        return abs(rule.weight @ np.prod(rule.place ** [a, b, c], axis=1) - exact) / exact
+        return abs(rule.weight @ np.prod(rule.barycentric ** [a, b, c], axis=1) - exact) / exact
 
     def powers(total):
         return [(a, b, total - a - b) for a in range(total + 1) for b in range(total + 1 - a)]
@@ -117,7 +117,7 @@ def test_rules_are_exact_up_to_their_degree_and_no_further(number, degree):
 
 def test_a_rule_integrates_over_triangles_in_space():
     surface, rule = skew(), triangle_rule(3)
-    position = np.einsum("qc,mci->mqi", rule.place, surface.corner)
+    position = np.einsum("qc,mci->mqi", rule.barycentric, surface.corner)
     product = np.cross(surface.tangent[:, 0], surface.tangent[:, 1])
     # the divergence theorem for x and for x^2 / 2 in each direction, soil inside
     centre = np.array([100.0, -50.0, 3.0]) + STRETCH @ [0.5, 0.5, 0.5]
@@ -157,9 +157,9 @@ def test_new_vertices_are_half_way_between_their_parents():
     assert (result.parents < old + np.arange(len(result.parents))[:, None]).all()
     np.testing.assert_allclose(fine.vertices[result.parents].mean(axis=1), fine.vertices[old:])
     # a linear field is carried exactly, whatever its shape
-    np.testing.assert_allclose(result.carried(skew().vertices), fine.vertices, rtol=1e-15)
+    np.testing.assert_allclose(result.interpolated(skew().vertices), fine.vertices, rtol=1e-15)
     np.testing.assert_allclose(
-        result.carried(skew().vertices @ [1.0, 2.0, 3.0]), fine.vertices @ [1.0, 2.0, 3.0]
+        result.interpolated(skew().vertices @ [1.0, 2.0, 3.0]), fine.vertices @ [1.0, 2.0, 3.0]
     )
 
 
@@ -177,7 +177,7 @@ def test_nothing_long_changes_nothing():
     result = subdivide(cube(), 1.5)
     np.testing.assert_array_equal(result.triangles.triangle, CUBE_FACES)
     assert len(result.parents) == 0
-    np.testing.assert_array_equal(result.carried(CUBE), CUBE)
+    np.testing.assert_array_equal(result.interpolated(CUBE), CUBE)
     with pytest.raises(ValueError, match="above zero"):
         subdivide(cube(), 0.0)
 

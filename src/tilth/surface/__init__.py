@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tracked surfaces of bodies, and the loads on them."""
+"""Tracked surfaces of bodies and the loads on them."""

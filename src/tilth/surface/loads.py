@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Loads distributed over surfaces, in one load step (docs/theory/surface.md).
 
-With the points of the surface at x = X + u, u the grid's displacement, a piece of it with edges E
-has the edges (1 + grad u) E. Pressure and shear act on those: the load follows the surface within
-Newton's iteration, and its derivative belongs to the stiffness.
+With the points of the surface at x = X + u, u the grid's displacement, an element of the surface
+with edges E has the edges (1 + grad u) E. Pressure and shear act on these: the load follows the
+surface within the Newton iterations, and its derivative belongs to the stiffness.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 
 @dataclass(frozen=True)
 class DeclaredLoad:
-    """A load on a surface as the user declares it.
+    """A declared load on a surface.
 
     Attributes:
-        number: among all loads of the model.
+        number: index among all loads of the model.
         load: the declaration.
-        curve: how it grows.
+        curve: load factor over time.
     """
 
     number: int
@@ -65,14 +65,14 @@ class SurfaceLoads(Term):
     """All loads on surfaces in one step.
 
     Args:
-        loads: as they are declared.
+        loads: the declared loads.
         kind: "plane_strain", "axisymmetric" or "3d".
-        surfaces: of the bodies, by the bodies' names.
+        surfaces: surfaces of the bodies, by the bodies' names.
         active: the grid of the step.
         before, after: times at the start and the end of the step.
 
     Raises:
-        StepFailed: a loaded surface left the soil.
+        StepFailed: a loaded surface is more than a cell away from the soil.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class SurfaceLoads(Term):
 
     @property
     def coupled(self) -> list[NodeLists]:
-        """As `Term.coupled`: the nodes of each cell that loaded points are in."""
+        """As `Term.coupled`: the nodes of each cell that contains loaded points."""
         return [(same_starts(each.at.node), each.at.node.ravel()) for each in self._loaded]
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
@@ -118,47 +118,53 @@ class SurfaceLoads(Term):
         return self._force(np.zeros((self._active.nodes, self._active.grid.dim)), self._before)
 
     def force(self, displacement: Floats) -> Floats:
-        """Returns the nodal force at its end for a nodal displacement [force], (nodes, dim)."""
+        """Returns the nodal force at the step's end for a displacement [force], (nodes, dim)."""
         return self._force(displacement, self._after)
 
     def at_points(self, displacement: Floats) -> list[tuple[SurfaceLoad, Floats, Floats]]:
         """Returns each load with its quadrature points [length] and their forces [force], (n, dim).
 
-        As they are at the start of the step, the forces those of its end.
+        The points are those at the start of the step, the forces those at its end.
         """
         return [
-            (loaded.load, loaded.points.position, self._traction(loaded, displacement, self._after))
+            (
+                loaded.load,
+                loaded.points.position,
+                self._force_at_points(loaded, displacement, self._after),
+            )
             for loaded in self._loaded
         ]
 
     def _force(self, displacement: Floats, time: float) -> Floats:
         force = np.zeros_like(displacement)
         for loaded in self._loaded:
-            force += loaded.at.scatter(self._traction(loaded, displacement, time), len(force))
+            force += loaded.at.scatter(
+                self._force_at_points(loaded, displacement, time), len(force)
+            )
         return force
 
     def subtract_derivative(
         self, displacement: Floats, elements: Sequence[Elements], blocks: Floats
     ) -> None:
         """Subtracts the derivative of `force` from the node blocks (blocks, dim, dim)."""
-        for loaded, places in zip(self._loaded, elements, strict=True):
+        for loaded, cell_elements in zip(self._loaded, elements, strict=True):
             derivative = self._derivative(loaded, displacement, self._after)  # (n, b, i, k)
             if derivative is None:
                 continue
             matrix = -np.einsum("na,nbik->nabik", loaded.at.value, derivative)
             matrix = np.ascontiguousarray(np.add.reduceat(matrix, loaded.at.start[:-1], axis=0))
-            _core.add_dense_blocks(places, matrix, blocks)
+            _core.add_dense_blocks(cell_elements, matrix, blocks)
 
     def _moved(self, loaded: _Loaded, displacement: Floats) -> tuple[Floats, Floats]:
-        """Places of the quadrature points and their edges for a nodal displacement."""
+        """Returns positions and edges of the quadrature points for a nodal displacement."""
         nodal = displacement[loaded.at.node[loaded.at.cell]]
-        place = loaded.points.position + np.einsum("na,nai->ni", loaded.at.value, nodal)
+        position = loaded.points.position + np.einsum("na,nai->ni", loaded.at.value, nodal)
         gradient = np.einsum("nai,naj->nij", nodal, loaded.at.gradient)
         edges = loaded.points.edges
-        return place, edges + np.einsum("nij,nej->nei", gradient, edges)
+        return position, edges + np.einsum("nij,nej->nei", gradient, edges)
 
     def _pressure(self, loaded: _Loaded, height: Floats, time: float) -> Floats:
-        """Pressure at the quadrature points [stress], shape (n,)."""
+        """Returns the pressure at the quadrature points [stress], shape (n,)."""
         load = loaded.load
         pressure = np.full(len(height), load.pressure)
         if load.pressure_along is not None:
@@ -169,17 +175,17 @@ class SurfaceLoads(Term):
             pressure += load.hydrostatic.unit_weight * depth
         return loaded.curve.factor(time) * pressure
 
-    def _traction(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats:
-        """Force of each quadrature point [force], shape (n, dim)."""
+    def _force_at_points(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats:
+        """Returns the force of each quadrature point [force], shape (n, dim)."""
         load, points = loaded.load, loaded.points
         factor = loaded.curve.factor(time)
-        place, edges = points.initial_position, points.initial_edges
+        position, edges = points.initial_position, points.initial_edges
         if load.follower:
-            place, edges = self._moved(loaded, displacement)
-        force = self._pressure(loaded, place[:, -1], time)[:, None] * area_vector(edges)
+            position, edges = self._moved(loaded, displacement)
+        force = self._pressure(loaded, position[:, -1], time)[:, None] * area_vector(edges)
         force += factor * load.shear * edges[:, 0]
         if self._axisymmetric:
-            force *= 2.0 * np.pi * place[:, :1]
+            force *= 2.0 * np.pi * position[:, :1]
         if load.traction is not None:
             area = np.linalg.norm(area_vector(points.initial_edges), axis=1)
             if self._axisymmetric:
@@ -188,27 +194,27 @@ class SurfaceLoads(Term):
         return force
 
     def _derivative(self, loaded: _Loaded, displacement: Floats, time: float) -> Floats | None:
-        """Derivative of `_traction` by the displacement of the cell's nodes, (n, nodes, i, k)."""
+        """Returns the derivative of `_force_at_points` by nodal displacements (n, nodes, i, k)."""
         load, at = loaded.load, loaded.at
         if not load.follower or not (
             load.pressure or load.shear or load.pressure_along or load.hydrostatic
         ):
             return None
         factor = loaded.curve.factor(time)
-        place, edges = self._moved(loaded, displacement)
-        dim = place.shape[1]
-        pressure = self._pressure(loaded, place[:, -1], time)
+        position, edges = self._moved(loaded, displacement)
+        dim = position.shape[1]
+        pressure = self._pressure(loaded, position[:, -1], time)
         area = area_vector(edges)
         by_edge = pressure[:, None, None, None] * area_derivative(edges)
         by_edge[:, 0] += factor * load.shear * np.eye(dim)
         along = np.einsum("naj,nej->nae", at.gradient, loaded.points.edges)
         derivative = np.einsum("nae,neik->naik", along, by_edge)
         if load.hydrostatic is not None:
-            wet = place[:, -1] < _level(load, time)
+            wet = position[:, -1] < _level(load, time)
             by_height = -factor * load.hydrostatic.unit_weight * wet[:, None] * area
             derivative[..., -1] += at.value[:, :, None] * by_height[:, None]
         if self._axisymmetric:
-            derivative *= 2.0 * np.pi * place[:, 0, None, None, None]
+            derivative *= 2.0 * np.pi * position[:, 0, None, None, None]
             force = pressure[:, None] * area + factor * load.shear * edges[:, 0]
             derivative[..., 0] += 2.0 * np.pi * at.value[:, :, None] * force[:, None]
         return np.asarray(derivative)
@@ -231,6 +237,7 @@ class _AssembledSurfaceLoads(AssembledTerm):
 
 
 def _level(load: SurfaceLoad, time: float) -> float:
+    """Returns the water level [length] at a time."""
     assert load.hydrostatic is not None
     level = load.hydrostatic.level
     return level if isinstance(level, float) else LoadCurve(level).factor(time)

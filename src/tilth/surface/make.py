@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tracked surfaces that a model declares."""
+"""Creates the tracked surfaces that a model declares."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
     `points` are the material points at time 0.
 
     Raises:
-        BadInput: a surface cannot be made, or a load finds no part of it.
+        BadInput: a surface cannot be created, or a load is on no part of it.
     """
     surfaces: dict[str, BodySurface] = {}
     for number, body in enumerate(model.bodies):
         if body.surface is None:
             continue
-        # much of the package: only where there is one
+        # imported only where needed: they import much of the package
         from tilth.surface.tracked import TrackedSurface
         from tilth.surface.tracked_triangles import TrackedSolidSurface
 
@@ -47,7 +47,7 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
 
 
 def require_near_soil(model: Model, surfaces: dict[str, BodySurface], active: ActiveGrid) -> None:
-    """Refuses boundary points that no soil is near to at the start, shape (n, dim) [length].
+    """Checks that all boundary points of tracked surfaces are near the soil at the start.
 
     Raises:
         BadInput: a boundary point is more than a cell away from any cell with soil.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The outline of a body in the plane as chains of boundary points."""
+"""Outline of a body in the plane as chains of boundary points."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tilth.bodies.request import Request
 from tilth.curves.chain import Chain, sharp_corners
 from tilth.model import Body, Box, Circle, Mesh, Polygon
 
-# Places with a radius below this, in cells, are on the axis of symmetry.
-ON_AXIS = 1e-9
-# Turning angle [degrees] above which a vertex of a polygon or a mesh is a corner, unless another
-# one is asked for: a circle of more than 18 edges is smooth.
+# Points with a radius below this [cell sizes] are on the axis of symmetry.
+AXIS_TOLERANCE = 1e-9
+# Default turning angle [degrees] above which a vertex of a polygon or a mesh is a corner: a circle
+# of more than 18 edges is smooth.
 CORNER_ANGLE = 20.0
-# Fewest points of a full circle.
-CIRCLE_POINTS = 16
+# Least number of points of a full circle.
+MINIMUM_CIRCLE_POINTS = 16
 
 
 def outline(
@@ -36,15 +36,15 @@ def outline(
     """Returns the chains of points along a body's outline, outer ones first, then holes.
 
     The soil is on their left. Corners of boxes and polygons are corners of the chains; straight
-    sides are divided evenly. In axisymmetry a body that touches the axis has open chains that end
-    there: the axis is no surface.
+    sides are divided evenly. In axisymmetry a body with points on the axis has open chains that end
+    there, since the axis is no surface.
 
     Args:
         body: a body in the plane.
-        kind: plane_strain or axisymmetric; there is none in 3d.
+        kind: "plane_strain" or "axisymmetric".
         cell_size: sides of a cell [length], shape (2,).
-        spacing: largest distance of the points [length]; half of a cell's smaller side if not
-            given.
+        spacing: largest distance of neighbouring points [length]; half of a cell's smaller side if
+            not given.
         corner_angle: turning angle [degrees] above which a vertex of a polygon or a mesh is a
             corner.
 
@@ -80,10 +80,12 @@ def _polygon(shape: Polygon, request: Request, spacing: float, corner_angle: flo
 def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[Chain]:
     centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
     half = request.axisymmetric and centre[0] == 0.0
-    around = math.pi if half else 2.0 * math.pi
-    chords = max(math.ceil(around * radius / spacing), CIRCLE_POINTS // (2 if half else 1))
+    full_angle = math.pi if half else 2.0 * math.pi
+    chords = max(
+        math.ceil(full_angle * radius / spacing), MINIMUM_CIRCLE_POINTS // (2 if half else 1)
+    )
     # Half a circle goes from the lower end of the axis to the upper one.
-    angle = (-0.5 * math.pi if half else 0.0) + around * np.arange(chords + half) / chords
+    angle = (-0.5 * math.pi if half else 0.0) + full_angle * np.arange(chords + half) / chords
     points = centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     if half:
         points[[0, -1], 0] = 0.0
@@ -91,17 +93,19 @@ def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[C
 
 
 def _mesh(shape: Mesh, request: Request, spacing: float, corner_angle: float) -> list[Chain]:
-    """The edges of a mesh that belong to one element only."""
-    place: dict[int, Floats] = {}
+    """Returns the chains of the edges that belong to one element only."""
+    position: dict[int, Floats] = {}
     edges = []
     for block in read_mesh(Path(shape.file), 2, request):
         ahead = np.roll(block.corners, -1, axis=1)
-        turned = block.corners[..., 0] * ahead[..., 1] - ahead[..., 0] * block.corners[..., 1]
-        nodes = np.where(turned.sum(axis=1)[:, None] < 0.0, block.nodes[:, ::-1], block.nodes)
+        signed_area = block.corners[..., 0] * ahead[..., 1] - ahead[..., 0] * block.corners[..., 1]
+        nodes = np.where(signed_area.sum(axis=1)[:, None] < 0.0, block.nodes[:, ::-1], block.nodes)
         edges.append(np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=2).reshape(-1, 2))
-        place.update(zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 2), strict=True))
-    loops = _loops(np.concatenate(edges), place, request)
-    outlines = [np.array([place[node] for node in loop]) for loop in loops]
+        position.update(
+            zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 2), strict=True)
+        )
+    loops = _loops(np.concatenate(edges), position, request)
+    outlines = [np.array([position[node] for node in loop]) for loop in loops]
     outlines.sort(key=_signed_area, reverse=True)
     return [
         chain
@@ -112,15 +116,15 @@ def _mesh(shape: Mesh, request: Request, spacing: float, corner_angle: float) ->
     ]
 
 
-def _loops(edges: Integers, place: dict[int, Floats], request: Request) -> list[list[int]]:
-    """Closed loops of nodes along the directed edges (n, 2) that have no opposite."""
+def _loops(edges: Integers, position: dict[int, Floats], request: Request) -> list[list[int]]:
+    """Returns closed loops of nodes along directed edges (n, 2) without an opposite edge."""
     count = int(edges.max()) + 1
     opposite = edges[:, 1] * count + edges[:, 0]
     outer = edges[~np.isin(edges[:, 0] * count + edges[:, 1], opposite)]
     following = dict(outer.tolist())
     if len(following) < len(outer):
         nodes, times = np.unique(outer[:, 0], return_counts=True)
-        x, y = place[int(nodes[times > 1][0])]
+        x, y = position[int(nodes[times > 1][0])]
         raise request.refused(
             f"the outline of the mesh touches itself at ({x:.6g}, {y:.6g})",
             "join its parts by an edge there, or part them",
@@ -138,14 +142,14 @@ def _loops(edges: Integers, place: dict[int, Floats], request: Request) -> list[
 
 
 def _divided(vertices: Floats, corner: Flags, request: Request, spacing: float) -> list[Chain]:
-    """Chains along the closed outline of vertices (n, 2), its edges divided evenly.
+    """Returns chains along the closed polygon of vertices (n, 2), its edges divided evenly.
 
-    Without the edges on the axis of symmetry, which leave open chains.
+    Edges on the axis of symmetry are left out, which gives open chains.
     """
     n = len(vertices)
     on_axis = np.zeros(n, dtype=bool)
     if request.axisymmetric:
-        on_axis = np.abs(vertices[:, 0]) <= ON_AXIS * float(request.cell_size[0])
+        on_axis = np.abs(vertices[:, 0]) <= AXIS_TOLERANCE * float(request.cell_size[0])
     skipped = np.flatnonzero(on_axis & np.roll(on_axis, -1))
     if not len(skipped):
         return [_chain(np.arange(n + 1) % n, vertices, corner, spacing, True)]
@@ -160,15 +164,15 @@ def _divided(vertices: Floats, corner: Flags, request: Request, spacing: float) 
 def _chain(
     number: Integers, vertices: Floats, corner: Flags, spacing: float, closed: bool
 ) -> Chain:
-    """The chain through vertices in the order of `number`, which for a closed one repeats one."""
+    """Returns the chain through numbered vertices; a closed one repeats the first at the end."""
     vertex = vertices[number]
     ahead = np.diff(vertex, axis=0)
     length = np.linalg.norm(ahead, axis=1)
     parts = np.maximum(np.ceil(length / spacing * (1.0 - 1e-12)), 1.0).astype(np.int64)
     edge = np.repeat(np.arange(len(ahead)), parts)
-    share = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[edge]
-    points = vertex[edge] + share[:, None] * ahead[edge]
-    flag = corner[number][edge] & (share == 0.0)
+    fraction = (np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[edge]
+    points = vertex[edge] + fraction[:, None] * ahead[edge]
+    flag = corner[number][edge] & (fraction == 0.0)
     if closed:
         return Chain(points, True, flag)
     flag[0] = False  # an end of the chain
@@ -176,10 +180,10 @@ def _chain(
 
 
 def _signed_area(vertices: Floats) -> float:
-    """Area of a closed outline [length^2], > 0 if it is anticlockwise."""
-    arm = vertices - vertices[0]
-    ahead = np.roll(arm, -1, axis=0)
-    return 0.5 * float((arm[:, 0] * ahead[:, 1] - ahead[:, 0] * arm[:, 1]).sum())
+    """Returns the area of a closed polygon [length^2], > 0 if it is anticlockwise."""
+    relative = vertices - vertices[0]
+    ahead = np.roll(relative, -1, axis=0)
+    return 0.5 * float((relative[:, 0] * ahead[:, 1] - ahead[:, 0] * relative[:, 1]).sum())
 
 
 SHAPES: dict[type, Callable[[Any, Request, float, float], list[Chain]]] = {

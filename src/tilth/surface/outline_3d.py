@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The surface of a body in space as triangles."""
+"""Surface of a body in space as triangles."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.model import Body, Box, Cylinder, Mesh, Sphere
 from tilth.model.shapes import side_signs
-from tilth.surface.patches import (
-    Patch,
+from tilth.surface.panels import (
+    Panel,
     arc,
-    between_rows,
     chords_of_quarter,
     joined,
+    number_of_parts,
     octant,
-    parts_of,
     quarter_ring,
     rectangle,
+    triangulate_rows,
 )
 from tilth.surface.subdivide import subdivide
 from tilth.surface.triangles import Triangles
 
-# Longest edge, such as the diagonal of a square, over the distance along the rows of vertices.
-ACROSS = 1.5
+# Largest ratio of an edge, such as the diagonal of a square, to the spacing along rows of vertices.
+LONGEST_EDGE_RATIO = 1.5
 # Corners of the faces of a tetrahedron and of a hexahedron, anticlockwise seen from inside.
 FACES = {
     "tetrahedron": [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]],
@@ -50,14 +50,14 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
     own axes; of a cylinder "side", "low" and "high", of a tube "inner" as well; of a sphere
     "surface", of a shell "outer" and "inner"; of a mesh "surface". Where `sides` cuts a cylinder or
-    sphere at the plane of its centre that is normal to x, the part is "cut x", and so on: a plane
-    of symmetry, which is no surface of the soil.
+    sphere at a plane through its centre normal to x, y or z, the part is "cut x", "cut y" or
+    "cut z": a plane of symmetry, which is no surface of the soil.
 
     Args:
         body: a body in space.
         cell_size: sides of a cell [length], shape (3,).
-        spacing: largest distance of vertices along their rows [length], half of a cell's smallest
-            side if not given. Edges across, such as diagonals, are at most 1.5 times as long.
+        spacing: largest distance of vertices along their rows [length]; half of a cell's smallest
+            side if not given. Edges between rows are at most 1.5 times as long.
 
     Raises:
         BadInput: the body has no such surface, or its mesh cannot be read.
@@ -77,84 +77,92 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
 def _box(shape: Box, _: Request, spacing: float) -> Triangles:
     lower, axes = np.asarray(shape.lower, dtype=float), np.array(shape.axes)
     edge = np.diag(np.asarray(shape.upper, dtype=float) - lower)
-    patches = []
+    panels = []
     for i, name in enumerate("xyz"):
         j, k = (i + 1) % 3, (i + 2) % 3
         low = rectangle(f"{name}-", np.zeros(3), edge[j], edge[k], spacing)
         high = rectangle(f"{name}+", edge[i], edge[j], edge[k], spacing)
-        patches += [low, high.turned()]
-    return joined([patch.mapped(axes.T, lower) for patch in patches])
+        panels += [low, high.flipped()]
+    return joined([panel.transformed(axes.T, lower) for panel in panels])
 
 
 def _sphere(shape: Sphere, _: Request, spacing: float) -> Triangles:
     outer, inner, signs = shape.radius, shape.inner_radius or 0.0, side_signs(shape.sides)
-    patches = [octant("outer" if inner else "surface", outer, spacing)]
+    panels = [octant("outer" if inner else "surface", outer, spacing)]
     if inner:
-        patches.append(octant("inner", inner, spacing).turned())
+        panels.append(octant("inner", inner, spacing).flipped())
     ring = quarter_ring("", inner, outer, spacing)
     for i in np.flatnonzero(signs):
         cut = replace(ring, part=f"cut {'xyz'[i]}")
-        patches.append(cut.mapped(_cycle(int(i)), np.zeros(3)))
-    return _mirrored(patches, signs, np.asarray(shape.centre, dtype=float))
+        panels.append(cut.transformed(_cycle(int(i)), np.zeros(3)))
+    return _mirrored(panels, signs, np.asarray(shape.centre, dtype=float))
 
 
 def _cylinder(shape: Cylinder, _: Request, spacing: float) -> Triangles:
-    """The quarter at x, y >= 0 of a cylinder along z, then turned and mirrored."""
+    """Returns the surface, by rotation and reflection of the quarter x, y >= 0 along z."""
     outer, inner = shape.radius, shape.inner_radius or 0.0
     along = "xyz".index(shape.axis)
     rise = np.array([0.0, 0.0, shape.height])
     low = quarter_ring("low", inner, outer, spacing)
-    high = quarter_ring("high", inner, outer, spacing).mapped(np.eye(3), rise).turned()
-    patches = [_round_side("side", outer, rise, spacing).turned(), low, high]
+    high = quarter_ring("high", inner, outer, spacing).transformed(np.eye(3), rise).flipped()
+    panels = [_round_side("side", outer, rise, spacing).flipped(), low, high]
     if inner:
-        patches.append(_round_side("inner", inner, rise, spacing))
-    turn, signs = _cycle(along), side_signs(shape.sides)
+        panels.append(_round_side("inner", inner, rise, spacing))
+    rotation, signs = _cycle(along), side_signs(shape.sides)
     for own in range(2):  # the axes of the quarter
         axis = (along + 1 + own) % 3
         if signs[axis]:
             other, part = np.eye(3)[1 - own], f"cut {'xyz'[axis]}"
             wall = rectangle(part, inner * other, (outer - inner) * other, rise, spacing)
-            patches.append(wall.turned() if own else wall)
-    patches = [patch.mapped(turn, np.zeros(3)) for patch in patches]
+            panels.append(wall.flipped() if own else wall)
+    panels = [panel.transformed(rotation, np.zeros(3)) for panel in panels]
     ends = tuple(1 if i == along else sign for i, sign in enumerate(signs))
-    return _mirrored(patches, ends, np.asarray(shape.centre, dtype=float))
+    return _mirrored(panels, ends, np.asarray(shape.centre, dtype=float))
 
 
-def _round_side(part: str, radius: float, rise: Floats, spacing: float) -> Patch:
-    """A quarter of a cylinder's side; its normals point away from the axis."""
-    rows = parts_of(float(rise.max()), spacing)
+def _round_side(part: str, radius: float, rise: Floats, spacing: float) -> Panel:
+    """Returns a quarter of a cylinder's side; its normals point away from the axis."""
+    rows = number_of_parts(float(rise.max()), spacing)
     row = arc(radius, chords_of_quarter(radius, spacing))
-    return between_rows(part, [row + k / rows * rise for k in range(rows + 1)])
+    return triangulate_rows(part, [row + k / rows * rise for k in range(rows + 1)])
 
 
 def _cycle(axis: int) -> Floats:
-    """The rotation that puts z on this axis and keeps the order of the axes."""
+    """Returns the rotation matrix that maps z to this axis and keeps the cyclic order."""
     return np.roll(np.eye(3), axis - 2, axis=0)
 
 
-def _mirrored(patches: list[Patch], signs: tuple[int, ...], centre: Floats) -> Triangles:
-    """Patches at x, y, z >= 0 on both sides of the centre, on one where the sign is not 0."""
-    ways = product(*((sign,) if sign else (1, -1) for sign in signs))
-    return joined([patch.mapped(np.diag(way), centre) for way in ways for patch in patches])
+def _mirrored(panels: list[Panel], signs: tuple[int, ...], centre: Floats) -> Triangles:
+    """Returns panels at x, y, z >= 0 reflected to all sides; one side where a sign is not 0."""
+    all_signs = product(*((sign,) if sign else (1, -1) for sign in signs))
+    return joined(
+        [
+            panel.transformed(np.diag(combination), centre)
+            for combination in all_signs
+            for panel in panels
+        ]
+    )
 
 
 def _mesh(shape: Mesh, request: Request, spacing: float) -> Triangles:
-    """The faces that belong to one element only; quadrilaterals are cut along the short diagonal.
+    """Returns the triangles of the faces that belong to one element only.
 
-    Long edges are halved.
+    Quadrilaterals are cut along the shorter diagonal; long edges are halved.
     """
     blocks = read_mesh(Path(shape.file), 3, request)
-    place: dict[int, Floats] = {}
+    position: dict[int, Floats] = {}
     faces: dict[tuple[int, ...], list[int]] = {}
     for block in blocks:
-        place.update(zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 3), strict=True))
+        position.update(
+            zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 3), strict=True)
+        )
         for face in _faces_of(block):
             key = tuple(sorted(face))
             if faces.pop(key, None) is None:
                 faces[key] = face
     nodes = sorted({node for face in faces for node in face})
     number = {node: i for i, node in enumerate(nodes)}
-    vertices = np.array([place[node] for node in nodes])
+    vertices = np.array([position[node] for node in nodes])
     triangle = [t for face in faces.values() for t in _cut([number[n] for n in face], vertices)]
     surface = Triangles(vertices, triangle)
     if not surface.closed:
@@ -163,11 +171,11 @@ def _mesh(shape: Mesh, request: Request, spacing: float) -> Triangles:
             "join the elements by whole faces; part those that meet in an edge only",
             "shape.file",
         )
-    return subdivide(surface, ACROSS * spacing).triangles
+    return subdivide(surface, LONGEST_EDGE_RATIO * spacing).triangles
 
 
 def _faces_of(block: Block) -> list[list[int]]:
-    """Nodes of the faces of all elements, anticlockwise seen from inside."""
+    """Returns the nodes of the faces of all elements, anticlockwise seen from inside."""
     _, volume = block.element.pieces(block.corners, 1)
     nodes = np.where(volume < 0.0, block.nodes[:, block.element.mirror], block.nodes)
     faces: Integers = nodes[:, FACES[block.element.name]]
@@ -175,6 +183,7 @@ def _faces_of(block: Block) -> list[list[int]]:
 
 
 def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
+    """Returns the triangles of a face; a quadrilateral is cut along its shorter diagonal."""
     if len(face) == 3:
         return [face]
     a, b, c, d = face

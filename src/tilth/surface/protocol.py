@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the surface of a body must offer: a curve in the plane or triangles in space."""
+"""Interface of the surface of a body: a curve in the plane or triangles in space."""
 
 from __future__ import annotations
 
@@ -21,34 +21,39 @@ class BodySurface(Protocol):
     name: str
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
-        """Returns quadrature points for a load step on this grid."""
+        """Returns the quadrature points of the surface for a load step on this grid."""
         ...
 
     def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
-        """Returns the rows that load `number` of the model covers, and arc lengths there."""
+        """Returns the rows of the quadrature with load `number` of the model, and arc lengths.
+
+        Shape (m,) each; the arc lengths [length] are initial ones from the loaded part's start.
+        """
         ...
 
     def moved(
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
     ) -> tuple[Any, str | None]:
-        """Returns the state after a converged step, and a warning where the surface crosses itself.
+        """Returns the state after a converged step, and a warning if the surface crosses itself.
 
         Args:
             active: the grid of the step.
             displacement: of its nodes [length], shape (nodes, dim).
-            points: the material points at its start; `position` theirs at its end.
+            points: the material points at the start of the step.
+            position: of the material points at its end [length], shape (points, dim).
 
         Raises:
-            StepFailed: a boundary point left the soil.
+            StepFailed: a boundary point is more than a cell away from the soil, or the surface is
+                not valid.
         """
         ...
 
     def commit(self, state: Any) -> None:
-        """Takes on a state that `moved` returned."""
+        """Sets the state that `moved` returned."""
         ...
 
     def enclosed(self) -> float:
-        """Returns the area, in space the volume, that it encloses [length^dim].
+        """Returns the enclosed area (2D) or volume (3D) [length^dim].
 
         Raises:
             BadSurface: the curve or surface is open.
@@ -56,13 +61,13 @@ class BodySurface(Protocol):
         ...
 
     def shape(self) -> SurfaceShape:
-        """Returns the surface as it is written."""
+        """Returns the surface for the results file."""
         ...
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns what a checkpoint must hold."""
+        """Returns the arrays of a checkpoint by name."""
         ...
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Goes on from the state of a checkpoint."""
+        """Restores the state from the arrays of a checkpoint."""
         ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Long edges of triangles are halved, both neighbours of an edge together."""
+"""Refinement of triangles by bisection of their long edges."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tilth.surface.triangles import Triangles
 
 @dataclass(frozen=True)
 class Subdivision:
-    """A surface after its long edges were halved; the first n vertices are the old ones.
+    """A refined surface; its first n vertices are those of the original one.
 
     Attributes:
         triangles: the new surface.
-        parents: the two vertices half way between which each new vertex lies, shape (new, 2). A
-            parent may be new itself; its number is smaller than that of the vertex.
-        origin: number of the old triangle in which each new one lies, shape (m,).
-        passes: number of the vertices before the first pass and after each one; the parents of the
-            vertices of a pass come from earlier ones.
+        parents: the ends of the edge whose midpoint each new vertex is, shape (new, 2). A parent
+            may be new itself; its number is smaller than that of the vertex.
+        origin: number of the original triangle that contains each new one, shape (m,).
+        passes: numbers of vertices before the first pass and after each pass; the parents of new
+            vertices are from earlier passes.
     """
 
     triangles: Triangles
@@ -29,8 +29,8 @@ class Subdivision:
     origin: Integers
     passes: tuple[int, ...]
 
-    def carried(self, values: Floats) -> Floats:
-        """Returns values of the old vertices (n, ...) with those of the new ones behind them."""
+    def interpolated(self, values: Floats) -> Floats:
+        """Returns values of the original vertices (n, ...) followed by those of the new ones."""
         total = np.empty((self.passes[-1], *values.shape[1:]))
         total[: self.passes[0]] = values
         for begin, end in zip(self.passes[:-1], self.passes[1:], strict=True):
@@ -43,8 +43,9 @@ def subdivide(triangles: Triangles, longest: float) -> Subdivision:
     """Returns a surface without edges longer than `longest` [length].
 
     The longest edge of a triangle is halved before its other ones (M.C. Rivara, 1984, Algorithms
-    for refining triangular grids suitable for adaptive and multigrid techniques): the least angle
-    stays above half of what it was. A closed surface stays closed; flat parts stay what they are.
+    for refining triangular grids suitable for adaptive and multigrid techniques): the smallest
+    angle remains above half of its original value. A closed surface remains closed; plane parts
+    remain the same.
 
     Raises:
         ValueError: `longest` is not above zero.
@@ -58,8 +59,8 @@ def subdivide(triangles: Triangles, longest: float) -> Subdivision:
         edges, side, length = _edges(vertices, triangle)
         longest_side = np.argmax(length[side], axis=1)
         own_longest = side[np.arange(len(side)), longest_side]
-        # Long edges that are not the longest of any triangle wait for a later pass. A triangle with
-        # a halved edge has a longest edge that is halved as well.
+        # Long edges that are not the longest of any triangle are halved in a later pass. The
+        # longest edge of a triangle with a halved edge is halved as well.
         halved = np.zeros(len(edges), dtype=bool)
         halved[own_longest] = length[own_longest] > longest
         if not halved.any():
@@ -80,7 +81,7 @@ def subdivide(triangles: Triangles, longest: float) -> Subdivision:
 
 
 def _edges(vertices: Floats, triangle: Integers) -> tuple[Integers, Integers, Floats]:
-    """The edges (e, 2), their numbers on the triangles (m, 3) and their lengths (e,)."""
+    """Returns the edges (e, 2), their numbers in the triangles (m, 3) and lengths (e,)."""
     both = np.sort(np.stack([triangle, np.roll(triangle, -1, axis=1)], axis=2), axis=2)
     key, side = np.unique(both[..., 0] * len(vertices) + both[..., 1], return_inverse=True)
     edges = np.stack(np.divmod(key, len(vertices)), axis=1)
@@ -91,13 +92,14 @@ def _edges(vertices: Floats, triangle: Integers) -> tuple[Integers, Integers, Fl
 def _halves(
     triangle: Integers, middle: Integers, longest_side: Integers
 ) -> tuple[Integers, Integers]:
-    """Parts of the triangles between the middles of their edges (m, 3), and where they come from.
+    """Returns the refined triangles (k, 3), and the number of the original one of each (k,).
 
-    middle: numbers of the vertices half way along the edges, -1 where an edge is not halved.
+    middle: numbers of the vertices at the edges' midpoints (m, 3), -1 where one is not halved.
+    longest_side: position of the longest edge in each triangle (m,).
     """
     number = np.arange(len(triangle))
     turn = (number[:, None], (longest_side[:, None] + np.arange(3)) % 3)
-    # From a to b leads the longest edge.
+    # The longest edge is that from a to b.
     (a, b, c), (ab, bc, ca) = triangle[turn].T, middle[turn].T
     cut = ab >= 0
     groups = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The surface of a body in the plane: chains of boundary points that move with the soil."""
+"""Tracked surface of a body in the plane: chains of boundary points that move with the soil."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import locate_in_cells, near_soil
 from tilth.output.snapshot import SurfaceShape
-from tilth.surface.outline import ON_AXIS, outline
+from tilth.surface.outline import AXIS_TOLERANCE, outline
 from tilth.surface.quadrature import SurfaceQuadrature
-from tilth.surface.upkeep import upkeep
+from tilth.surface.redistribution import redistribute_points
 
-LONGEST = 1.25
-"""A chord longer than this many spacings of the start is divided."""
-SHORTEST = 0.25
-"""Of two points nearer than this many spacings one is left out."""
+LONGEST_CHORD_RATIO = 1.25
+"""A chord longer than this many initial spacings is divided."""
+SHORTEST_CHORD_RATIO = 0.25
+"""Two points nearer than this many initial spacings are merged."""
 GAUSS_POINTS = 5
-"""On each piece of the spline in a cell; exact for a constant pressure on the shape functions."""
-COINCIDENT = 1e-6
-"""Places nearer than this many spacings are one."""
+"""Gauss points per piece of the spline in a cell; exact for forces of a constant pressure."""
+COINCIDENCE_TOLERANCE = 1e-6
+"""Points nearer than this many initial spacings coincide."""
 
 
 @dataclass(frozen=True)
 class TrackedChain:
-    """One chain and what its points remember.
+    """One chain with its initial configuration; n points.
 
     Attributes:
-        now: the n points where they are.
-        initial: the same points where they were at time 0.
-        marked: numbers of the points that loaded parts begin and end at, shape (marks,).
-        point_id: the material points it consists of, shape (n,); empty for extra points.
+        current: the chain at its current position.
+        initial: the chain of the same points at time 0.
+        marked: numbers of the points where loaded parts begin or end, shape (marks,).
+        point_id: the material points of the chain, shape (n,); empty for extra points.
     """
 
-    now: Chain
+    current: Chain
     initial: Chain
     marked: Integers
     point_id: Integers
@@ -57,16 +57,16 @@ class TrackedSurface:
     """All chains of one body.
 
     Attributes:
-        name: of the body.
+        name: name of the body.
         chains: outer ones first, then holes; the soil is on their left.
 
     Args:
         model: the declared problem.
-        number: of the body in it, which has a `surface`.
+        number: index of the body in the model; it declares a `surface`.
         points: the material points at time 0.
 
     Raises:
-        BadInput: no chain can be made of what is declared, or a load finds no part of it.
+        BadInput: the declared surface is no valid chain, or a load is on no part of it.
     """
 
     def __init__(self, model: Model, number: int, points: MaterialPoints) -> None:
@@ -89,7 +89,7 @@ class TrackedSurface:
                 self._mark(load_number, load)
 
     def _mark(self, number: int, load: SurfaceLoad) -> None:
-        """Marks the ends of a loaded part; a point is added where there is none."""
+        """Marks the ends of a loaded part; a boundary point is inserted where there is none."""
         found = [self._nearest(np.array([x])) for x in (load.start, load.end)]
         key = f"loads[{number}]"
         if found[0][0] != found[1][0]:
@@ -100,8 +100,8 @@ class TrackedSurface:
                 value=load.end,
             )
         chain_number = found[0][0]
-        tracked, at = self.chains[chain_number], np.array([place for _, place in found])
-        if not tracked.now.closed and at[0] >= at[1]:
+        tracked, at = self.chains[chain_number], np.array([coordinate for _, coordinate in found])
+        if not tracked.current.closed and at[0] >= at[1]:
             raise BadInput(
                 "the part runs against the chain: the soil would be on its right",
                 "exchange `start` and `end`",
@@ -114,55 +114,52 @@ class TrackedSurface:
         self.chains[chain_number] = replace(tracked, marked=np.append(tracked.marked, here))
 
     def _nearest(self, x: Floats) -> tuple[int, float]:
-        """Chain, and segment plus parameter on it, of the place nearest to x (1, 2)."""
+        """Returns chain, and segment plus parameter on it, of the point nearest to x (1, 2)."""
         best = (0, 0.0, np.inf)
         for number, tracked in enumerate(self.chains):
-            nearest = NearestPoints(LocalCubicSpline(tracked.now)).find(x)
+            nearest = NearestPoints(LocalCubicSpline(tracked.current)).find(x)
             at = float(nearest.segment[0] + nearest.parameter[0])
-            to_point = np.linalg.norm(tracked.now.points - x, axis=1)
+            to_point = np.linalg.norm(tracked.current.points - x, axis=1)
             near = int(to_point.argmin())
-            if len(tracked.point_id) or to_point[near] < COINCIDENT * self._spacing:
-                at = float(near)  # there is a point already, or only material points will do
+            if len(tracked.point_id) or to_point[near] < COINCIDENCE_TOLERANCE * self._spacing:
+                at = float(near)  # an existing point; the outer layer has no others
             distance = float(np.linalg.norm(nearest.offset))
             if distance < best[2]:
                 best = number, at, distance
         return best[0], best[1]
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
-        """Returns Gauss points on the spline's pieces in the cells of the grid."""
+        """As `BodySurface.quadrature`: Gauss points on the spline's pieces in the grid's cells."""
         parts = []
         for tracked in self.chains:
-            now, initial = LocalCubicSpline(tracked.now), LocalCubicSpline(tracked.initial)
-            pieces = cut_at_grid(now, active.grid.origin, active.grid.cell_size)
-            at = gauss_points(now, pieces, GAUSS_POINTS)
-            share = at.weight * 0.5 * (pieces.end - pieces.begin)[at.piece]
+            current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
+            pieces = cut_at_grid(current, active.grid.origin, active.grid.cell_size)
+            at = gauss_points(current, pieces, GAUSS_POINTS)
+            length = at.weight * 0.5 * (pieces.end - pieces.begin)[at.piece]
             parts.append(
                 SurfaceQuadrature(
                     position=at.position,
                     edges=(at.weight[:, None] * at.derivative)[:, None],
                     initial_position=initial.position(at.segment, at.parameter),
-                    initial_edges=(share[:, None] * initial.derivative(at.segment, at.parameter))[
+                    initial_edges=(length[:, None] * initial.derivative(at.segment, at.parameter))[
                         :, None
                     ],
-                    patch=at.segment,
+                    element=at.segment,
                     arc_length=initial.arc_length(at.segment, at.parameter),
                 )
             )
-        return SurfaceQuadrature.joined(parts, [len(tracked.now) for tracked in self.chains])
+        return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
 
     def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
-        """Returns what of the quadrature a load of the model covers, and the arc lengths there.
-
-        Rows of the quadrature, shape (m,), and initial arc length from the part's start [length].
-        """
+        """As `BodySurface.loaded`."""
         if number not in self._parts:
-            return np.arange(len(quadrature.patch)), quadrature.arc_length
+            return np.arange(len(quadrature.element)), quadrature.arc_length
         chain, first, last = self._parts[number]
         tracked = self.chains[chain]
-        n, (begin, end) = len(tracked.now), tracked.marked[[first, last]]
+        n, (begin, end) = len(tracked.current), tracked.marked[[first, last]]
         count = (end - begin) % n or n
-        offset = sum(len(before.now) for before in self.chains[:chain])
-        segment = quadrature.patch - offset
+        offset = sum(len(before.current) for before in self.chains[:chain])
+        segment = quadrature.element - offset
         rows = np.flatnonzero((segment >= 0) & (segment < n) & ((segment - begin) % n < count))
         initial = LocalCubicSpline(tracked.initial)
         arc = quadrature.arc_length[rows] - initial.arc_length(begin, np.zeros(()))
@@ -175,18 +172,18 @@ class TrackedSurface:
         moved = []
         for tracked in self.chains:
             if len(tracked.point_id):
-                place = position[points.index_of(tracked.point_id)]
+                x = position[points.index_of(tracked.point_id)]
             else:
-                place = moved_with(active, tracked.now.points, displacement, self.name)
-                on_axis = self._ends_on_axis(tracked.now, active)
-                place[on_axis, 0] = tracked.now.points[on_axis, 0]
+                x = moved_with_grid(active, tracked.current.points, displacement, self.name)
+                on_axis = self._ends_on_axis(tracked.current, active)
+                x[on_axis, 0] = tracked.current.points[on_axis, 0]
             try:
-                now = Chain(place, tracked.now.closed, tracked.now.corner)
+                current = Chain(x, tracked.current.closed, tracked.current.corner)
             except BadSurface as error:
                 raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
-            tracked = replace(tracked, now=now)
-            moved.append(tracked if len(tracked.point_id) else self._kept_up(tracked))
-        crossings = find_crossings([tracked.now for tracked in moved])
+            tracked = replace(tracked, current=current)
+            moved.append(tracked if len(tracked.point_id) else self._redistributed(tracked))
+        crossings = find_crossings([tracked.current for tracked in moved])
         if not len(crossings.position):
             return moved, None
         where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
@@ -197,44 +194,50 @@ class TrackedSurface:
         found = np.zeros(len(chain), dtype=bool)
         if self._axisymmetric and not chain.closed:
             found[[0, -1]] = True
-        near = np.abs(chain.points[:, 0]) <= ON_AXIS * active.grid.cell_size[0]
+        near = np.abs(chain.points[:, 0]) <= AXIS_TOLERANCE * active.grid.cell_size[0]
         return np.asarray(found & near)
 
     def commit(self, state: list[TrackedChain]) -> None:
         """As `BodySurface.commit`."""
         self.chains = state
 
-    def _kept_up(self, tracked: TrackedChain) -> TrackedChain:
-        kept = np.zeros(len(tracked.now), dtype=bool)
+    def _redistributed(self, tracked: TrackedChain) -> TrackedChain:
+        """Returns the chain after insertion and merging of points."""
+        kept = np.zeros(len(tracked.current), dtype=bool)
         kept[tracked.marked] = True
-        new = upkeep(tracked.now, LONGEST * self._spacing, SHORTEST * self._spacing, kept)
+        new = redistribute_points(
+            tracked.current,
+            LONGEST_CHORD_RATIO * self._spacing,
+            SHORTEST_CHORD_RATIO * self._spacing,
+            kept,
+        )
         if not (new.inserted or new.merged):
             return tracked
         initial = LocalCubicSpline(tracked.initial).position(new.segment, new.parameter)
         number = np.rint(new.segment + new.parameter).astype(np.int64)
         old = np.abs(new.segment + new.parameter - number) == 0.0
-        place = np.full(len(tracked.now) + 1, -1)
-        place[number[old]] = np.flatnonzero(old)
+        new_number = np.full(len(tracked.current) + 1, -1)
+        new_number[number[old]] = np.flatnonzero(old)
         return TrackedChain(
-            now=new.chain,
+            current=new.chain,
             initial=Chain(initial, new.chain.closed, new.chain.corner),
-            marked=place[tracked.marked],
+            marked=new_number[tracked.marked],
             point_id=tracked.point_id,
         )
 
     def enclosed(self) -> float:
-        """As `BodySurface.enclosed`; holes have none."""
-        return sum(LocalCubicSpline(tracked.now).area for tracked in self.chains)
+        """As `BodySurface.enclosed`; negative for holes."""
+        return sum(LocalCubicSpline(tracked.current).area for tracked in self.chains)
 
     def shape(self) -> SurfaceShape:
-        """Returns the surface as it is written: the boundary points and the chords."""
+        """As `BodySurface.shape`: the boundary points and the chords."""
         position, cells, normal, arc, first = [], [], [], [], 0
         for tracked in self.chains:
-            spline, n = LocalCubicSpline(tracked.now), len(tracked.now)
+            spline, n = LocalCubicSpline(tracked.current), len(tracked.current)
             segment, t = np.arange(n), np.zeros(n)
-            if not tracked.now.closed:
+            if not tracked.current.closed:
                 segment[-1], t[-1] = n - 2, 1.0
-            position.append(tracked.now.points)
+            position.append(tracked.current.points)
             normal.append(_mean_normal(spline, segment, t))
             arc.append(spline.arc_length(segment, t))
             ahead = np.stack([np.arange(n), (np.arange(n) + 1) % n], axis=1)
@@ -244,12 +247,12 @@ class TrackedSurface:
         return SurfaceShape(self.name, np.concatenate(position), np.concatenate(cells), fields)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
-        """Returns what a checkpoint must hold."""
+        """As `BodySurface.state`."""
         found: dict[str, npt.NDArray[Any]] = {}
         for number, tracked in enumerate(self.chains):
             for name, array in (
-                ("points", tracked.now.points),
-                ("corner", tracked.now.corner),
+                ("points", tracked.current.points),
+                ("corner", tracked.current.corner),
                 ("initial", tracked.initial.points),
                 ("marked", tracked.marked),
                 ("point_id", tracked.point_id),
@@ -258,13 +261,13 @@ class TrackedSurface:
         return found
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Goes on from the state of a checkpoint."""
+        """As `BodySurface.restore`."""
         chains = []
         for number, tracked in enumerate(self.chains):
-            closed, corner = tracked.now.closed, state[f"{number}_corner"]
+            closed, corner = tracked.current.closed, state[f"{number}_corner"]
             chains.append(
                 TrackedChain(
-                    now=Chain(state[f"{number}_points"], closed, corner),
+                    current=Chain(state[f"{number}_points"], closed, corner),
                     initial=Chain(state[f"{number}_initial"], closed, corner),
                     marked=state[f"{number}_marked"],
                     point_id=state[f"{number}_point_id"],
@@ -273,21 +276,30 @@ class TrackedSurface:
         self.chains = chains
 
 
-def moved_with(active: ActiveGrid, place: Floats, displacement: Floats, name: str) -> Floats:
-    """Returns places (n, dim) moved with the grid; in an empty cell with the nearest soil.
+def moved_with_grid(
+    active: ActiveGrid, position: Floats, displacement: Floats, name: str
+) -> Floats:
+    """Returns positions (n, dim) after the grid's displacement; in empty cells it is extrapolated.
+
+    Args:
+        active: the grid of the step.
+        position: [length], shape (n, dim).
+        displacement: of the nodes [length], shape (nodes, dim).
+        name: name of the body, for messages.
 
     Raises:
-        StepFailed: a place is more than a cell away from the soil.
+        StepFailed: a point is more than a cell away from the soil.
     """
-    if not near_soil(active, place).all():
+    if not near_soil(active, position).all():
         raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, place)
-    moved = place.copy()
+    order, at = locate_in_cells(active, position)
+    moved = position.copy()
     moved[order] += at.interpolate(displacement)
     return moved
 
 
 def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list[Chain]:
+    """Returns the chains of a declared surface; `key` is that of its vertices."""
     surface = body.surface
     assert surface is not None
     if surface.vertices is None:
@@ -306,7 +318,7 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
 
 
 def _outer_layer(chain: Chain, points: MaterialPoints, number: int) -> tuple[Chain, Integers]:
-    """The chain through the material points of a body nearest to an outline, and their numbers."""
+    """Returns the chain of the material points nearest to an outline, and their numbers."""
     part = points.part(points.bodies[number])
     distance = np.linalg.norm(part.position[None] - chain.points[:, None], axis=2)
     nearest = distance.argmin(axis=1)
@@ -321,23 +333,28 @@ def _outer_layer(chain: Chain, points: MaterialPoints, number: int) -> tuple[Cha
 
 
 def _with_points(tracked: TrackedChain, at: Floats) -> tuple[TrackedChain, Integers]:
-    """The chain with points at these places (segment plus parameter) too, and their numbers."""
-    now = tracked.now
-    spline = LocalCubicSpline(now)
-    new = np.setdiff1d(at, np.arange(len(now)))
+    """Returns the chain with points inserted at `at`, and the numbers of these points.
+
+    at: segment plus parameter of each point, shape (n,); existing points are not repeated.
+    """
+    current = tracked.current
+    spline = LocalCubicSpline(current)
+    new = np.setdiff1d(at, np.arange(len(current)))
     segment = np.minimum(new.astype(np.int64), len(spline) - 1)
-    place = np.concatenate([np.arange(len(now)), new])
-    order = np.argsort(place)
-    points = np.concatenate([now.points, spline.position(segment, new - segment)])[order]
-    corner = np.concatenate([now.corner, np.zeros(len(new), dtype=bool)])[order]
-    chain = Chain(points, now.closed, corner)
-    place = place[order]
-    marked = np.searchsorted(place, tracked.marked)
-    return replace(tracked, now=chain, initial=chain, marked=marked), np.searchsorted(place, at)
+    coordinate = np.concatenate([np.arange(len(current)), new])
+    order = np.argsort(coordinate)
+    points = np.concatenate([current.points, spline.position(segment, new - segment)])[order]
+    corner = np.concatenate([current.corner, np.zeros(len(new), dtype=bool)])[order]
+    chain = Chain(points, current.closed, corner)
+    coordinate = coordinate[order]
+    marked = np.searchsorted(coordinate, tracked.marked)
+    return replace(tracked, current=chain, initial=chain, marked=marked), np.searchsorted(
+        coordinate, at
+    )
 
 
 def _mean_normal(spline: LocalCubicSpline, segment: Integers, t: Floats) -> Floats:
-    """Normals at the points of a chain; at a corner the mean of both sides."""
+    """Returns unit normals at the points of a chain (n, 2); at a corner the mean of both sides."""
     here = spline.normal(segment, t)
     before = np.roll(spline.normal(np.arange(len(spline)), np.ones(len(spline))), 1, axis=0)
     if not spline.chain.closed:

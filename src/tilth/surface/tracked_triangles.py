@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The surface of a body in space: triangles whose vertices move with the soil."""
+"""Tracked surface of a body in space: triangles whose vertices move with the soil."""
 
 from __future__ import annotations
 
@@ -21,25 +21,32 @@ from tilth.output.snapshot import SurfaceShape
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
-from tilth.surface.tracked import moved_with
+from tilth.surface.tracked import moved_with_grid
 from tilth.surface.triangles import Triangles, triangle_rule
 
-LONGEST = 2.0
-"""An edge longer than this many spacings of the start is halved; some have 1.5 at the start."""
+LONGEST_EDGE_RATIO = 2.0
+"""An edge longer than this many initial spacings is halved; initially the ratio is at most 1.5."""
 
 
 @dataclass(frozen=True)
 class TrackedTriangles:
-    """The triangles now, and where their vertices were at time 0 [length], shape (n, 3)."""
+    """The current triangles, and the initial positions of their vertices [length], shape (n, 3)."""
 
-    now: Triangles
+    current: Triangles
     initial: Floats
 
 
 class TrackedSolidSurface:
-    """The triangulated surface of one body; as `TrackedSurface`, which is a curve's.
+    """The triangulated surface of one body in space, see `BodySurface`.
 
-    Planes of symmetry that a shape is cut at carry no load, unless it names them.
+    A load without a named part does not act on planes of symmetry at which a shape is cut.
+
+    Args:
+        model: the declared problem.
+        number: index of the body in the model; it declares a `surface`.
+
+    Raises:
+        BadInput: the body has no such surface, or a load names an unknown part of it.
     """
 
     def __init__(self, model: Model, number: int) -> None:
@@ -58,53 +65,55 @@ class TrackedSolidSurface:
                 self._part_of[load_number] = load.part
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
-        """As `BodySurface.quadrature`: six places on each triangle, whatever the grid."""
-        now, rule = self.triangles.now, triangle_rule(6)
-        initial = Triangles(self.triangles.initial, now.triangle)
-        count, places = len(now.triangle), len(rule.weight)
-        patch = np.repeat(np.arange(count), places)
+        """As `BodySurface.quadrature`: six points on each triangle, independent of the grid."""
+        current, rule = self.triangles.current, triangle_rule(6)
+        initial = Triangles(self.triangles.initial, current.triangle)
+        count, points = len(current.triangle), len(rule.weight)
+        element = np.repeat(np.arange(count), points)
         weight = np.tile(rule.weight, count)
 
         def edges(triangles: Triangles) -> Floats:
-            both = triangles.tangent[patch]
+            both = triangles.tangent[element]
             return np.stack([weight[:, None] * both[:, 0], both[:, 1]], axis=1)
 
         def position(triangles: Triangles) -> Floats:
-            places = np.einsum("qv,kvi->kqi", rule.place, triangles.corner)
-            return np.asarray(places.reshape(-1, 3))
+            points = np.einsum("qv,kvi->kqi", rule.barycentric, triangles.corner)
+            return np.asarray(points.reshape(-1, 3))
 
         return SurfaceQuadrature(
-            position=position(now),
-            edges=edges(now),
+            position=position(current),
+            edges=edges(current),
             initial_position=position(initial),
             initial_edges=edges(initial),
-            patch=patch,
-            arc_length=np.zeros(len(patch)),
+            element=element,
+            arc_length=np.zeros(len(element)),
         )
 
     def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
         """As `BodySurface.loaded`."""
-        triangles, part = self.triangles.now, self._part_of[number]
+        triangles, part = self.triangles.current, self._part_of[number]
         if part is None:
-            of_soil = np.array([not name.startswith("cut ") for name in triangles.part])
-            covered = of_soil[triangles.part_number]
+            loaded_parts = np.array([not name.startswith("cut ") for name in triangles.part])
+            loaded = loaded_parts[triangles.part_number]
         else:
-            covered = triangles.in_part(part)
-        rows = np.flatnonzero(covered[quadrature.patch])
+            loaded = triangles.in_part(part)
+        rows = np.flatnonzero(loaded[quadrature.element])
         return rows, quadrature.arc_length[rows]
 
     def moved(
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
     ) -> tuple[TrackedTriangles, str | None]:
         """As `BodySurface.moved`; triangles are not searched for crossings."""
-        old = self.triangles.now
-        place = moved_with(active, old.vertices, displacement, self.name)
+        old = self.triangles.current
+        position = moved_with_grid(active, old.vertices, displacement, self.name)
         try:
-            now = Triangles(place, old.triangle, old.part, old.part_number)
+            current = Triangles(position, old.triangle, old.part, old.part_number)
         except BadSurface as error:
             raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
-        finer = subdivide(now, LONGEST * self._spacing)
-        return TrackedTriangles(finer.triangles, finer.carried(self.triangles.initial)), None
+        refined = subdivide(current, LONGEST_EDGE_RATIO * self._spacing)
+        return TrackedTriangles(
+            refined.triangles, refined.interpolated(self.triangles.initial)
+        ), None
 
     def commit(self, state: TrackedTriangles) -> None:
         """As `BodySurface.commit`."""
@@ -112,26 +121,28 @@ class TrackedSolidSurface:
 
     def enclosed(self) -> float:
         """As `BodySurface.enclosed`."""
-        return self.triangles.now.volume
+        return self.triangles.current.volume
 
     def shape(self) -> SurfaceShape:
         """As `BodySurface.shape`."""
-        now = self.triangles.now
-        return SurfaceShape(self.name, now.vertices, now.triangle, {"normal": now.vertex_normal})
+        current = self.triangles.current
+        return SurfaceShape(
+            self.name, current.vertices, current.triangle, {"normal": current.vertex_normal}
+        )
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """As `BodySurface.state`."""
-        now = self.triangles.now
+        current = self.triangles.current
         return {
-            "vertices": now.vertices,
-            "triangle": now.triangle,
-            "part_number": now.part_number,
+            "vertices": current.vertices,
+            "triangle": current.triangle,
+            "part_number": current.part_number,
             "initial": self.triangles.initial,
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """As `BodySurface.restore`."""
-        part = self.triangles.now.part
+        part = self.triangles.current.part
         vertices, triangle = state["vertices"], state["triangle"]
-        now = Triangles(vertices, triangle, part, state["part_number"])
-        self.triangles = TrackedTriangles(now, state["initial"])
+        current = Triangles(vertices, triangle, part, state["part_number"])
+        self.triangles = TrackedTriangles(current, state["initial"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Surface of flat triangles in space, with the soil on the side of their normals."""
+"""Surface of plane triangles, with the soil on the side of their normals; triangle quadrature."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ import numpy.typing as npt
 from tilth.arrays import Flags, Floats, Integers
 from tilth.curves.chain import BadSurface, listed
 
-# A triangle lower than this many roundings of the largest coordinate has no normal.
-ROUNDINGS = 16.0
+# A triangle whose height is below this many machine epsilons times the largest coordinate has no
+# normal.
+HEIGHT_EPSILONS = 16.0
 
 
 @dataclass(frozen=True)
 class TriangleRule:
-    """Quadrature places of a triangle; q places.
+    """Quadrature rule of a triangle; q points.
 
-    An integral over triangle k is the sum over the places of
+    An integral over triangle k is the sum over the points of
     weight |tangent[k, 0] x tangent[k, 1]| f; without the norm it is the integral of f dA, where
     dA points into the soil.
 
     Attributes:
-        place: shares of the three vertices, shape (q, 3): a position is the sum of shares times
-            vertices, a carried quantity the sum of shares times the vertices' values.
+        barycentric: barycentric coordinates of the points, shape (q, 3).
         weight: shape (q,); their sum is 1/2, the area of the triangle of the two parameters.
     """
 
-    place: Floats
+    barycentric: Floats
     weight: Floats
 
 
 class Triangles:
     """Triangles with common vertices; their normals point into the soil.
 
-    The vertices of a triangle go anticlockwise when seen from the soil, so that the normal follows
+    The vertices of a triangle are anticlockwise seen from the soil, so that the normal follows
     from the right-hand rule. n vertices, m triangles.
 
     Args:
@@ -49,8 +49,8 @@ class Triangles:
         part_number: number of each triangle's part, shape (m,); the first if not given.
 
     Raises:
-        BadSurface: wrong shapes or numbers, coordinates that are not finite, or triangles without
-            a height.
+        BadSurface: wrong shapes or numbers, coordinates that are not finite, or triangles of
+            zero height.
     """
 
     def __init__(
@@ -62,9 +62,9 @@ class Triangles:
     ) -> None:
         self.vertices: Floats = np.array(vertices, dtype=np.float64)
         self.triangle: Integers = np.array(triangle, dtype=np.int64)
-        for what, given in (("vertices", self.vertices), ("triangles", self.triangle)):
-            if given.ndim != 2 or given.shape[1] != 3 or not len(given):
-                raise BadSurface(f"{what} of shape {given.shape}", f"give three numbers for {what}")
+        for name, array in (("vertices", self.vertices), ("triangles", self.triangle)):
+            if array.ndim != 2 or array.shape[1] != 3 or not len(array):
+                raise BadSurface(f"{name} of shape {array.shape}", f"give three numbers for {name}")
         self.part = tuple(part)
         m = len(self.triangle)
         self.part_number: Integers = np.zeros(m, dtype=np.int64)
@@ -84,8 +84,8 @@ class Triangles:
     def tangent(self) -> Floats:
         """Edges from the first vertex to the second and to the third [length], shape (m, 2, 3).
 
-        They are the derivatives of the position with respect to the shares of the second and of
-        the third vertex; half their cross product is the area vector.
+        They are the derivatives of the position with respect to the barycentric coordinates of the
+        second and the third vertex; half their cross product is the area vector.
         """
         corner = self.corner
         return np.asarray(corner[:, 1:] - corner[:, :1])
@@ -120,11 +120,11 @@ class Triangles:
 
     @cached_property
     def closed(self) -> bool:
-        """Whether every edge belongs to two triangles that pass it in opposite directions."""
+        """Whether every edge belongs to two triangles with opposite directions along it."""
         ahead = self.edge[..., 0] * len(self.vertices) + self.edge[..., 1]
         back = self.edge[..., 1] * len(self.vertices) + self.edge[..., 0]
-        once = np.unique(ahead)
-        return len(once) == ahead.size and np.array_equal(once, np.unique(back))
+        unique = np.unique(ahead)
+        return len(unique) == ahead.size and np.array_equal(unique, np.unique(back))
 
     @property
     def edge(self) -> Integers:
@@ -143,10 +143,10 @@ class Triangles:
         """
         if not self.closed:
             raise BadSurface(
-                "a volume needs a closed surface", "let two triangles share every edge"
+                "a volume needs a closed surface", "each edge must belong to two triangles"
             )
-        arm = self.vertices[self.triangle[:, 0]] - self.vertices[0]
-        return -float((arm * self.area_vector).sum()) / 3.0
+        relative = self.vertices[self.triangle[:, 0]] - self.vertices[0]
+        return -float((relative * self.area_vector).sum()) / 3.0
 
     def in_part(self, name: str) -> Flags:
         """Returns which triangles belong to the part of this name, shape (m,).
@@ -162,28 +162,28 @@ class Triangles:
 
     def _check(self) -> None:
         n = len(self.vertices)
-        strange = np.flatnonzero(((self.triangle < 0) | (self.triangle >= n)).any(axis=1))
-        if len(strange):
+        unknown = np.flatnonzero(((self.triangle < 0) | (self.triangle >= n)).any(axis=1))
+        if len(unknown):
             raise BadSurface(
-                f"triangles {listed(strange)} have vertices that do not exist",
+                f"triangles {listed(unknown)} have vertices that do not exist",
                 f"number the {n} vertices from 0",
-                strange,
+                unknown,
             )
         if ((self.part_number < 0) | (self.part_number >= len(self.part))).any():
             raise BadSurface(
                 "triangles belong to parts that do not exist",
                 f"number the {len(self.part)} parts from 0",
             )
-        endless = np.flatnonzero(~np.isfinite(self.corner).all(axis=(1, 2)))
-        if len(endless):
+        infinite = np.flatnonzero(~np.isfinite(self.corner).all(axis=(1, 2)))
+        if len(infinite):
             raise BadSurface(
-                f"coordinates of triangles {listed(endless)} are not numbers",
+                f"coordinates of triangles {listed(infinite)} are not numbers",
                 "give finite numbers",
-                endless,
+                infinite,
             )
         corner = self.corner
         longest = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).max(axis=1)
-        least = ROUNDINGS * np.finfo(float).eps * float(np.abs(corner).max())
+        least = HEIGHT_EPSILONS * np.finfo(float).eps * float(np.abs(corner).max())
         flat = np.flatnonzero(2.0 * self.area <= least * longest)
         if len(flat):
             raise BadSurface(
@@ -194,10 +194,10 @@ class Triangles:
 
 
 def triangle_rule(number: int) -> TriangleRule:
-    """Returns the quadrature rule of 3 places, exact for degree 2, or of 6, for degree 4.
+    """Returns the quadrature rule of 3 points, exact for degree 2, or of 6, for degree 4.
 
-    The places lie inside; all weights are positive. G. Strang & G. Fix (1973), An Analysis of the
-    Finite Element Method, section 4.3; the six places in the closed form of the roots.
+    The points lie inside; all weights are positive. G. Strang & G. Fix (1973), An Analysis of the
+    Finite Element Method, section 4.3; the six points in the closed form of the roots.
 
     Raises:
         ValueError: another number.
@@ -213,10 +213,13 @@ def triangle_rule(number: int) -> TriangleRule:
                 ((8.0 - math.sqrt(10.0) - root) / 18.0, (620.0 - heavy) / 7440.0),
             ]
         )
-    raise ValueError(f"there are rules of 3 and 6 places, not {number}")
+    raise ValueError(f"there are rules of 3 and 6 points, not {number}")
 
 
 def _symmetric(orbits: list[tuple[float, float]]) -> TriangleRule:
-    """Three places to an orbit: two shares alike and their rest, with the same weight each."""
-    place = [np.roll([1.0 - 2.0 * share, share, share], i) for share, _ in orbits for i in range(3)]
-    return TriangleRule(np.array(place), np.repeat([weight for _, weight in orbits], 3))
+    """Returns the symmetric rule of orbits (coordinate, weight) of three points each.
+
+    Two barycentric coordinates of a point equal the given one, the third is the remainder to 1.
+    """
+    points = [np.roll([1.0 - 2.0 * a, a, a], i) for a, _ in orbits for i in range(3)]
+    return TriangleRule(np.array(points), np.repeat([weight for _, weight in orbits], 3))

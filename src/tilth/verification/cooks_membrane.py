@@ -86,7 +86,7 @@ def corner(cell_size: float, changes: Mapping[str, Any] = NO_CHANGES) -> dict[An
         assert isinstance(surface, TrackedSurface)
         chain = surface.chains[0]
         here = int(np.linalg.norm(chain.initial.points - CORNER, axis=1).argmin())
-        found[round(time, 6)] = float(chain.now.points[here, 1] - chain.initial.points[here, 1])
+        found[round(time, 6)] = float(chain.current.points[here, 1] - chain.initial.points[here, 1])
         found["clamp"] = float(result.resultant("clamp")[1])
 
     march(model, after_step)

@@ -159,7 +159,7 @@ def bend(model: Model) -> Bending:
         surface = simulation.surfaces["beam"]
         assert isinstance(surface, TrackedSurface)
         (beam,) = surface.chains
-        places = moved_places(beam.initial, beam.now)
+        places = moved_places(beam.initial, beam.current)
         # a step that was halved adds times that the reference does not have
         end[np.isclose(reference.load_fraction, time, rtol=0.0, atol=SAME_TIME)] = places - END_FACE
         force = model.load_curve(load).factor(time) * pressure * left(ROOT_TOP - places[1])
@@ -167,7 +167,7 @@ def bend(model: Model) -> Bending:
         balance = max(balance, float(rest / np.linalg.norm(force)))
         for fraction, outline in reference.outlines.items():
             if abs(time - fraction) < SAME_TIME:
-                gap[fraction] = mean_distance(beam.now, outline) / LENGTH
+                gap[fraction] = mean_distance(beam.current, outline) / LENGTH
 
     march(model, after_step)
     distance = np.linalg.norm(end - reference.displacement, axis=2).max() / LENGTH

@@ -209,7 +209,7 @@ def boundary_points(simulation: Simulation) -> tuple[Floats, Floats]:
     assert isinstance(surface, TrackedSurface)
     (chain,) = surface.chains
     model = simulation.model
-    before, now = radius(model, chain.initial.points), radius(model, chain.now.points)
+    before, now = radius(model, chain.initial.points), radius(model, chain.current.points)
     return before, now - before
 
 

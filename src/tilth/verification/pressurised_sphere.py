@@ -48,7 +48,7 @@ def radial_displacement(h: float, part: str, radius: float) -> tuple[float, floa
     changes = {"grid.cell_size": h, "loads.0.pressure": pressure, "schedule.steps": 1}
     surface = march(varied(model, {**changes, "schedule.outputs": 1})).surfaces["shell"]
     assert isinstance(surface, TrackedSolidSurface)
-    now, initial = surface.triangles.now, surface.triangles.initial
+    now, initial = surface.triangles.current, surface.triangles.initial
     vertex = np.unique(now.triangle[now.in_part(part)])
     outward = initial[vertex] / np.linalg.norm(initial[vertex], axis=1, keepdims=True)
     moved = ((now.vertices - initial)[vertex] * outward).sum(axis=1)
@@ -65,7 +65,7 @@ def follows() -> Iterator[Comparison]:
 
     surface = march(example(PROBLEM), after_step).surfaces["shell"]
     assert isinstance(surface, TrackedSolidSurface)
-    now = surface.triangles.now
+    now = surface.triangles.current
     force = -now.area_vector[now.in_part("inner")].sum(axis=0)
     radius = np.sqrt(4.0 * np.linalg.norm(force) / np.sqrt(3.0) / np.pi)
     quantity = "radius of the inner face from the resultant of its area, over the initial one"

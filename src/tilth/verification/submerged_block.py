@@ -154,7 +154,7 @@ def enclosed(simulation: Simulation, body: str) -> float:
     """Returns the area inside the spline around a body [length^2]."""
     surface = simulation.surfaces[body]
     assert isinstance(surface, TrackedSurface)
-    return LocalCubicSpline(surface.chains[0].now).area
+    return LocalCubicSpline(surface.chains[0].current).area
 
 
 def unit_weight(model: Model) -> float:
