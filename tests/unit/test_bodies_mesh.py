@@ -9,7 +9,7 @@ import pytest
 from mesh_bodies import write
 
 from tilth.bodies import discretise
-from tilth.bodies.pieces import ELEMENTS, simplex_weights
+from tilth.bodies.elements import ELEMENTS, simplex_weights
 from tilth.errors import BadInput
 from tilth.model import Body, Mesh
 
@@ -160,7 +160,7 @@ def test_mesh_in_3d_made_by_gmsh(tmp_path):
     assert math.fsum(result.volume) == pytest.approx(3.0, rel=1e-13)
     np.testing.assert_allclose(result.volume @ result.position / 3.0, [1.0, 0.5, 0.75], rtol=1e-12)
     np.testing.assert_allclose(8.0 * result.half_length.prod(axis=1), result.volume)
-    with pytest.raises(BadInput, match=r"bodies \"dam\".*holds no tetrahedra.*triangle"):
+    with pytest.raises(BadInput, match=r"bodies \"dam\".*contains no tetrahedra.*triangle"):
         points_of(tmp_path / "surface.msh", kind="3d", spacing=0.2)
 
 

@@ -20,7 +20,7 @@ from report_setups import UNITS, lattice, make_setup, snapshot
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from tilth.bodies.pieces import simplex_tiles
+from tilth.bodies.elements import simplex_tiles
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter, RunLog
 from tilth.report.domains import corners_of_boxes, sides_towards

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies: from a declared shape to the initial material points."""
+"""Initial material points of bodies, from their declared shapes."""
 
 from tilth.bodies.discretise import discretise
 from tilth.bodies.request import BodyPoints

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Elements of one type in a mesh."""
+"""Block of elements of one type in a mesh."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats
-from tilth.bodies.pieces import Element
+from tilth.bodies.elements import Element
 from tilth.bodies.request import Request
 from tilth.errors import BadInput
 
@@ -18,9 +18,10 @@ from tilth.errors import BadInput
 class Block:
     """n elements of one type.
 
-    corners: coordinates, shape (n, corners, d).
+    element: the type.
+    corners: coordinates [length], shape (n, corners, d).
     nodes: numbers of the nodes in the mesh, shape (n, corners).
-    first: how many elements of this type come before these in the mesh.
+    first: number of elements of this type in earlier blocks of the mesh.
     """
 
     element: Element
@@ -29,19 +30,19 @@ class Block:
     first: int
 
     def element_name(self, number: int) -> str:
-        """The element of this row, counted from 1 among those of its type in the mesh."""
+        """Returns the name of the element of this row, numbered from 1 among those of its type."""
         return f"{self.element.name} {self.first + number + 1}"
 
     def mirrored(self) -> Block:
-        """The same elements numbered the other way round, so that their volumes change sign."""
+        """Returns the elements with reversed orientation, so that their volumes change sign."""
         mirror = self.element.mirror
         return replace(self, corners=self.corners[:, mirror], nodes=self.nodes[:, mirror])
 
     def refused(self, number: int, problem: str, request: Request) -> BadInput:
-        """The error to raise for the element of this row: what is wrong with it."""
-        place = ", ".join(f"{c:.6g}" for c in self.corners[number].mean(axis=0))
+        """Returns the error to raise for the element of this row."""
+        centre = ", ".join(f"{c:.6g}" for c in self.corners[number].mean(axis=0))
         return request.refused(
-            f"{self.element_name(number)} of the mesh (near {place}) {problem}",
+            f"{self.element_name(number)} of the mesh (near {centre}) {problem}",
             "repair the mesh (in Gmsh `ReverseMesh Surface{...};` turns elements over), "
             "save it again",
             "shape.file",

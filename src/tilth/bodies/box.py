@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points of a box, along the grid axes or turned."""
+"""Material points of a box, along the grid axes or rotated."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from tilth.bodies.lattice import full_lattice
 from tilth.bodies.request import BodyPoints, Request
 from tilth.model import Box
 
-# A side is taken to lie on a line of sub-cells within this fraction of the sub-cell.
-ALIGNMENT = 1e-9
+# A side lies on a line of sub-cells within this fraction of the sub-cell.
+ALIGNMENT_TOLERANCE = 1e-9
 
 
 def box_points(shape: Box, request: Request) -> BodyPoints:
-    """Points of a box: equal sub-boxes, a point at the centre of each, x fastest, then y, then z.
+    """Returns the points of a box, one at the centre of each of equal sub-boxes, x fastest.
 
-    The number along each side is `points`, or the side over the wanted spacing to the nearest
-    whole number, at least 1; the sub-boxes fill the box exactly. With `points_per_cell` and sides
-    on the grid lines this is the lattice of the cells themselves. A turned box is divided along
-    its own axes, and so are its domains: half lengths along these axes, directions in `frame`.
+    The number along each side is `points`, or the side over the requested spacing, rounded to an
+    integer of at least 1; the sub-boxes fill the box exactly. With `points_per_cell` and sides on
+    the grid lines each sub-box is a sub-cell of the grid. A rotated box and its domains are divided
+    along its own axes: half lengths along these axes, directions in `frame`.
     """
     lower, upper = np.asarray(shape.lower, dtype=float), np.asarray(shape.upper, dtype=float)
     side = upper - lower
@@ -42,22 +42,22 @@ def box_points(shape: Box, request: Request) -> BodyPoints:
 
 
 def _number(side: Floats, request: Request) -> Floats:
-    """Points along each side, whole numbers as floats, shape (d,)."""
+    """Returns the number of points along each side, as floats, shape (d,)."""
     if request.points is not None:
         return request.points
-    return np.maximum(np.rint(side / request.wanted_spacing()), 1.0)
+    return np.maximum(np.rint(side / request.requested_spacing()), 1.0)
 
 
 def _on_grid(axes: list[Floats], lower: Floats, upper: Floats, request: Request) -> list[Floats]:
-    """The axes, with those whose ends lie on lines of sub-cells counted from the grid's origin.
+    """Returns the axes; where both ends lie on lines of sub-cells, counted from the grid's origin.
 
-    This only removes round-off: cells far from the box's corner hold the same lattice.
+    This only removes round-off: cells far from the box's corner get the same lattice.
     """
     if request.points_per_cell is None:
         return axes
-    spacing = request.wanted_spacing()
+    spacing = request.requested_spacing()
     ends = (np.stack([lower, upper]) - request.grid_origin) / spacing
-    aligned = np.all(np.abs(ends - np.rint(ends)) < ALIGNMENT, axis=0)
+    aligned = np.all(np.abs(ends - np.rint(ends)) < ALIGNMENT_TOLERANCE, axis=0)
     first = np.rint(ends[0])
     return [
         request.grid_origin[i] + spacing[i] * (first[i] + 0.5 + np.arange(len(axis)))

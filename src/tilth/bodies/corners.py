@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Domains with corners: their order, the edges of a domain, and the corners of a parallelepiped."""
+"""Corners of the points' domains: their order, mean edges, and parallelepipeds."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def mean_half_edges(corner: Floats) -> Floats:
     """Returns half the mean of a domain's edges in each of its directions [length].
 
     corner: shape (n, 2^dim, dim), x fastest.
-    Returns shape (n, dim, dim): row k is that of the edges on which bit k of the corner changes.
+    Returns shape (n, dim, dim): row k is for the edges along which bit k of the corner changes.
     """
     dim = corner.shape[2]
     return np.asarray(np.einsum("ck,nci->nki", corner_signs(dim), corner) / 2**dim)
 
 
 def parallelepiped(half_edge: Floats) -> Floats:
-    """Returns the corners, seen from the centre, of parallelepipeds with these half edges.
+    """Returns the corners, relative to the centre, of parallelepipeds with these half edges.
 
     half_edge: shape (n, dim, dim), an edge in each row [length].
     Returns shape (n, 2^dim, dim), x fastest.

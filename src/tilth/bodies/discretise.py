@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A declared body to its material points."""
+"""Initial material points of a declared body."""
 
 from __future__ import annotations
 
@@ -26,21 +26,20 @@ SHAPES: dict[type[DeclaredShape], Callable[[Any, Request], BodyPoints]] = {
     Sphere: sphere_points,
     Mesh: mesh_points,
 }
-"""One line per shape: what divides it into material points."""
+"""One line per shape: the function that divides it into material points."""
 
 
 def discretise(
     body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
 ) -> BodyPoints:
-    """Initial material points of a body; their volumes sum to the body's volume to round-off.
+    """Returns the initial material points of a body; their volumes sum to its volume to round-off.
 
-    kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: shape (dimension,).
-    Points come x fastest, then y, then z (a mesh: in the order of its elements). In axisymmetry
-    the domains' half lengths along r are cut to r, so that none reaches across the axis; turned
-    domains and those of a mesh (CPDI) fill the body, which does not reach across it, and stay
-    whole.
-    Raises BadInput, naming the body, for a body without points, a shape that has no such points,
-    or points so far apart that cells inside the body hold none.
+    kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: [length], shape (dimension,).
+    Points are ordered x fastest, then y, then z (a mesh: in the order of its elements). In
+    axisymmetry the domains' half lengths along r are limited to r, so that none extends across the
+    axis; rotated domains and those of a mesh (CPDI) fill the body and need no limit.
+    Raises BadInput, naming the body, for a body without points, a shape of another dimension, or
+    points so far apart that cells inside the body are empty.
     """
     request = Request(
         name=body.name,
@@ -60,8 +59,8 @@ def discretise(
         )
     points = SHAPES[type(body.shape)](body.shape, request)
     request.check_distance(points)
-    turned = points.frame is not None and request.has_corners
-    if not request.axisymmetric or turned or points.corner is not None:
+    rotated = points.frame is not None and request.has_corners
+    if not request.axisymmetric or rotated or points.corner is not None:
         return points
     half_length = points.half_length.copy()
     half_length[:, 0] = np.minimum(half_length[:, 0], points.position[:, 0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Regular lattices of points: along coordinate axes, x fastest, and cut to a shape."""
+"""Regular lattices of points along the coordinate axes, and the part inside a shape."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Scalar = TypeVar("Scalar", np.float64, np.bool_)
 
 
 def anchored_axes(request: Request, lower: Floats, upper: Floats) -> list[Floats]:
-    """Centres, per direction, of the sub-cells that cover `lower` to `upper` (d,).
+    """Returns the centres, per direction, of the sub-cells between `lower` and `upper` (d,).
 
-    The sub-cells have the wanted spacing and are counted from the grid's origin, so that with
-    `points_per_cell` every cell holds the same whole number of them.
+    The sub-cells have the requested spacing and are counted from the grid's origin, so that with
+    `points_per_cell` every cell contains the same whole number of them.
     """
-    spacing = request.wanted_spacing()
+    spacing = request.requested_spacing()
     first = np.floor((lower - request.grid_origin) / spacing)
     last = np.ceil((upper - request.grid_origin) / spacing)
     request.check_number(float(np.prod(last - first)))
@@ -32,12 +32,12 @@ def anchored_axes(request: Request, lower: Floats, upper: Floats) -> list[Floats
 
 
 def spread(axis: npt.NDArray[Scalar], direction: int) -> npt.NDArray[Scalar]:
-    """Values along one direction, shaped to broadcast over a lattice stored (z, y, x)."""
+    """Returns values along one direction, shaped to broadcast over a lattice stored (z, y, x)."""
     return axis.reshape((-1,) + (1,) * direction)
 
 
 def full_lattice(axes: Sequence[Floats]) -> Floats:
-    """All crossings of the axes' values, shape (n, d), x fastest, then y, then z."""
+    """Returns all lattice points of the axes' values, shape (n, d), x fastest, then y, then z."""
     position = np.empty((*(len(axis) for axis in reversed(axes)), len(axes)))
     for i, axis in enumerate(axes):
         position[..., i] = spread(axis, i)
@@ -47,11 +47,11 @@ def full_lattice(axes: Sequence[Floats]) -> Floats:
 def cut_lattice(
     request: Request, axes: Sequence[Floats], inside: npt.NDArray[np.bool_], volume: float
 ) -> BodyPoints:
-    """The sub-cells of an anchored lattice whose centre is `inside`, as the points of a body.
+    """Returns the sub-cells of a lattice whose centre is `inside` as the points of a body.
 
     inside: shape (nz, ny, nx) or (ny, nx).
     volume: the body's exact volume. Every sub-cell's own volume is multiplied by one common
-        factor so that they sum to it; the domains keep the sub-cell's size.
+        factor so that they sum to it; the domains have the sub-cell's size.
     Points are ordered x fastest, then y, then z. Raises BadInput if none is inside.
     """
     dimension = len(axes)
@@ -67,5 +67,5 @@ def cut_lattice(
         )
     weight = request.circumference(position)
     half_length = np.empty_like(position)
-    half_length[:] = 0.5 * request.wanted_spacing()
+    half_length[:] = 0.5 * request.requested_spacing()
     return BodyPoints(position, weight * (volume / weight.sum()), half_length)

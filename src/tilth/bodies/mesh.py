@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points of a Gmsh mesh: every element is cut into pieces, a point at the centroid of each."""
+"""Material points of a Gmsh mesh: every element is subdivided, with a point in each part."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats
 from tilth.bodies.block import Block
-from tilth.bodies.pieces import ELEMENTS
+from tilth.bodies.elements import ELEMENTS
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import tile_points
 from tilth.model import Mesh
 
-# Elements smaller than this fraction of their longest extent to the power d are degenerate.
-DEGENERATE = 1e-9
-# Pairs of repeated elements that a message names.
-SHOWN = 5
+# Elements with a volume below this fraction of their longest extent to the power d are degenerate.
+DEGENERACY_TOLERANCE = 1e-9
+# Largest number of pairs of repeated elements that a message lists.
+MAXIMUM_LISTED = 5
 
 
 def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
-    """Points of a mesh: triangles and quadrilaterals in 2D, tetrahedra and hexahedra in 3D.
+    """Returns the points of a mesh of triangles and quadrilaterals, or tetrahedra and hexahedra.
 
-    An element is cut k times along each edge, k chosen so that its pieces have about the volume
-    of the wanted spacing, at least 1. Each piece gives a point at its centroid with its exact
-    volume, and a square or cubic domain of that volume. Points are in the order of the elements.
-    Elements of lower dimension (the mesh of the outline) are not used. Where domains have corners
-    they tile the elements instead, see `tile_points`.
-    Raises BadInput for a file that cannot be read or holds no such elements, and for degenerate,
+    An element is divided into k parts along each edge, k at least 1 and such that its pieces have
+    about the volume of the requested spacing. Each piece gives a point at its centroid with its
+    exact volume, and a square or cubic domain of that volume. Points are in the order of the
+    elements. Elements of lower dimension (the mesh of the outline) are not used. Domains with
+    corners tile the elements instead, see `tile_points`.
+    Raises BadInput for a file that cannot be read or contains no such elements, and for degenerate,
     inverted or repeated elements.
     """
     dimension = len(request.cell_size)
@@ -40,15 +40,15 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     _check_repeated(blocks, request)
     request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
     measures = [_measure(block, request) for block in blocks]
-    if sum(measure.sum() for measure in measures) < 0.0:  # all numbered the other way round
+    if sum(measure.sum() for measure in measures) < 0.0:  # all have reversed orientation
         blocks = [b.mirrored() for b in blocks]
         measures = [-measure for measure in measures]
     for block, measure in zip(blocks, measures, strict=True):
         _check_orientation(block, measure, request)
     if request.has_corners:
         return tile_points(blocks, measures, request)
-    wanted = float(np.prod(request.wanted_spacing()))
-    cuts = [np.maximum(np.rint((m / wanted) ** (1.0 / dimension)), 1.0) for m in measures]
+    piece_volume = float(np.prod(request.requested_spacing()))
+    cuts = [np.maximum(np.rint((m / piece_volume) ** (1.0 / dimension)), 1.0) for m in measures]
     request.check_number(float(sum((cut**dimension).sum() for cut in cuts)))
     pieces = [_cut(block, cut.astype(np.int64)) for block, cut in zip(blocks, cuts, strict=True)]
     position = np.concatenate([centroid for centroid, _ in pieces])
@@ -59,7 +59,7 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
 
 
 def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Centroids (n, d) and volumes (n,) of all pieces, elements in order; `cuts` per element."""
+    """Returns centroids (n, d) and volumes (n,) of all pieces; `cuts`: parts per edge."""
     dimension = block.corners.shape[2]
     number = cuts**dimension
     first = np.cumsum(number) - number
@@ -74,19 +74,20 @@ def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
 
 
 def _measure(block: Block, request: Request) -> Floats:
-    """Signed areas or volumes of the elements, shape (n,); refuses degenerate elements."""
+    """Returns the elements' signed areas or volumes, shape (n,); refuses degenerate elements."""
     dimension = block.corners.shape[2]
     jacobian = block.element.corner_jacobians(block.corners)
     _, pieces = block.element.pieces(block.corners, 1)
     extent = np.ptp(block.corners, axis=1).max(axis=1) ** dimension
-    turned = np.abs(np.sign(jacobian).sum(axis=1)) != jacobian.shape[1]
-    bad = np.flatnonzero((np.abs(pieces[:, 0]) <= DEGENERATE * extent) | turned)
+    folded = np.abs(np.sign(jacobian).sum(axis=1)) != jacobian.shape[1]
+    bad = np.flatnonzero((np.abs(pieces[:, 0]) <= DEGENERACY_TOLERANCE * extent) | folded)
     if len(bad):
         raise block.refused(int(bad[0]), "is degenerate (flat, not convex or folded)", request)
     return pieces[:, 0]
 
 
 def _check_orientation(block: Block, measure: Floats, request: Request) -> None:
+    """Refuses elements of negative volume."""
     inverted = np.flatnonzero(measure < 0.0)
     if len(inverted):
         raise block.refused(int(inverted[0]), "is inverted against most of the mesh", request)
@@ -94,27 +95,34 @@ def _check_orientation(block: Block, measure: Floats, request: Request) -> None:
 
 def _check_repeated(blocks: list[Block], request: Request) -> None:
     """Refuses elements with the same nodes, which would count their material twice."""
-    for kind in {block.element.name: block.element for block in blocks}.values():
-        own = [block for block in blocks if block.element is kind]
+    for element in {block.element.name: block.element for block in blocks}.values():
+        own = [block for block in blocks if block.element is element]
         nodes = np.sort(np.concatenate([block.nodes for block in own]), axis=1)
         order = np.lexsort(nodes.T)  # a stable sort: equal rows stay in the order of the mesh
-        again = np.flatnonzero((nodes[order[1:]] == nodes[order[:-1]]).all(axis=1))
-        if len(again):
-            pairs = [f"{order[i] + 1} and {order[i + 1] + 1}" for i in again[:SHOWN]]
-            more = f" and {len(again) - SHOWN} more" if len(again) > SHOWN else ""
+        repeated = np.flatnonzero((nodes[order[1:]] == nodes[order[:-1]]).all(axis=1))
+        if len(repeated):
+            pairs = [f"{order[i] + 1} and {order[i + 1] + 1}" for i in repeated[:MAXIMUM_LISTED]]
+            more = (
+                f" and {len(repeated) - MAXIMUM_LISTED} more"
+                if len(repeated) > MAXIMUM_LISTED
+                else ""
+            )
             raise request.refused(
-                f"elements of the mesh are listed twice: {kind.name}s {', '.join(pairs)}{more} "
+                f"elements of the mesh are listed twice: {element.name}s {', '.join(pairs)}{more} "
                 "have the same nodes",
-                "remove one of each; two physical groups must not hold the same elements",
+                "remove one of each; two physical groups must not contain the same elements",
                 "shape.file",
             )
 
 
 def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
-    """The blocks of elements of the given dimension in a Gmsh file."""
+    """Returns the blocks of elements of the given dimension in a Gmsh file.
+
+    Raises BadInput for a file that cannot be read or contains no such elements of first order.
+    """
     meshio = _meshio(request)
     if not file.is_file():
-        raise _bad_file(file, "there is no such file", "check the name and the folder", request)
+        raise _file_error(file, "there is no such file", "check the name and the folder", request)
     try:
         mesh = meshio.gmsh.read(file)
     except (
@@ -128,27 +136,27 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
     ) as error:
         reason = str(error) or "it is not in that format, or not complete"
         problem = f"cannot be read as a Gmsh mesh: {reason}"
-        raise _bad_file(file, problem, "save it from Gmsh as a .msh file", request) from error
+        raise _file_error(file, problem, "save it from Gmsh as a .msh file", request) from error
     higher = [c.type for c in mesh.cells if c.dim == dimension and c.type not in ELEMENTS]
     if higher or any(c.dim > dimension for c in mesh.cells):
         found = higher or sorted({c.type for c in mesh.cells if c.dim > dimension})
         kinds = ", ".join(dict.fromkeys(found))
         remedy = f"in {dimension} dimensions use {_usable(dimension)} of first order"
-        raise _bad_file(file, f"has elements of type {kinds}", remedy, request)
+        raise _file_error(file, f"has elements of type {kinds}", remedy, request)
     cells = [c for c in mesh.cells if c.dim == dimension and len(c.data)]
     if not cells:
         kinds = ", ".join(dict.fromkeys(c.type for c in mesh.cells)) or "no elements"
-        raise _bad_file(
+        raise _file_error(
             file,
-            f"holds no {_usable(dimension)}, only {kinds}",
+            f"contains no {_usable(dimension)}, only {kinds}",
             f"mesh the body itself, not its outline (`gmsh -{dimension}`), and save all elements",
             request,
         )
     points = np.asarray(mesh.points, dtype=float)
     if dimension == 2 and points.shape[1] == 3:
         height = points[np.unique(np.concatenate([c.data.ravel() for c in cells])), 2]
-        if np.ptp(height) > DEGENERATE * np.ptp(points[:, :2]):
-            raise _bad_file(
+        if np.ptp(height) > DEGENERACY_TOLERANCE * np.ptp(points[:, :2]):
+            raise _file_error(
                 file,
                 f"is not flat: z runs from {height.min():.6g} to {height.max():.6g}",
                 "draw a two-dimensional body in the x-y plane",
@@ -163,15 +171,18 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
     return blocks
 
 
-def _bad_file(file: Path, problem: str, remedy: str, request: Request) -> Exception:
+def _file_error(file: Path, problem: str, remedy: str, request: Request) -> Exception:
+    """Returns the error to raise for the file."""
     return request.refused(problem, remedy, "shape.file", str(file))
 
 
 def _usable(dimension: int) -> str:
+    """Returns the names of the supported elements."""
     return {2: "triangles or quadrilaterals", 3: "tetrahedra or hexahedra"}[dimension]
 
 
 def _meshio(request: Request) -> Any:
+    """Returns the module meshio; refuses the mesh if it is not installed."""
     try:
         return importlib.import_module("meshio")
     except ModuleNotFoundError as error:

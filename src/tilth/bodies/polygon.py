@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points of a polygon."""
+"""Material points of a polygon."""
 
 from __future__ import annotations
 
@@ -13,26 +13,27 @@ from tilth.bodies.lattice import anchored_axes, cut_lattice
 from tilth.bodies.request import BodyPoints, Request
 from tilth.model import Polygon
 
-# Centres within this fraction of a sub-cell of the outline count as inside, on all sides alike.
-ON_OUTLINE = 1e-6
+# Sub-cell centres within this fraction of a sub-cell of the outline are inside, on all sides.
+OUTLINE_TOLERANCE = 1e-6
 
 
 def polygon_points(shape: Polygon, request: Request) -> BodyPoints:
-    """Points of a simple polygon, either orientation: the grid's sub-cells centred inside or on it.
+    """Returns the points of a simple polygon of either orientation.
 
-    Raises BadInput if none is, or if the polygon crosses the axis of symmetry.
+    They are the centres of the grid's sub-cells that lie inside or on its outline. Raises BadInput
+    if there are none, or if the polygon crosses the axis of symmetry.
     """
     vertices = np.asarray(shape.vertices, dtype=float)
     request.check_radius(vertices[:, 0].min(), "its outline")
     area, centroid = area_and_centroid(vertices)
     volume = area * (2.0 * math.pi * centroid[0] if request.axisymmetric else 1.0)
     axes = anchored_axes(request, vertices.min(axis=0), vertices.max(axis=0))
-    margin = ON_OUTLINE * float(request.wanted_spacing().min())
+    margin = OUTLINE_TOLERANCE * float(request.requested_spacing().min())
     return cut_lattice(request, axes, inside_polygon(vertices, axes, margin), volume)
 
 
 def area_and_centroid(vertices: Floats) -> tuple[float, Floats]:
-    """Area (positive for either orientation) and centroid (2,) of the polygon `vertices` (m, 2)."""
+    """Returns area (> 0 for either orientation) and centroid (2,) of a polygon (m, 2)."""
     start = vertices - vertices[0]
     end = np.roll(start, -1, axis=0)
     cross = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
@@ -42,11 +43,11 @@ def area_and_centroid(vertices: Floats) -> tuple[float, Floats]:
 
 
 def inside_polygon(vertices: Floats, axes: list[Floats], margin: float) -> npt.NDArray[np.bool_]:
-    """Which crossings of the two axes lie inside the polygon or within `margin` of it, (ny, nx).
+    """Returns which lattice points are inside the polygon or within `margin` of it, (ny, nx).
 
-    Each row is cut with the outline a margin above and a margin below, and the intervals between
-    entry and exit are lengthened by the margin, so that centres on the outline are kept on every
-    side of the body and a symmetric outline keeps symmetric points.
+    Each row is intersected with the outline a margin above and a margin below, and the intervals
+    between entry and exit are extended by the margin. So points on the outline are inside on every
+    side of the body, and a symmetric outline gives symmetric points.
     """
     x, y = axes
     return _rows_inside(vertices, x, y - margin, margin) | _rows_inside(
@@ -55,6 +56,7 @@ def inside_polygon(vertices: Floats, axes: list[Floats], margin: float) -> npt.N
 
 
 def _rows_inside(vertices: Floats, x: Floats, y: Floats, margin: float) -> npt.NDArray[np.bool_]:
+    """Returns which points x of rows at y are inside the polygon, shape (ny, nx)."""
     start, end = vertices, np.roll(vertices, -1, axis=0)
     straddles = (start[:, 1] <= y[:, None]) != (end[:, 1] <= y[:, None])
     row, edge = np.nonzero(straddles)
@@ -63,8 +65,8 @@ def _rows_inside(vertices: Floats, x: Floats, y: Floats, margin: float) -> npt.N
     # A closed outline crosses every row an even number of times: sorted, they alternate.
     order = np.lexsort((crossing, row))
     row, entry, leave = row[order][::2], crossing[order][::2], crossing[order][1::2]
-    change = np.zeros((len(y), len(x) + 1), dtype=np.int32)
-    np.add.at(change, (row, np.searchsorted(x, entry - margin, side="left")), 1)
-    np.add.at(change, (row, np.searchsorted(x, leave + margin, side="right")), -1)
-    inside: npt.NDArray[np.bool_] = np.cumsum(change[:, :-1], axis=1) > 0
+    jump = np.zeros((len(y), len(x) + 1), dtype=np.int32)
+    np.add.at(jump, (row, np.searchsorted(x, entry - margin, side="left")), 1)
+    np.add.at(jump, (row, np.searchsorted(x, leave + margin, side="right")), -1)
+    inside: npt.NDArray[np.bool_] = np.cumsum(jump[:, :-1], axis=1) > 0
     return inside

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a shape is asked for (`Request`) and what it gives back (`BodyPoints`)."""
+"""Requested resolution of a body (`Request`) and its resulting points (`BodyPoints`)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tilth.bodies.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
 
 MAXIMUM_POINTS = 1_000_000_000
-# Largest distance of the points, in cells. One point per cell of a body that does not fit the grid
-# lies this far apart at most; beyond it cells inside the body are left without points.
-WIDEST = 1.5
+# Largest distance of neighbouring points [cell sizes]. With one point per cell and a body that does
+# not fit the grid it is at most this; beyond it cells inside the body may be empty.
+MAXIMUM_SPACING = 1.5
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class BodyPoints:
         with corners the means of opposite edges.
     frame: shape (d, d), the columns are the directions of a rotated box's own axes; None where
         the domains lie along the grid axes.
-    corner: shape (n, 2^d, d), corners of the domains seen from the points, x fastest; None where
+    corner: shape (n, 2^d, d), corners of the domains relative to the points, x fastest; None where
         they are boxes with the half lengths.
     """
 
@@ -43,7 +43,7 @@ class BodyPoints:
     corner: Floats | None = None
 
     def corners(self) -> Floats:
-        """Corners of the domains, also of boxes, seen from the points, shape (n, 2^d, d)."""
+        """Returns the domains' corners, also of boxes, relative to the points, (n, 2^d, d)."""
         if self.corner is not None:
             return self.corner
         corner = corner_signs(self.position.shape[1]) * self.half_length[:, None]
@@ -52,12 +52,12 @@ class BodyPoints:
 
 @dataclass(frozen=True)
 class Request:
-    """Resolution wanted of one body: exactly one of points_per_cell, points, spacing is given.
+    """Requested resolution of one body: exactly one of points_per_cell, points, spacing is given.
 
-    grid_origin, cell_size: shape (d,), any crossing of grid lines and the cell's side lengths.
+    grid_origin, cell_size: shape (d,), any node of the grid and the cell's side lengths.
     points_per_cell, points, spacing: shape (d,) each; material points per cell and direction,
     points per side, or distance of the points along each direction.
-    basis: name of the basis, which says what domains the points have.
+    basis: name of the basis, which determines the domains of the points.
     """
 
     name: str
@@ -74,7 +74,7 @@ class Request:
         """Whether the domains of the points have corners (CPDI)."""
         return self.basis in _core.corner_basis_names()
 
-    def wanted_spacing(self) -> Floats:
+    def requested_spacing(self) -> Floats:
         """Distance of the points along each direction, shape (d,); needs no shape's size."""
         if self.points_per_cell is not None:
             return self.cell_size / self.points_per_cell
@@ -82,14 +82,14 @@ class Request:
         return self.spacing
 
     def circumference(self, position: Floats) -> Floats:
-        """Volume per area at `position` (n, d): 2 pi r in axisymmetry, otherwise 1; shape (n,)."""
+        """Returns the volume per area at `position` (n, d): 2 pi r in axisymmetry, else 1; (n,)."""
         if self.axisymmetric:
             return 2.0 * np.pi * position[:, 0]
         return np.ones(len(position))
 
     @property
     def resolution(self) -> str:
-        """The key that says how fine this body is divided."""
+        """Key of the case file that determines the resolution of this body."""
         if self.points_per_cell is not None:
             return "points_per_cell"
         return "points" if self.points is not None else "spacing"
@@ -97,25 +97,25 @@ class Request:
     def refused(
         self, problem: str, remedy: str, key: str = "shape", value: Any = NOT_GIVEN
     ) -> BadInput:
-        """The error to raise for this body: what is wrong with it and what to do.
+        """Returns the error to raise for this body, with the problem and its remedy.
 
-        key, value: the entry of the body that is wrong, and what it says if that is worth showing.
+        key, value: the wrong entry of the body, and its value if the message is to show it.
         """
         return BadInput(problem, remedy, key=f'bodies "{self.name}".{key}', value=value)
 
     def check_radius(self, least: float, what: str) -> None:
-        """Refuses, in axisymmetry, a body whose least x is beyond the axis (more than round-off).
+        """Refuses, in axisymmetry, a body whose least x is below 0 by more than round-off.
 
-        what: the part of the body that has this x, for the message.
+        what: the part of the body with this x, for the message.
         """
         if self.axisymmetric and least < -1e-12 * float(self.cell_size[0]):
             raise self.refused(
-                f"{what} reaches x = {least:.6g}, beyond the axis of symmetry",
+                f"{what} extends to x = {least:.6g}, beyond the axis of symmetry",
                 "x is the radius: move the body to where x is at least 0",
             )
 
     def check_number(self, number: float) -> None:
-        """Refuses a number of points that can only be a slip, before memory is asked for."""
+        """Refuses a number of points that can only be an error, before memory is allocated."""
         if number > MAXIMUM_POINTS:
             raise self.refused(
                 f"needs about {number:.3g} points, more than {MAXIMUM_POINTS:.0e}",
@@ -124,18 +124,18 @@ class Request:
             )
 
     def check_distance(self, points: BodyPoints) -> None:
-        """Refuses points so far apart that cells of the grid inside the body hold none.
+        """Refuses points so far apart that cells of the grid inside the body are empty.
 
-        The sides of the domains are the distances; those of a turned box and of domains with
-        corners are measured by the smallest side of a cell.
+        The sides of the domains are the distances; those of a rotated box and of domains with
+        corners are compared with the smallest side of a cell.
         """
-        turned = points.frame is not None or points.corner is not None
-        cell = np.full_like(self.cell_size, self.cell_size.min()) if turned else self.cell_size
+        rotated = points.frame is not None or points.corner is not None
+        cell = np.full_like(self.cell_size, self.cell_size.min()) if rotated else self.cell_size
         distance = 2.0 * points.half_length.max(axis=0)
         worst = int(np.argmax(distance / cell))
-        if distance[worst] <= WIDEST * cell[worst] * (1.0 + 1e-9):
+        if distance[worst] <= MAXIMUM_SPACING * cell[worst] * (1.0 + 1e-9):
             return
-        along = f" along {'its own ' if turned else ''}{'xyz'[worst]}"
+        along = f" along {'its own ' if rotated else ''}{'xyz'[worst]}"
         if points.corner is not None:
             along = ""
         remedy = "points_per_cell = 1 or more, or a smaller spacing"
@@ -144,13 +144,13 @@ class Request:
         raise self.refused(
             f"material points {distance[worst]:.6g} apart{along} in cells of "
             f"{cell[worst]:.6g}: cells without points lose the material",
-            f"put them at most {WIDEST * cell[worst]:.6g} apart: {remedy}",
+            f"put them at most {MAXIMUM_SPACING * cell[worst]:.6g} apart: {remedy}",
             self.resolution,
         )
 
 
 def per_direction(value: float | Sequence[float] | None, dimension: int) -> Floats | None:
-    """A number, or one per direction, as an array of shape (dimension,); None stays None."""
+    """Returns a number, or one per direction, as an array of shape (dimension,), or None."""
     if value is None:
         return None
     return np.array(np.broadcast_to(np.asarray(value, dtype=np.float64), (dimension,)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points whose domains tile the elements of a mesh."""
+"""Material points whose domains tile the elements of a mesh."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
-from tilth.bodies.pieces import Brick
+from tilth.bodies.elements import Brick
 from tilth.bodies.request import BodyPoints, Request
 
-# Tiles that are made at a time, to bound the memory.
-BATCH = 250_000
+# Tiles per batch, to bound the memory.
+TILES_PER_BATCH = 250_000
 
 
 def tile_points(blocks: Sequence[Block], volumes: Sequence[Floats], request: Request) -> BodyPoints:
-    """Points of a mesh whose elements are cut into quadrilaterals or hexahedra: their domains.
+    """Returns the points of a mesh, with quadrilateral or hexahedral tiles of elements as domains.
 
-    Quadrilaterals and hexahedra are cut into equal parts along their edges. Triangles and
-    tetrahedra are cut into equal pieces, and each piece between the centres of its edges and faces
-    into three quadrilaterals or four hexahedra. Edges that such cuts connect get the same number of
-    segments, so that the tiles of neighbours share their corners: what the wanted spacing asks of
-    their elements in the mean, at least 1 (2 with triangles and tetrahedra). A point is the
-    centroid of its tile. With "cpdi1" its domain is the parallelepiped (2D: parallelogram) with the
-    directions of the tile's mean edges and its volume.
+    Quadrilaterals and hexahedra are divided into equal parts along their edges. Triangles and
+    tetrahedra are divided into pieces of equal volume, and each piece between the centres of its
+    edges and faces into three quadrilaterals or four hexahedra. Edges in the same row of elements
+    get the same number of segments, so that the tiles of neighbours have common corners. This
+    number is the mean of what the requested spacing requires in their elements, at least 1 (2 with
+    triangles and tetrahedra). A point is the centroid of its tile. With "cpdi1" its domain is the
+    parallelepiped (2D: parallelogram) with the directions of the tile's mean edges and its volume.
 
     volumes: volumes (2D: areas) of the elements of each block, shape (n,), > 0.
-    Raises BadInput for too many points, and for a hexahedron that its tiles fold in.
+    Raises BadInput for too many points, and for a hexahedron with folded tiles.
     """
     dimension = len(request.cell_size)
-    segments = _segments(blocks, volumes, request.wanted_spacing())
+    segments = _segments(blocks, volumes, request.requested_spacing())
     numbers = [b.element.number_of_tiles(s) for b, s in zip(blocks, segments, strict=True)]
     request.check_number(float(sum(number.sum() for number in numbers)))
     total = int(sum(number.sum() for number in numbers))
@@ -45,67 +45,67 @@ def tile_points(blocks: Sequence[Block], volumes: Sequence[Floats], request: Req
         start += int(number.sum())
         for element, tiles in _tiles(block, own):
             where = (first[element][:, None] + np.arange(tiles.shape[1])).ravel()
-            places = tiles.reshape(-1, 2**dimension, dimension)
-            _check_folding(block, element, places, request)
-            centroid, tile_volume = _domain(dimension).pieces(places, 1)
+            tile_corners = tiles.reshape(-1, 2**dimension, dimension)
+            _check_folding(block, element, tile_corners, request)
+            centroid, tile_volume = _domain(dimension).pieces(tile_corners, 1)
             position[where], volume[where] = centroid[:, 0], tile_volume[:, 0]
-            places -= centroid
-            edge = mean_half_edges(places)
+            tile_corners -= centroid
+            edge = mean_half_edges(tile_corners)
             if request.basis == "cpdi1":
                 edge *= (tile_volume / _box_volumes(edge)[:, None])[..., None] ** (1.0 / dimension)
-                places = parallelepiped(edge)
-            corner[where], half_length[where] = places, np.linalg.norm(edge, axis=2)
+                tile_corners = parallelepiped(edge)
+            corner[where], half_length[where] = tile_corners, np.linalg.norm(edge, axis=2)
     return BodyPoints(position, volume * request.circumference(position), half_length, None, corner)
 
 
 def _tiles(block: Block, segments: Floats) -> Iterator[tuple[Integers, Floats]]:
-    """Corners of the tiles, some elements (m,) at a time, x fastest: (m, tiles, 2^d, d)."""
+    """Yields batches of elements (m,) and corners of their tiles (m, tiles, 2^d, d), x fastest."""
     for cuts in np.unique(segments, axis=0):
         weight = block.element.tiles(tuple(int(cut) for cut in cuts))
         chosen = np.flatnonzero((segments == cuts).all(axis=1))
-        for batch in np.array_split(chosen, math.ceil(len(chosen) * len(weight) / BATCH)):
+        for batch in np.array_split(chosen, math.ceil(len(chosen) * len(weight) / TILES_PER_BATCH)):
             yield batch, np.einsum("qcv,nvi->nqci", weight, block.corners[batch])
 
 
 def _domain(dimension: int) -> Brick:
-    """A domain as an element: its corners x fastest."""
+    """Returns the element whose corners are those of a domain, x fastest."""
     return Brick("domain", [], corner_signs(dimension).astype(np.int64))
 
 
-def _check_folding(block: Block, element: Integers, places: Floats, request: Request) -> None:
+def _check_folding(block: Block, element: Integers, tile_corners: Floats, request: Request) -> None:
     """Refuses domains that are folded at a corner or in the middle.
 
-    element: rows in the block of the elements that have the domains, as many each.
-    places: of the domains' corners, shape (n, 2^d, d).
+    element: rows in the block of the domains' elements; each has equally many domains.
+    tile_corners: corners of the domains, shape (n, 2^d, d).
     """
     least = np.minimum(
-        _domain(places.shape[2]).corner_jacobians(places).min(axis=1),
-        _box_volumes(mean_half_edges(places)),
+        _domain(tile_corners.shape[2]).corner_jacobians(tile_corners).min(axis=1),
+        _box_volumes(mean_half_edges(tile_corners)),
     )
     folded = np.flatnonzero(least <= 0.0)
     if len(folded):
-        row = int(element[folded[0] * len(element) // len(places)])
+        row = int(element[folded[0] * len(element) // len(tile_corners)])
         raise block.refused(row, "is degenerate: it folds between its corners", request)
 
 
 def _box_volumes(half_edge: Floats) -> Floats:
-    """Volumes of parallelepipeds with these half edges, (n, d, d) -> (n,)."""
+    """Returns the volumes (n,) of parallelepipeds with these half edges (n, d, d)."""
     return np.asarray(2.0 ** half_edge.shape[2] * np.linalg.det(half_edge))
 
 
 def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], spacing: Floats) -> list[Floats]:
-    """Numbers of segments along each row of edges of the elements, (n, rows) for each block."""
+    """Returns the numbers of segments along each row of edges, (n, rows) for each block."""
     classes = _edge_classes(blocks)
     every = np.concatenate([own.ravel() for own in classes])
-    # The mean of the power d, so that the number of tiles is what their volume asks for.
+    # The mean of the power d, so that the number of tiles corresponds to their volume.
     power = len(spacing)
-    wanted = np.concatenate(
+    required = np.concatenate(
         [
-            b.element.wanted_segments(b.corners, volume, spacing).ravel()
+            b.element.required_segments(b.corners, volume, spacing).ravel()
             for b, volume in zip(blocks, volumes, strict=True)
         ]
     )
-    mean = (np.bincount(every, wanted**power) / np.bincount(every)) ** (1.0 / power)
+    mean = (np.bincount(every, required**power) / np.bincount(every)) ** (1.0 / power)
     step = np.ones(len(mean))
     for block, own in zip(blocks, classes, strict=True):
         np.maximum.at(step, own, block.element.least_segments)
@@ -114,9 +114,9 @@ def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], spacing: Float
 
 
 def _edge_classes(blocks: Sequence[Block]) -> list[Integers]:
-    """Classes of edges that must have the same number of segments, (n, rows) for each block.
+    """Returns classes of edges with the same number of segments, (n, rows) for each block.
 
-    Two edges are of one class if they lie in the same row of an element, or each with a third.
+    Edges in the same row of an element are of one class, also through rows of other elements.
     """
     from scipy.sparse import coo_array  # take 0.2 s: only where there is such a mesh
     from scipy.sparse.csgraph import connected_components

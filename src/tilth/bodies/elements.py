@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Elements of a mesh: their regular subdivision into k^d pieces, and the tiles of domains."""
+"""Types of mesh elements: subdivision into k^d pieces, and tiling by points' domains."""
 
 from __future__ import annotations
 
@@ -20,67 +20,67 @@ class Element(Protocol):
 
     @property
     def name(self) -> str:
-        """What the element is called in messages."""
+        """Name of the element in messages."""
         ...
 
     @property
     def mirror(self) -> list[int]:
-        """The order of the corners that turns the element's orientation round."""
+        """Order of the corners that reverses the element's orientation."""
         ...
 
     @property
     def edges(self) -> Integers:
-        """Pairs of corners, the edges that are cut into equally many segments in a row each.
+        """Edges as pairs of corners; the edges of a row have the same number of segments.
 
-        Shape (rows, edges, 2): a row for each direction of a quadrilateral or hexahedron, one in
-        all for a triangle or tetrahedron.
+        Shape (rows, edges, 2): a row for each direction of a quadrilateral or hexahedron, a single
+        one for a triangle or tetrahedron.
         """
         ...
 
     @property
     def least_segments(self) -> int:
-        """Tiles need a multiple of so many segments along an edge."""
+        """The number of segments along an edge must be a multiple of this."""
         ...
 
     def pieces(self, corners: Floats, cuts: int) -> tuple[Floats, Floats]:
-        """Centroids (n, cuts^d, d) and signed volumes (n, cuts^d) of the elements' pieces.
+        """Returns centroids (n, cuts^d, d) and signed volumes (n, cuts^d) of the pieces.
 
         corners: shape (n, corners, d).
         """
         ...
 
-    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
-        """How many segments along each row of edges give tiles of the spacing, (n, rows), > 0.
+    def required_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
+        """Returns the real number of segments per row of edges that matches the spacing, (n, rows).
 
         corners: shape (n, corners, d). volume: shape (n,). spacing: shape (d,).
         """
         ...
 
     def number_of_tiles(self, segments: Floats) -> Floats:
-        """Number of tiles with so many segments along each row of edges, (n, rows) -> (n,)."""
+        """Returns the numbers of tiles (n,) for segments along each row of edges (n, rows)."""
         ...
 
     def tiles(self, segments: tuple[int, ...]) -> Floats:
-        """Weights of the element's corners in the corners of its tiles.
+        """Returns the weights of the element's corners for the corners of its tiles.
 
         segments: along the edges of each row.
-        Returns shape (tiles, 2^d, corners): tiles are quadrilaterals or hexahedra, their corners
-        x fastest, with positive volume if the element has it. Together they are the element, and
-        neighbours with as many segments along their common edges share the corners of their tiles.
+        Shape (tiles, 2^d, corners): tiles are quadrilaterals or hexahedra, their corners x fastest,
+        with positive volume if the element's is positive. Together they fill the element, and the
+        tiles of neighbours with the same segments along common edges have common corners.
         """
         ...
 
     def corner_jacobians(self, corners: Floats) -> Floats:
-        """Determinants of the map from the reference element at its corners, shape (n, corners).
+        """Returns the Jacobian determinants of the element map at the corners, shape (n, corners).
 
-        For an affine map one of them, shape (n, 1).
+        For an affine map shape (n, 1).
         """
         ...
 
 
 @dataclass(frozen=True)
 class Simplex:
-    """Triangle or tetrahedron; its pieces all have the same volume, and so have its tiles."""
+    """Triangle or tetrahedron; its pieces have equal volumes, and so have its tiles."""
 
     name: str
     mirror: list[int]
@@ -92,7 +92,7 @@ class Simplex:
 
     @property
     def least_segments(self) -> int:
-        """As `Element.least_segments`: the tiles of a piece have corners in the edges' middles."""
+        """As `Element.least_segments`: tiles have corners at the midpoints of edges."""
         return 2
 
     def pieces(self, corners: Floats, cuts: int) -> tuple[Floats, Floats]:
@@ -108,8 +108,8 @@ class Simplex:
         jacobian: Floats = np.linalg.det(corners[:, 1:] - corners[:, :1])
         return jacobian[:, None]
 
-    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
-        """As `Element.wanted_segments`, by the volume of the tiles."""
+    def required_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
+        """As `Element.required_segments`, by the volume of the tiles."""
         dimension = corners.shape[2]
         pieces = volume / np.prod(spacing) / (dimension + 1)
         return np.asarray(2.0 * pieces[:, None] ** (1.0 / dimension))
@@ -120,10 +120,10 @@ class Simplex:
         return np.asarray(vertices * (segments[:, 0] / self.least_segments) ** (vertices - 1))
 
     def tiles(self, segments: tuple[int, ...]) -> Floats:
-        """As `Element.tiles`: each piece is cut into what is nearest to each of its vertices.
+        """As `Element.tiles`: each piece has one tile at each of its vertices.
 
-        Nearest is where the vertex has the largest barycentric coordinate: a quadrilateral or
-        hexahedron between the vertex and the centres of the edges, faces and piece that it is of.
+        There the barycentric coordinate of the vertex is the largest. It is a quadrilateral or
+        hexahedron between the vertex and the centres of its edges, its faces and the piece.
         """
         return simplex_tiles(len(self.mirror) - 1, segments[0] // self.least_segments)
 
@@ -157,8 +157,8 @@ class Brick:
         dimension = corners.shape[2]
         local = np.array([-1.0, 1.0]) / math.sqrt(3.0)
         axis = (-1.0 + (2.0 * np.arange(cuts)[:, None] + 1.0 + local) / cuts).ravel()
-        place = np.stack(np.meshgrid(*[axis] * dimension, indexing="ij"), axis=-1)
-        weight, gradient = self._shape(place.reshape(-1, dimension))
+        point = np.stack(np.meshgrid(*[axis] * dimension, indexing="ij"), axis=-1)
+        weight, gradient = self._shape(point.reshape(-1, dimension))
         jacobian = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
         position = np.einsum("qc,nci->nqi", weight, corners)
         split = (len(corners),) + (cuts, 2) * dimension
@@ -174,8 +174,8 @@ class Brick:
         jacobian: Floats = np.linalg.det(np.einsum("qck,nci->nqki", gradient, corners))
         return jacobian
 
-    def wanted_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
-        """As `Element.wanted_segments`, by the mean of the edges of each direction."""
+    def required_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
+        """As `Element.required_segments`, by the mean of the edges of each direction."""
         start, end = np.moveaxis(self.edges, 2, 0)
         edge = (corners[:, end] - corners[:, start]).mean(axis=2)
         return np.asarray(np.linalg.norm(edge / spacing, axis=2))
@@ -188,15 +188,15 @@ class Brick:
         """As `Element.tiles`: the multilinear map of equal boxes."""
         dimension = len(segments)
         box = np.indices(segments).reshape(dimension, -1).T
-        place = 2.0 * (box[:, None] + 0.5 * (1.0 + corner_signs(dimension))) / segments - 1.0
-        weight, _ = self._shape(place.reshape(-1, dimension))
+        point = 2.0 * (box[:, None] + 0.5 * (1.0 + corner_signs(dimension))) / segments - 1.0
+        weight, _ = self._shape(point.reshape(-1, dimension))
         return weight.reshape(len(box), 2**dimension, -1)
 
-    def _shape(self, place: Floats) -> tuple[Floats, Floats]:
-        """Shape functions (q, corners) and gradients (q, corners, d) at reference places (q, d)."""
-        factor = 0.5 * (1.0 + self.corner * place[:, None, :])
+    def _shape(self, point: Floats) -> tuple[Floats, Floats]:
+        """Returns shape functions (q, corners) and gradients (q, corners, d) at points (q, d)."""
+        factor = 0.5 * (1.0 + self.corner * point[:, None, :])
         gradient = np.empty_like(factor)
-        for i in range(place.shape[1]):
+        for i in range(point.shape[1]):
             others = np.delete(factor, i, axis=2).prod(axis=2)
             gradient[..., i] = 0.5 * self.corner[:, i] * others
         return factor.prod(axis=2), gradient
@@ -204,16 +204,16 @@ class Brick:
 
 @cache
 def simplex_weights(dimension: int, cuts: int) -> Floats:
-    """Barycentric coordinates of the centroids of a simplex's pieces, shape (cuts^d, d + 1)."""
+    """Returns barycentric coordinates of the centroids of pieces, shape (cuts^d, d + 1)."""
     return _barycentric(_simplex_pieces(dimension, cuts)[0] / cuts)
 
 
 def simplex_tiles(dimension: int, cuts: int) -> Floats:
-    """Barycentric coordinates of the corners of its tiles, d + 1 in each of cuts^d pieces.
+    """Returns barycentric coordinates of the corners of a simplex's tiles.
 
-    Shape ((d + 1) cuts^d, 2^d, d + 1). Corner c of the tile at a vertex is the mean of this vertex
-    and of those of the others that the bits of c choose; the others are in the order that makes the
-    volume positive.
+    There are d + 1 tiles in each of cuts^d pieces; shape ((d + 1) cuts^d, 2^d, d + 1). Corner c of
+    the tile at a vertex is the mean of this vertex and of those other vertices whose bits are set
+    in c; the others are in the order that makes the volume positive.
     """
     vertex = _barycentric(_simplex_pieces(dimension, cuts)[1] / cuts)
     found = []
@@ -229,7 +229,7 @@ def simplex_tiles(dimension: int, cuts: int) -> Floats:
 
 
 def _simplex_pieces(dimension: int, cuts: int) -> tuple[Floats, Floats]:
-    """Centroids (cuts^d, d) and vertices (cuts^d, d + 1, d) of pieces of equal volume.
+    """Returns centroids (cuts^d, d) and vertices (cuts^d, d + 1, d) of pieces of equal volume.
 
     The simplex cuts >= x_1 >= x_2 >= ... >= 0 is the union of those pieces of the unit cubes'
     Freudenthal subdivision (one per cube and order of the axes) that lie inside it. The vertices
@@ -252,10 +252,10 @@ def _simplex_pieces(dimension: int, cuts: int) -> tuple[Floats, Floats]:
     return centroid[sort], np.concatenate(vertices)[sort]
 
 
-def _barycentric(place: Floats) -> Floats:
-    """Barycentric coordinates (..., d + 1) in the simplex 1 >= x_1 >= x_2 >= ... >= 0."""
-    end = [(0, 0)] * (place.ndim - 1)
-    padded = np.pad(np.pad(place, [*end, (1, 0)], constant_values=1.0), [*end, (0, 1)])
+def _barycentric(point: Floats) -> Floats:
+    """Returns barycentric coordinates (..., d + 1) in the simplex 1 >= x_1 >= x_2 >= ... >= 0."""
+    end = [(0, 0)] * (point.ndim - 1)
+    padded = np.pad(np.pad(point, [*end, (1, 0)], constant_values=1.0), [*end, (0, 1)])
     return -np.diff(padded, axis=-1)
 
 
