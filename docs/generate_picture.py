@@ -13,7 +13,7 @@ import numpy as np
 
 import tilth
 from tilth.output import read_results
-from tilth.report.pictures import draw_frames
+from tilth.report.field_plots import draw_frames
 
 ROOT = Path(__file__).parents[1]
 TIMES = (0.75, 1.0)

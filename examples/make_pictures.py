@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import tilth
 from tilth.curves import LocalCubicSpline
 from tilth.output.vtkhdf import read_results
-from tilth.report.pictures import draw_frames
+from tilth.report.field_plots import draw_frames
 from tilth.verification.cases import varied
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever

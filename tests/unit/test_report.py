@@ -24,12 +24,12 @@ from tilth.bodies.elements import simplex_tiles
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter, RunLog
 from tilth.report.domains import corners_of_boxes, sides_towards
+from tilth.report.field_plots import draw_frames
 from tilth.report.fields import field_values
 from tilth.report.html import write_report
-from tilth.report.outer import free_sides, outer_points
-from tilth.report.pictures import draw_frames
 from tilth.report.setup import Load, draw_setup
 from tilth.report.tables import model_tables
+from tilth.report.visible_points import exterior_points, points_with_free_sides
 
 pytestmark = pytest.mark.slow
 
@@ -168,7 +168,7 @@ def test_domains_in_space_close_the_surface_that_is_seen() -> None:
     sides = np.ptp(faces, axis=1)
     normal = np.argmin(sides, axis=1)
     np.testing.assert_allclose(np.sort(sides, axis=1), np.tile([0.0, 1.0, 1.0], (len(sides), 1)))
-    shell = len(outer_points(state.position, state.point_fields["domain"]))
+    shell = len(exterior_points(state.position, state.point_fields["domain"]))
     assert np.bincount(normal).tolist() == [shell] * 3
     # the outermost side of each kind is the surface of the body that faces the viewer
     domain = state.point_fields["domain"]
@@ -183,7 +183,7 @@ def test_domains_with_corners_are_drawn_as_they_are(
 ) -> None:
     random = np.random.default_rng(4)
     if not few:
-        monkeypatch.setattr("tilth.report.setup_view.MOST_DOMAINS", 10)
+        monkeypatch.setattr("tilth.report.setup_view.MAXIMUM_DRAWN_DOMAINS", 10)
     state, setup = snapshot(2), replace(make_setup((6, 4)), conditions=[], loads=[])
     corners = random.uniform(0.2, 0.3, (24, 4, 2)) * [[-1, -1], [1, -1], [-1, 1], [1, 1]]
     expected = corners[:, [0, 1, 3, 2]]
@@ -230,7 +230,7 @@ def test_sides_of_domains_in_space_that_face_the_viewer_are_what_is_seen() -> No
 def test_markers_of_many_points_are_as_large_as_their_domains(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("tilth.report.space.MOST_SOLIDS", 10)
+    monkeypatch.setattr("tilth.report.points_3d.MAXIMUM_DRAWN_DOMAINS", 10)
     (panel, _) = draw_frames([snapshot(3)], "displacement", UNITS).axes
     (markers,) = panel.collections
     figure = panel.figure
@@ -247,7 +247,7 @@ def test_outer_points_are_the_shell() -> None:
     position = lattice((6, 7, 8), 0.1)
     index = np.round(position / 0.1 - 0.5).astype(int)
     shell = np.any((index == 0) | (index == np.array([5, 6, 7])), axis=1)
-    seen = outer_points(position, np.full_like(position, 0.05))
+    seen = exterior_points(position, np.full_like(position, 0.05))
     assert set(np.flatnonzero(shell)) <= set(seen.tolist())
     assert len(seen) < len(position)
 
@@ -369,5 +369,5 @@ def test_points_with_a_free_side_are_the_shell_of_a_body_that_leans_and_is_strai
     shell = np.any((index == 0) | (index == np.array(counts) - 1), axis=1)
     gradient = np.array([[1.3, 0.5, 0.0], [0.0, 0.8, -0.2], [0.6, 0.0, 0.4]])
     corners = corners_of_boxes(np.full_like(place, 0.05)) @ gradient.T
-    found = free_sides(place @ gradient.T, corners)
+    found = points_with_free_sides(place @ gradient.T, corners)
     np.testing.assert_array_equal(found, np.flatnonzero(shell))

@@ -18,10 +18,10 @@ from tracked_shapes import circle, line, octahedron
 
 import tilth.report.html
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, Snapshot, SurfaceShape
+from tilth.report.field_plots import draw_frames
 from tilth.report.html import write_report
-from tilth.report.pictures import draw_frames
 from tilth.report.setup import draw_setup
-from tilth.report.tracked import TRACKED_COLOURS, colour_of
+from tilth.report.tracked_surfaces import TRACKED_COLOURS, colour_of
 
 
 def frame(step: int) -> Snapshot:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a run leaves behind: results, history, log, checkpoint, and the progress bar."""
+"""Output of a run: results, history, log, checkpoint, and the progress bar."""
 
 from tilth.output.checkpoint import read_checkpoint, write_checkpoint
 from tilth.output.folder import prepare_output_folder

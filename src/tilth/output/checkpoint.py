@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The checkpoint: arrays and plain data in one file, bit-exact, never half-written."""
+"""The checkpoint: arrays and plain data in one file, bit-exact and never incomplete."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ META = "meta.json"
 def write_checkpoint(
     path: Path | str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
 ) -> None:
-    """Write named arrays and JSON data to ``path``, replacing an older checkpoint at once.
+    """Writes named arrays and JSON data to ``path``, replacing an older checkpoint atomically.
 
-    A kill at any moment leaves the old or the new one, whole. The file is a zip archive of ``.npy``
-    members (as NumPy's ``.npz``, uncompressed, with check sums) and ``meta.json``. Floats in
-    ``meta`` keep all their bits. Object arrays are refused with ``ValueError``.
+    A kill at any moment leaves the old or the new one, complete. The file is a zip archive of
+    ``.npy`` members (as NumPy's ``.npz``, uncompressed, with check sums) and ``meta.json``. Floats
+    in ``meta`` are bit-exact. Object arrays are refused with ``ValueError``.
     """
     path = Path(path)
     new = path.with_name(f"{path.name}.new")
@@ -39,9 +39,9 @@ def write_checkpoint(
 
 
 def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """The arrays and the plain data of a checkpoint.
+    """Returns the arrays and the plain data of a checkpoint.
 
-    Raises ``BadInput`` where there is none, or where it is damaged (its check sum is tested).
+    Raises ``BadInput`` if there is none, or if it is damaged (its check sum is tested).
     """
     path = Path(path)
     arrays: dict[str, NDArray[Any]] = {}
@@ -53,12 +53,12 @@ def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str
                     with archive.open(name) as member:
                         values = npy.read_array(member, allow_pickle=False)
                         if member.read(1):
-                            raise ValueError(f"{name} is longer than its header says")
+                            raise ValueError(f"{name} is longer than its header states")
                         arrays[name.removesuffix(".npy")] = values
     except FileNotFoundError:
         raise BadInput(
-            f"{path} does not exist: there is nothing to resume", "run the case anew"
+            f"{path} does not exist: there is nothing to resume", "run the case again"
         ) from None
     except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
-        raise BadInput(f"{path} is damaged ({error})", "run the case anew") from error
+        raise BadInput(f"{path} is damaged ({error})", "run the case again") from error
     return arrays, meta

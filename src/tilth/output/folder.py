@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The folder of a run, and the names of the files tilth writes there."""
+"""The folder of a run, and the names of the files that tilth writes there."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ OWN_FILES = (
 def prepare_output_folder(
     path: Path | str, overwrite: bool, protect: Sequence[Path | str] = ()
 ) -> Path:
-    """Make the folder of a run, or empty it of an earlier run's files; returns it.
+    """Creates the folder of a run, or removes an earlier run's files from it; returns it.
 
-    Raises ``BadInput`` where it has anything in it and ``overwrite`` is false, or where it cannot
-    be made. With ``overwrite`` only tilth's own files are removed, never anything else, and never
-    those in ``protect`` (the case file that is about to be run).
+    Raises ``BadInput`` if it is not empty and ``overwrite`` is false, or if it cannot be created.
+    With ``overwrite`` only tilth's own files are removed, and never those in ``protect`` (the case
+    file of the new run).
     """
     protected = {Path(file).resolve() for file in protect}
     folder = Path(path)
@@ -69,9 +69,9 @@ def prepare_output_folder(
 
 
 def read_declared(folder: Path | str) -> dict[str, Any]:
-    """The declared model of a run, as nested mappings and lists, from its folder.
+    """Returns the declared model of a run, as nested mappings and lists, from its folder.
 
-    Raises ``BadInput`` where the folder is not that of a run.
+    Raises ``BadInput`` if the folder is not that of a run.
     """
     file = Path(folder) / MODEL
     try:
@@ -83,7 +83,7 @@ def read_declared(folder: Path | str) -> dict[str, Any]:
 
 
 def load_model(folder: Path) -> Model:
-    """Returns the model that a run in `folder` computes.
+    """Returns the model of the run in `folder`.
 
     Raises:
         BadInput: `folder` is not that of a run.

@@ -18,14 +18,14 @@ FIRST_COLUMNS = ("step", "time", "iterations")
 
 
 class HistoryWriter:
-    """Writes the history row by row; each row is on its way to the disk when ``append`` returns.
+    """Writes the history row by row; ``append`` flushes each row to the file.
 
     ``columns`` are (name, unit) of the tracked quantities, the unit "" for pure numbers. Numbers
-    are written with all digits, so that reading gives back the same bits.
+    are written with all digits, so that reading is bit-exact.
     """
 
     def __init__(self, path: Path | str, columns: Sequence[tuple[str, str]]) -> None:
-        """Start a new file, replacing any at ``path``."""
+        """Starts a new file, replacing any at ``path``."""
         self.path = Path(path)
         self._count = len(columns)
         write_durably(self.path, _row([*FIRST_COLUMNS, *_headings(columns)]).encode())
@@ -35,15 +35,15 @@ class HistoryWriter:
     def resume(
         cls, path: Path | str, last_step: int, columns: Sequence[tuple[str, str]]
     ) -> HistoryWriter:
-        """Go on with the file at ``path``, first dropping all rows after ``last_step``.
+        """Continues the file at ``path``, after removing all rows after ``last_step``.
 
-        A half-written last line (of a run that was killed) is dropped too. Raises ``BadInput``
-        where the columns are not those of the file.
+        An incomplete last line (of a run that was killed) is removed as well. Raises ``BadInput``
+        if the columns are not those of the file.
         """
         path = Path(path)
         lines = _complete_lines(path)
         if not lines or lines[0] != _row([*FIRST_COLUMNS, *_headings(columns)]):
-            raise BadInput(f"{path}: the columns are not those of this case", "run the case anew")
+            raise BadInput(f"{path}: the columns are not those of this case", "run the case again")
         kept = [lines[0]]
         kept += [line for line in lines[1:] if int(line.split(",", 1)[0]) <= last_step]
         write_durably(path, "".join(kept).encode())
@@ -54,7 +54,7 @@ class HistoryWriter:
         return writer
 
     def append(self, step: int, time: float, iterations: int, values: Sequence[float]) -> None:
-        """Write the row of one step; ``values`` in the order of the columns."""
+        """Writes the row of one step; ``values`` in the order of the columns."""
         if len(values) != self._count:
             raise ValueError(f"{len(values)} values for {self._count} columns")
         numbers = [repr(float(value)) for value in (time, *values)]
@@ -62,12 +62,15 @@ class HistoryWriter:
         self._file.flush()
 
     def close(self) -> None:
-        """Close the file."""
+        """Closes the file."""
         self._file.close()
 
 
 def read_history(path: Path | str) -> dict[str, Floats]:
-    """All columns by heading (``name [unit]``), each of shape (rows,); the first is ``step``."""
+    """Returns all columns by heading (``name [unit]``), each of shape (rows,).
+
+    Raises ``BadInput`` if the file is not the history of a run.
+    """
     path = Path(path)
     lines = _complete_lines(path)
     if not lines:
@@ -85,13 +88,14 @@ def _headings(columns: Sequence[tuple[str, str]]) -> list[str]:
 
 
 def _row(cells: Sequence[str]) -> str:
-    """One line of CSV with its line end."""
+    """Returns one line of CSV with its line end."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerow(cells)
     return text.getvalue()
 
 
 def _complete_lines(path: Path) -> list[str]:
+    """Returns the lines of a file without an incomplete last one."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     except OSError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``log.txt``: the story of a run for an engineer, and what the report reads from it."""
+"""``log.txt``: the record of a run, and its contents for the report."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _DURATION = re.compile(r"time taken:\s+([0-9.]+) s")
 
 
 class RunLog:
-    """Writes the log line by line; each line can be read as soon as it is written.
+    """Writes the log line by line; each line is flushed to the file.
 
-    ``warnings`` holds the text of all warnings of this run so far. With ``resume`` the log of the
-    stopped run is continued and its warnings are taken over.
+    ``warnings`` contains the text of all warnings of this run so far. With ``resume`` the log of
+    the stopped run is continued and its warnings are included.
     """
 
     def __init__(self, path: Path | str, resume: bool = False) -> None:
-        """Start a new log, or continue the one at ``path``."""
+        """Starts a new log, or continues the one at ``path``."""
         self.path = Path(path)
         self.warnings: list[str] = []
         self._cuts = 0
@@ -35,7 +35,7 @@ class RunLog:
         self._iterations = 0
         self._start = time.perf_counter()
         if resume:
-            _drop_half_line(self.path)
+            _remove_incomplete_line(self.path)
             earlier = read_log(self.path)
             self.warnings += earlier.warnings
             self._cuts = len(earlier.cuts)
@@ -44,7 +44,7 @@ class RunLog:
     def header(
         self, *, version: str, title: str, threads: int, points: int, cells: int, last_step: int = 0
     ) -> None:
-        """Write who computes what with how much; ``last_step`` > 0 says that a run is resumed."""
+        """Writes version, case, date and sizes; ``last_step`` > 0 means that a run is resumed."""
         rows = [
             ("case", title or "(no title)"),
             ("date", datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")),
@@ -61,7 +61,7 @@ class RunLog:
         self._write(f"{'step':>6}  {'time':>12}  {'step size':>10}  relative residual of Newton")
 
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
-        """Write one converged step and the residuals of its iterations, the first guess first."""
+        """Writes one converged step and its relative residuals, that of the predictor first."""
         start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "
         numbers = [f"{residual:.2e}" for residual in residuals]
         for first in range(0, max(len(numbers), 1), _RESIDUALS_PER_LINE):
@@ -71,12 +71,12 @@ class RunLog:
         self._iterations += max(len(residuals) - 1, 0)
 
     def warning(self, text: str) -> None:
-        """Write a warning; it also appears in the report."""
+        """Writes a warning; it also appears in the report."""
         self.warnings.append(_one_line(text))
         self._write(f"{WARNING}{self.warnings[-1]}")
 
     def cut(self, step: int, time: float, step_size: float, reason: str) -> None:
-        """Write that ``step`` towards ``time`` was undone and is tried again with ``step_size``."""
+        """Writes that ``step`` to ``time`` was undone and is repeated with ``step_size``."""
         self._cuts += 1
         self._write(
             f"{CUT}step {step} to time {time:.6g} undone ({_one_line(reason)}); "
@@ -84,10 +84,10 @@ class RunLog:
         )
 
     def finish(self, failure: str | None, parts: Mapping[str, float], solved: str) -> None:
-        """Write the summary; ``failure`` says why the run ended before the end of the schedule.
+        """Writes the summary; ``failure`` is the reason if the run ended before its schedule.
 
-        ``parts`` is the wall-clock time [s] by part of the computation, ``solved`` how many linear
-        systems were solved by what.
+        ``parts`` is the wall-clock time [s] of each part of the computation, ``solved`` the number
+        of linear systems by solver.
         """
         seconds = time.perf_counter() - self._start
         rows = [
@@ -97,7 +97,7 @@ class RunLog:
             ("step cuts", str(self._cuts)),
             ("warnings", str(len(self.warnings))),
             ("time taken", f"{seconds:.2f} s"),
-            *((f"  {name}", f"{share:.2f} s") for name, share in parts.items()),
+            *((f"  {name}", f"{duration:.2f} s") for name, duration in parts.items()),
         ]
         self._write("")
         end = "the end of the schedule is reached"
@@ -106,7 +106,7 @@ class RunLog:
             self._write(f"  {name + ':':<14}{value}")
 
     def close(self) -> None:
-        """Close the file."""
+        """Closes the file."""
         self._file.close()
 
     def _write(self, line: str) -> None:
@@ -116,17 +116,17 @@ class RunLog:
 
 @dataclass
 class LogContents:
-    """What the report needs of a log."""
+    """Contents of a log that the report uses."""
 
     warnings: list[str] = field(default_factory=list)
     cuts: list[str] = field(default_factory=list)
     """One sentence per undone step."""
     last_residuals: list[float] = field(default_factory=list)
-    """Relative residuals of the last converged step, first guess first."""
+    """Relative residuals of the last converged step, that of the predictor first."""
     last_step: int = 0
     finished: bool = False
     failure: str | None = None
-    """Why the run stopped; None where it goes on, was killed or finished."""
+    """Why the run stopped; None if it is running, was killed or finished."""
     seconds: float | None = None
     """Wall-clock time of all finished parts of the run; None where none has finished."""
     facts: dict[str, str] = field(default_factory=dict)
@@ -170,14 +170,14 @@ def read_log(path: Path | str) -> LogContents:
         elif line.startswith("  ") and ": " in line:
             name, value = line.strip().split(":", 1)
             log.facts.setdefault(name, value.strip())
-    # a step that was lost in a kill and done again may say the same twice
+    # a step that is repeated after a kill may write the same lines twice
     log.warnings = list(dict.fromkeys(log.warnings))
     log.cuts = list(dict.fromkeys(log.cuts))
     return log
 
 
-def _drop_half_line(path: Path) -> None:
-    """Remove what a killed run began to write after its last complete line."""
+def _remove_incomplete_line(path: Path) -> None:
+    """Removes an incomplete last line of a killed run."""
     if path.exists():
         content = path.read_bytes()
         os.truncate(path, content.rfind(b"\n") + 1)

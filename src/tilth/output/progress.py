@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Shows how far a run is; use it as a context.
+    """Shows the progress of a run; a context manager.
 
-    On a terminal it is a live line; elsewhere (a file, a queue system) a plain line at most every
-    ``seconds_between_lines``; with ``quiet`` nothing is printed. ``end`` is the end of the
+    On a terminal it is a progress bar; elsewhere (a file, a queue system) a plain line at most
+    every ``seconds_between_lines``; with ``quiet`` nothing is printed. ``end`` is the end of the
     schedule and ``points`` the number of material points.
     """
 
@@ -43,7 +43,7 @@ class Progress:
         self._live: tuple[RichProgress, TaskID] | None = None
 
     def __enter__(self) -> Self:
-        """Show the bar."""
+        """Shows the bar."""
         if self._quiet:
             return self
         from rich.console import Console
@@ -77,13 +77,13 @@ class Progress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Leave the bar as it is and give the terminal back."""
+        """Stops updating the bar."""
         if self._live is not None:
             self._live[0].stop()
             self._live = None
 
     def iteration(self, step: int, iteration: int, residual: float) -> None:
-        """A Newton iteration of ``step`` was done, with this relative residual."""
+        """Shows a Newton iteration of ``step`` and its relative residual."""
         self._step = step
         if self._live is not None:
             bar, task = self._live
@@ -91,7 +91,7 @@ class Progress:
             bar.update(task, step=step, newton=newton, left=self._left_text())
 
     def step_done(self, step: int, time_reached: float, iterations: int) -> None:
-        """``step`` is complete and the schedule has reached this time."""
+        """Shows that ``step`` is complete and the schedule has reached this time."""
         self._step, self._now = step, time_reached
         if self._quiet or self._console is None:
             return
@@ -99,14 +99,14 @@ class Progress:
             bar, task = self._live
             bar.update(
                 task,
-                completed=self._share(),
+                completed=self._fraction(),
                 step=step,
                 now=self._time_text(),
                 left=self._left_text(),
             )
             return
         clock = time.perf_counter()
-        at_end = self._share() >= 1.0
+        at_end = self._fraction() >= 1.0
         if at_end or clock - self._last_line >= self._seconds_between_lines:
             self._last_line = clock
             self._console.print(
@@ -118,23 +118,23 @@ class Progress:
             )
 
     def message(self, text: str) -> None:
-        """Print a line (a warning, a step cut) above the bar."""
+        """Prints a line (a warning, a step cut) above the bar."""
         if not self._quiet and self._console is not None:
             self._console.print(text, soft_wrap=True, highlight=False, markup=False)
 
-    def _share(self) -> float:
+    def _fraction(self) -> float:
         return (self._now - self._start) / (self._end - self._start)
 
     def _time_text(self) -> str:
         return f"{self._now:.4g}/{self._end:.4g}"
 
     def _left_text(self) -> str:
-        """Estimate from the share of the schedule done; empty as long as there is none."""
-        share = self._share()
-        if share <= 0.0:
+        """Returns the estimated remaining time; empty before the first step."""
+        fraction = self._fraction()
+        if fraction <= 0.0:
             return ""
         elapsed = time.perf_counter() - self._began
-        return f"{_clock(elapsed * (1.0 - share) / share)} left"
+        return f"{_clock(elapsed * (1.0 - fraction) / fraction)} left"
 
 
 def _clock(seconds: float) -> str:

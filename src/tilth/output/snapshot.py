@@ -15,7 +15,7 @@ from tilth.arrays import Floats, Integers
 
 @dataclass(frozen=True)
 class FieldsOnDemand(Mapping[str, NDArray[Any]]):
-    """Fields by name, each made anew whenever it is asked for: all at once take much memory."""
+    """Fields by name, each computed at every access: all at once need much memory."""
 
     make: Mapping[str, Callable[[], NDArray[Any]]]
 
@@ -33,12 +33,12 @@ class FieldsOnDemand(Mapping[str, NDArray[Any]]):
 class SurfaceShape:
     """A tracked surface at one output: ``n`` vertices, ``m`` cells, ``dim`` is 2 or 3.
 
-    The arrays belong to the shape: whoever makes one must not change them afterwards.
+    The arrays must not be changed after the shape is created.
     """
 
     name: str
     position: Floats
-    """Place of the vertices [length], shape (n, dim)."""
+    """Position of the vertices [length], shape (n, dim)."""
     cells: Integers
     """Rows of ``position``: in 2D the segments of polylines, shape (m, 2), in order along the curve
     with the soil on their left; in 3D triangles, shape (m, 3), whose normals by the right-hand rule
@@ -58,7 +58,7 @@ class SurfaceShape:
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """What is written to ``results.vtkhdf`` at one output time.
+    """Data written to ``results.vtkhdf`` at one output time.
 
     Point arrays have one row per material point, in the order of the permanent ``point_id``
     (row ``i`` is the point with ``point_id == i`` in every snapshot of a run). ``n`` is the number
@@ -66,7 +66,7 @@ class Snapshot:
     user's; tension is positive; tensors are in VTK's symmetric order xx yy zz xy yz xz with tensor
     (not engineering) shear components.
 
-    The arrays belong to the snapshot: whoever makes one must not change them afterwards.
+    The arrays must not be changed after the snapshot is created.
     """
 
     step: int
@@ -74,17 +74,17 @@ class Snapshot:
     time: float
     """Time of the schedule (argument of the load factor)."""
     position: Floats
-    """Current place of the points [length], shape (n, dim)."""
+    """Current position of the points [length], shape (n, dim)."""
     body_id: Integers
     """Number of the body each point belongs to, shape (n,)."""
     point_fields: Mapping[str, NDArray[Any]]
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
-    of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], seen from
-    the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-]."""
+    of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], relative
+    to the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-]."""
     node_position: Floats
-    """Place of the active nodes [length], shape (m, dim)."""
+    """Position of the active nodes [length], shape (m, dim)."""
     cells: Integers
     """Rows of ``node_position`` that span each active cell, shape (c, 2**dim), in the order of
     VTK's quadrilateral (2D) or hexahedron (3D)."""

@@ -21,11 +21,11 @@ WHOLE_NUMBERS = ("step", "chain", "closed", "point")
 
 
 def write_surfaces(path: Path | str, snapshot: Snapshot, length_unit: str) -> None:
-    """Write the table of the surfaces of ``snapshot``, replacing an older one at once.
+    """Writes the table of the surfaces of ``snapshot``, replacing an older one atomically.
 
     In 2D each row is a point of a chain, in order along the curve, in 3D a vertex of the triangles.
     ``point`` is the vertex's number in the results file. Numbers are written with all digits, so
-    that reading gives back the same bits. A kill at any moment leaves the old or the new file.
+    that reading is bit-exact. A kill at any moment leaves the old or the new file.
     """
     axes, unit = "xyz"[: snapshot.dim], f" [{length_unit}]" if length_unit else ""
     headings = ["step", "time", "surface"]
@@ -44,10 +44,10 @@ def write_surfaces(path: Path | str, snapshot: Snapshot, length_unit: str) -> No
 
 
 def read_surface(path: Path | str) -> dict[str, NDArray[Any]]:
-    """All columns of a ``surface.csv`` by heading, each of shape (rows,).
+    """Returns all columns of a ``surface.csv`` by heading, each of shape (rows,).
 
     ``surface`` is text; ``step``, ``point`` and in 2D ``chain`` and ``closed`` are whole numbers;
-    all others are floats, bit for bit. Raises ``BadInput`` where the file is none.
+    all others are floats, bit-exact. Raises ``BadInput`` if it is no such file.
     """
     path = Path(path)
     try:
@@ -72,7 +72,7 @@ def read_surface(path: Path | str) -> dict[str, NDArray[Any]]:
 
 
 def _plane_rows(surface: SurfaceShape) -> Iterator[list[str]]:
-    """Chain, whether it is closed, point, x, y, arc length, normal."""
+    """Yields rows of chain, closed, point, x, y, arc length and normal."""
     normal, arc_length = surface.fields["normal"], surface.fields["arc_length"]
     for chain, line in enumerate(surface.polylines):
         closed = line[0] == line[-1]
@@ -82,7 +82,7 @@ def _plane_rows(surface: SurfaceShape) -> Iterator[list[str]]:
 
 
 def _space_rows(surface: SurfaceShape) -> Iterator[list[str]]:
-    """Point, x, y, z, normal."""
+    """Yields rows of point, x, y, z and normal."""
     for point, numbers in enumerate(np.hstack([surface.position, surface.fields["normal"]])):
         yield [str(point), *_digits(numbers)]
 

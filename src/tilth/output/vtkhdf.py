@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writing and reading ``results.vtkhdf``, safe against a kill at any moment.
 
-The visible file is never opened for writing. A hidden shadow file lags behind it by one output;
-an append writes the missing and the new output to the shadow, waits for the disk and exchanges the
-names of the two. So the visible file always holds every finished output, and each output is
-written twice, however many there are.
+The visible file is never opened for writing. A hidden shadow file has one output less; an append
+writes the missing and the new output to the shadow, waits for the disk and exchanges the names of
+the two. So the visible file always contains every finished output, and each output is written
+twice, independent of their number.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ class ResultsWriter:
     """
 
     def __init__(self, path: Path | str, *, title: str = "", units: Mapping[str, str]) -> None:
-        """Raises ``BadInput`` where there is a file at ``path``."""
+        """Raises ``BadInput`` if there is a file at ``path``."""
         self.path = Path(path)
         self._shadow = shadow_path(self.path)
         self._title = title
         self._units = dict(units)
         self._last: tuple[int, float] | None = None
-        self._behind: int | None = 0
-        """How many outputs the shadow lacks, 0 or 1; None where the shadow cannot be used."""
+        self._missing: int | None = 0
+        """Number of outputs missing in the shadow, 0 or 1; None if the shadow cannot be used."""
         if self.path.exists():
             raise BadInput(
                 f"{self.path} exists already", "resume that run or choose another folder"
@@ -52,7 +52,7 @@ class ResultsWriter:
 
     @classmethod
     def resume(cls, path: Path | str, last_step: int) -> ResultsWriter:
-        """Go on with the results at ``path``, first dropping outputs after ``last_step``."""
+        """Continues the results at ``path``, after removing outputs after ``last_step``."""
         path = Path(path)
         results = read_results(path)
         keep = sum(step <= last_step for step in results.steps)
@@ -60,7 +60,7 @@ class ResultsWriter:
         writer.path, writer._shadow = path, shadow_path(path)
         writer._title, writer._units = results.title, results.units
         writer._last = (results.steps[keep - 1], results.times[keep - 1]) if keep else None
-        writer._behind = None
+        writer._missing = None
         writer._remove_shadow()
         if keep == 0:
             path.unlink()
@@ -73,7 +73,7 @@ class ResultsWriter:
         return writer
 
     def append(self, snapshot: Snapshot) -> None:
-        """Write one output; when this returns it is on the disk in the visible file.
+        """Writes one output; on return it is on the disk in the visible file.
 
         The steps must increase. Raises ``ValueError`` for a snapshot that does not fit the run.
         """
@@ -84,31 +84,31 @@ class ResultsWriter:
                 f"output of step {snapshot.step}, time {snapshot.time} after that of "
                 f"step {self._last[0]}, time {self._last[1]}"
             )
-        file, behind = self._open_shadow()
-        self._behind = None
+        file, missing = self._open_shadow()
+        self._missing = None
         with file:
             if "tilth" not in file:
                 names = [surface.name for surface in snapshot.surfaces]
                 create_file(file, snapshot.dim, self._title, self._units, names)
-            if behind:
+            if missing:
                 with _open_to_read(self.path) as visible:
                     copy_last_snapshot(visible, file)
             append_snapshot(file, snapshot)
         exchange_durably(self._shadow, self.path)
-        self._behind = 1
+        self._missing = 1
         self._last = (snapshot.step, snapshot.time)
 
     def close(self) -> None:
-        """Remove the hidden file; the results stay."""
+        """Removes the hidden file; the results remain."""
         self._remove_shadow()
-        self._behind = None
+        self._missing = None
 
     def _open_shadow(self) -> tuple[Any, int]:
-        """The open shadow and how many outputs it lacks; a fresh copy where needed."""
-        if self._behind is not None:
+        """Returns the open shadow and the number of missing outputs; a new copy if needed."""
+        if self._missing is not None:
             try:
-                return _open_to_write(self._shadow), self._behind
-            except OSError:  # another program still has open what was the visible file
+                return _open_to_write(self._shadow), self._missing
+            except OSError:  # the earlier visible file is still open in another program
                 pass
         self._remove_shadow()
         if self.path.exists():
@@ -122,7 +122,7 @@ class ResultsWriter:
 
 @dataclass(frozen=True)
 class Results:
-    """The table of contents of a results file; the outputs themselves are read when asked for."""
+    """Contents of a results file; the outputs are read at access."""
 
     path: Path
     dim: int
@@ -136,12 +136,12 @@ class Results:
     """Names of the tracked surfaces."""
 
     def snapshot(self, index: int) -> Snapshot:
-        """Output number ``index`` (0 is the initial state, -1 the last), bit for bit."""
+        """Returns output number ``index`` (0 is the initial state, -1 the last), bit-exact."""
         with _open_to_read(self.path) as file:
             return read_snapshot(file, range(len(self.steps))[index])
 
     def __iter__(self) -> Iterator[Snapshot]:
-        """All outputs, one after the other."""
+        """Iterates over all outputs."""
         return (self.snapshot(index) for index in range(len(self.steps)))
 
     def __len__(self) -> int:
@@ -150,7 +150,7 @@ class Results:
 
 
 def read_results(path: Path | str) -> Results:
-    """The contents of a results file. Raises ``BadInput`` where there is none that can be read."""
+    """Returns the contents of a results file; raises ``BadInput`` if it cannot be read."""
     path = Path(path)
     with _open_to_read(path) as file:
         if "tilth" not in file or "VTKHDF" not in file:
@@ -168,7 +168,7 @@ def read_results(path: Path | str) -> Results:
 
 
 def shadow_path(path: Path) -> Path:
-    """The hidden file beside the results ``path``."""
+    """Returns the path of the hidden file for the results ``path``."""
     return path.with_name(f".{path.stem}.shadow{path.suffix}")
 
 

@@ -2,16 +2,16 @@
 """The layout of ``results.vtkhdf``: VTKHDF 2.2, temporal PartitionedDataSetCollection.
 
 Source: VTK documentation, "VTKHDF format specification". Each block is an unstructured grid whose
-arrays grow with every output; the group ``Steps`` holds, per output, where its rows begin. One
+arrays grow with every output; the group ``Steps`` contains, per output, where its rows begin. One
 output is one part. The points keep their count, so their vertices, ``point_id`` and ``body_id``
 are written once and all outputs refer to that part. Each tracked surface is a block of its own.
 Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels and the
 names of the surfaces as the user wrote them; VTK ignores it.
 
-The reader of VTK 9.7 asks the root of a collection for ``Steps/NSteps`` and shows the first output
-for every time where it finds none, although the format has the steps in the blocks only. The link
+The reader of VTK 9.7 reads ``Steps/NSteps`` of the root of a collection, and shows the first output
+for every time if there is none, although the format has the steps in the blocks only. The link
 ``Steps`` to the block ``grid``, which carries ``NSteps`` for that, makes all readers since VTK 9.4
-show the right output; the price is an empty last member of the collection.
+show the right output; its disadvantage is an empty last member of the collection.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ STATIC_FIELDS = ("point_id", "body_id")
 def create_file(
     file: Any, dim: int, title: str, units: Mapping[str, str], surfaces: Sequence[str] = ()
 ) -> None:
-    """Lay out the empty results in the open, writable ``h5py.File``.
+    """Creates the layout of empty results in the open, writable ``h5py.File``.
 
-    ``surfaces`` are the names of the tracked surfaces. Raises ``ValueError`` where two are equal.
+    ``surfaces`` are the names of the tracked surfaces. Raises ``ValueError`` if two are equal.
     """
     import h5py
 
@@ -70,10 +70,10 @@ def create_file(
 
 
 def surface_blocks(names: Sequence[str]) -> dict[str, str]:
-    """Name of the block of each tracked surface, in their order.
+    """Returns the name of the block of each tracked surface, in their order.
 
     VTK allows letters, digits and underscores; other characters become underscores, and a number is
-    appended where two blocks would have the same name. Raises ``ValueError`` where two surfaces do.
+    appended where two blocks would have the same name. Raises ``ValueError`` if two surfaces do.
     """
     if len(set(names)) != len(names):
         raise ValueError(f"two tracked surfaces of the same name among {list(names)}")
@@ -89,7 +89,7 @@ def surface_blocks(names: Sequence[str]) -> dict[str, str]:
 
 
 def surface_names(file: Any) -> tuple[str, ...]:
-    """Names of the tracked surfaces in the open ``h5py.File``."""
+    """Returns the names of the tracked surfaces in the open ``h5py.File``."""
     return tuple(_surface_blocks_of(file))
 
 
@@ -98,9 +98,9 @@ def _surface_blocks_of(file: Any) -> dict[str, str]:
 
 
 def append_snapshot(file: Any, snapshot: Snapshot) -> None:
-    """Append one output to the open, writable ``h5py.File``.
+    """Appends one output to the open, writable ``h5py.File``.
 
-    Raises ``ValueError`` where its fields or surfaces are not those of the first output.
+    Raises ``ValueError`` if its fields or surfaces are not those of the first output.
     """
     blocks = _surface_blocks_of(file)
     names = [surface.name for surface in snapshot.surfaces]
@@ -111,7 +111,7 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
         "point_id": np.arange(n, dtype=np.int64),
         "body_id": np.asarray(snapshot.body_id, dtype=np.int64),
     }
-    # made one after the other, where the fields are made when they are asked for
+    # computed one after the other, if the fields are computed at access
     point_fields = ChainMap(snapshot.point_fields, numbers)  # type: ignore[arg-type]
     vertices = np.arange(n, dtype=np.int64)[:, None]
     cell_type = VTK_QUAD if snapshot.dim == 2 else VTK_HEXAHEDRON
@@ -141,12 +141,12 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
 
 
 def copy_last_snapshot(file: Any, to: Any) -> None:
-    """Append the last output of one open ``h5py.File`` to another, a field at a time."""
+    """Appends the last output of one open ``h5py.File`` to another, a field at a time."""
     append_snapshot(to, _snapshot_on_demand(file, len(file["tilth/step"]) - 1))
 
 
 def read_snapshot(file: Any, index: int) -> Snapshot:
-    """Output number ``index`` of the open ``h5py.File``, exactly as it was appended."""
+    """Returns output number ``index`` of the open ``h5py.File``, exactly as it was appended."""
     on_demand = _snapshot_on_demand(file, index)
     return replace(
         on_demand,
@@ -159,7 +159,7 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
 
 
 def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
-    """The same with fields that are read when they are asked for."""
+    """Returns output number ``index`` with fields that are read at access."""
     dim = int(file["tilth"].attrs["dim"])
     points, grid = file["VTKHDF/points"], file["VTKHDF/grid"]
     position, point_fields = _read_block(points, index, dim)
@@ -196,7 +196,7 @@ def _append_block(
     cell_type: int,
     fields: Mapping[str, NDArray[Any]],
 ) -> None:
-    """Append one output of one block; ``cells`` has one row of node numbers per cell."""
+    """Appends one output of one block; ``cells`` has one row of node numbers per cell."""
     steps, data = block["Steps"], block["PointData"]
     index = int(steps.attrs["NSteps"])
     if index > 0 and set(data) != set(fields):
@@ -232,7 +232,7 @@ def _append_block(
 
 
 def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], FieldsOnDemand]:
-    """Points and fields of one output of one block, shapes as in :class:`Snapshot`."""
+    """Returns points and fields of one output of one block, shapes as in :class:`Snapshot`."""
     steps = block["Steps"]
     count = int(block["NumberOfPoints"][steps["PartOffsets"][index]])
     first = int(steps["PointOffsets"][index])
@@ -247,7 +247,7 @@ def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], 
 
 
 def _read_cells(block: Any, index: int) -> NDArray[np.int64]:
-    """Vertices of all cells of one output of one block, in one row."""
+    """Returns the vertices of all cells of one output of one block, in one row."""
     steps = block["Steps"]
     first = int(steps["ConnectivityIdOffsets"][index, 0])
     count = int(block["NumberOfConnectivityIds"][steps["PartOffsets"][index]])
@@ -255,7 +255,7 @@ def _read_cells(block: Any, index: int) -> NDArray[np.int64]:
 
 
 def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:
-    """VTK's components: plane vectors get a third component 0, matrices become rows of numbers."""
+    """Returns VTK's components: plane vectors with a third component 0, matrices as rows."""
     if values.ndim == 3:
         return values.reshape(len(values), -1)
     if values.ndim == 2 and values.shape[1] == 2:
@@ -264,7 +264,7 @@ def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _from_vtk(values: NDArray[Any], dim: int) -> NDArray[Any]:
-    """The inverse of :func:`_to_vtk`."""
+    """Returns the original components, the inverse of :func:`_to_vtk`."""
     if values.ndim == 2 and values.shape[1] == 9:
         return values.reshape(-1, 3, 3)
     if values.ndim == 2 and values.shape[1] == dim * 2**dim:
@@ -275,7 +275,7 @@ def _from_vtk(values: NDArray[Any], dim: int) -> NDArray[Any]:
 
 
 def _append(group: Any, name: str, rows: NDArray[Any]) -> int:
-    """Append ``rows`` to a growing dataset, made when absent; returns the first new row."""
+    """Appends ``rows`` to a dataset, created if absent; returns the number of the first new row."""
     if name not in group:
         chunk = 64 if len(rows) == 1 else min(max(len(rows), 1024), 65536)
         group.create_dataset(
@@ -298,6 +298,6 @@ def _row(value: int) -> NDArray[np.int64]:
 
 
 def _set_type(group: Any, name: str) -> None:
-    """The two attributes by which VTK knows a group; the type must be a fixed-length string."""
+    """Sets the attributes that VTK requires of a group; the type is a fixed-length string."""
     group.attrs["Version"] = VERSION
     group.attrs["Type"] = np.bytes_(name)

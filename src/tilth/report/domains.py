@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Outlines of the points' domains, from their corners (x fastest, seen from the points)."""
+"""Outlines and visible sides of the points' domains, from their corners (x fastest)."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from tilth.bodies.corners import corner_signs
 
 
 def corners_of_boxes(half_lengths: Floats) -> Floats:
-    """Corners of boxes with these half lengths, shape (n, dim) -> (n, 2**dim, dim)."""
+    """Returns corners (n, 2**dim, dim) of boxes with half lengths (n, dim), relative to centres."""
     return corner_signs(half_lengths.shape[1]) * half_lengths[:, None, :]
 
 
 def outlines(position: Floats, corners: Floats) -> Floats:
-    """Places of the corners of plane domains along their outline, shape (n, 4, 2)."""
+    """Returns the corners of plane domains along their outline [length], shape (n, 4, 2)."""
     return position[:, None, :] + corners[:, [0, 1, 3, 2]]
 
 
 def sides_towards(
     position: Floats, corners: Floats, viewer: Floats
 ) -> tuple[Floats, Floats, Integers]:
-    """The sides of domains in space that face the viewer, domain by domain.
+    """Returns the sides of domains in space that face the viewer, domain by domain.
 
-    ``viewer`` is the direction to the viewer, shape (3,). Returns places of the sides' corners,
-    shape (k, 4, 3), their outward unit normals, (k, 3), and the numbers of their domains, (k,).
+    ``viewer`` is the direction to the viewer, shape (3,). The results are the sides' corners
+    [length], shape (k, 4, 3), their outward unit normals, (k, 3), and their domains, (k,).
     """
     sides = []
     for axis in range(3):
@@ -34,11 +34,11 @@ def sides_towards(
         sides += [corners[:, around], corners[:, around[::-1] + (1 << axis)]]
     normals = np.stack([_normal(side) for side in sides], axis=1)
     number, side = np.nonzero(normals @ viewer > 0.0)
-    places = position[number, None, :] + np.stack(sides, axis=1)[number, side]
-    return places, normals[number, side], number
+    side_corners = position[number, None, :] + np.stack(sides, axis=1)[number, side]
+    return side_corners, normals[number, side], number
 
 
 def _normal(side: Floats) -> Floats:
-    """Unit normals of sides (n, 4, 3), right-handed with the order of their corners, (n, 3)."""
+    """Returns the unit normals of sides (n, 4, 3), right-handed with their corners, (n, 3)."""
     across = np.cross(side[:, 2] - side[:, 0], side[:, 3] - side[:, 1])
     return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Names, units and scalar values of the fields a picture can be coloured by."""
+"""Names, units and scalar values of the fields that colour a figure."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ AXES = ("x", "y", "z")
 
 
 def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tuple[Floats, str]:
-    """Values of a point field, shape (n,), and its full name with the unit.
+    """Returns the values of a point field, shape (n,), and its full name with the unit.
 
     ``name`` is a field, or a field and a component: ``displacement`` (its magnitude),
     ``displacement_y``, ``cauchy_stress_yy``, ``cauchy_stress_mean`` (a third of the trace),
     ``cauchy_stress_von_mises``, ``plastic_strain`` or another state variable, ``volume``. Raises
-    ``BadInput`` with the names there are for any other.
+    ``BadInput`` with the available names for any other.
     """
     fields = snapshot.point_fields
     field = next((key for key in fields if name == key or name.startswith(f"{key}_")), None)
@@ -40,20 +40,20 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
             return scalar, f"{text} [{_unit(field, units)}]"
     known = ", ".join(sorted(fields.keys() - {"domain_corners"}))
     raise BadInput(
-        "is no field of the results",
-        f"there are {known}, and components of them (_x, _y, _xx, _xy, _mean, _von_mises)",
+        "is not a field of the results",
+        f"choose from {known}, or components of them (_x, _y, _xx, _xy, _mean, _von_mises)",
         key="output.colour_by",
         value=name,
     )
 
 
 def with_unit(name: str, unit: str) -> str:
-    """``name [unit]``, or the name alone where there is no unit."""
+    """Returns ``name [unit]``, or the name alone if there is no unit."""
     return f"{name} [{unit}]" if unit else name
 
 
 def _component(values: Floats, component: str) -> Floats | None:
-    """One number per point; None where the field has no such component."""
+    """Returns one value per point, shape (n,); None if the field has no such component."""
     if values.ndim == 1:
         return values if component == "" else None
     if values.ndim == 2 and values.shape[1] == 6:
@@ -76,6 +76,7 @@ def _component(values: Floats, component: str) -> Floats | None:
 
 
 def _unit(field: str, units: Mapping[str, str]) -> str:
+    """Returns the label of a field's unit, "-" if it has none."""
     if field in ("displacement", "domain"):
         return units.get("length", "") or "-"
     if field == "cauchy_stress" or state_units().get(field) == "stress":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``report.html``: one page that tells what was run and what came out, readable offline."""
+"""``report.html``: one self-contained page with the model and the results of a run."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_decla
 from tilth.output.history import read_history
 from tilth.output.log import LogContents, read_log
 from tilth.output.vtkhdf import Results, read_results
-from tilth.report.curves import draw_curves, draw_newton
-from tilth.report.pictures import draw_frames
+from tilth.report.field_plots import draw_frames
+from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.style import CSS
 from tilth.report.tables import facts_table, model_tables
@@ -26,7 +26,7 @@ from tilth.report.tables import facts_table, model_tables
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_FRAMES = 6
+MAXIMUM_FRAMES = 6
 
 
 def write_report(
@@ -35,11 +35,11 @@ def write_report(
     *,
     setup: Setup | None = None,
 ) -> Path:
-    """Write ``report.html`` into the folder of a run, finished or not; returns its path.
+    """Writes ``report.html`` into the folder of a run, finished or not; returns its path.
 
     ``summary`` is the declared model as nested mappings and lists, read from ``model.json`` of the
     folder if not given. The set-up is drawn from ``setup``, or else ``setup.png`` of the folder is
-    used. Raises ``BadInput`` where the folder holds no run.
+    used. Raises ``BadInput`` if the folder is not that of a run.
     """
     if summary is None:
         summary = read_declared(folder)
@@ -76,7 +76,7 @@ def write_report(
 
 
 def _how_to_open(results: Results) -> str:
-    """What the files of the folder are."""
+    """Returns the section that explains the files of the folder."""
     surfaces = _ABOUT_SURFACES if results.surfaces else ""
     return f"<ul>\n{_HOW_TO_OPEN}{surfaces}</ul>"
 
@@ -98,7 +98,7 @@ it.</li>
 
 
 def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
-    """Title, state of the run and its key numbers."""
+    """Returns title, state of the run and a table of its main data."""
     units = ", ".join(unit for unit in results.units.values() if unit)
     seconds = "unknown" if log.seconds is None else f"{log.seconds:,.1f} s"
     kinds = {"plane_strain": "plane strain", "axisymmetric": "axisymmetric", "3d": "3D"}
@@ -126,19 +126,20 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
 
 
 def _setup_picture(folder: Path, setup: Setup | None) -> str:
+    """Returns the figure of the set-up, drawn or from the folder; empty if there is none."""
     if setup is not None:
         return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
     file = folder / SETUP
     return (
         _png(file.read_bytes(), "Set-up: points, grid, conditions and loads")
-        if (file.exists())
+        if file.exists()
         else ""
     )
 
 
 def _frames(results: Results, kind: str, colour_by: str) -> str:
-    """Up to six outputs, evenly chosen, the first and the last among them."""
-    count = min(len(results), MOST_FRAMES)
+    """Returns a figure of up to six outputs at even intervals, including the first and last."""
+    count = min(len(results), MAXIMUM_FRAMES)
     chosen = np.unique(np.round(np.linspace(0, len(results) - 1, count)).astype(int))
     figure = draw_frames(
         [results.snapshot(int(index)) for index in chosen],
@@ -154,9 +155,10 @@ def _frames(results: Results, kind: str, colour_by: str) -> str:
 
 
 def _convergence(history: Mapping[str, Any], log: LogContents) -> str:
-    moved = history["step"] > 0
-    iterations = history["iterations"][moved]
-    figure = draw_newton(history["step"][moved], iterations, log.last_residuals, log.last_step)
+    """Returns a plot of the iterations and residuals, with their statistics."""
+    computed = history["step"] > 0
+    iterations = history["iterations"][computed]
+    figure = draw_newton(history["step"][computed], iterations, log.last_residuals, log.last_step)
     text = ""
     if len(iterations):
         text = (
@@ -167,6 +169,7 @@ def _convergence(history: Mapping[str, Any], log: LogContents) -> str:
 
 
 def _warnings(log: LogContents) -> str:
+    """Returns lists of the warnings and step cuts."""
     warnings = "<p>Warnings: none.</p>"
     if log.warnings:
         items = "".join(f"<li>{escape(text)}</li>" for text in log.warnings)
@@ -183,7 +186,7 @@ def _section(heading: str, content: str) -> str:
 
 
 def _image(figure: Figure, text: str) -> str:
-    """The figure as an image inside the page; ``text`` for those who cannot see it."""
+    """Returns the figure as an image inside the page; ``text`` is its alternative text."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=130)
     return _png(buffer.getvalue(), text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The picture of a set-up: points, grid, conditions and loads before the first step."""
+"""Figure of a set-up: points, grid, conditions and loads before the first step."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
 from tilth.report.symbols import arrow, hatching, support
-from tilth.report.tracked import tracked_handles
+from tilth.report.tracked_surfaces import tracked_handles
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Condition", "Load", "Setup", "Surface", "draw_setup"]
 
-_ELONGATED = 6.0
-"""Ratio of the sides beyond which the ends are shown enlarged beside the whole."""
+_MAXIMUM_ASPECT_RATIO = 6.0
+"""Ratio of the sides above which the ends are also shown enlarged."""
 
 
 def draw_setup(setup: Setup) -> Figure:
-    """The picture of ``setup``: 2D to scale, 3D as three views along the axes and one in space."""
+    """Returns the figure of a set-up: 2D to scale, 3D as views along the axes and one in 3D."""
     from matplotlib.figure import Figure
 
     notes: list[str] = []
@@ -36,7 +36,7 @@ def draw_setup(setup: Setup) -> Figure:
         lower, upper = setup.bounds()
         size = upper - lower
         ratio = float(size.max() / size.min())
-        if ratio <= _ELONGATED:
+        if ratio <= _MAXIMUM_ASPECT_RATIO:
             width = float(np.clip(5.5 * size[0] / size[1], 3.5, 8.0))
             height = float(np.clip(width * size[1] / size[0], 2.2, 6.5))
             figure = Figure(figsize=(width + 2.9, height + 1.0), layout="constrained")
@@ -55,18 +55,20 @@ def draw_setup(setup: Setup) -> Figure:
     notes += [
         f"{surface.name} lies outside the picture"
         for surface in setup.surfaces
-        if len(surface.places(*setup.bounds())) == 0
+        if len(surface.visible_vertices(*setup.bounds())) == 0
     ]
     if notes:
         figure.supxlabel("\n".join(dict.fromkeys(notes)), fontsize=7.5, color="0.35")
     layout = figure.get_layout_engine()
     if layout is not None and setup.surfaces:
-        layout.execute(figure)  # beside a wide legend the layout needs more rounds than its own
+        layout.execute(
+            figure
+        )  # next to a wide legend the layout needs more iterations than matplotlib's
     return figure
 
 
 def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) -> Figure:
-    """The whole and its two ends enlarged, everything to scale."""
+    """Returns a figure of the whole and its two ends enlarged, all to scale."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
@@ -101,7 +103,7 @@ def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]
 
 
 def _legend(setup: Setup) -> list[Any]:
-    """Handles that name the bodies, the conditions with what they hold, and the loads."""
+    """Returns legend handles of bodies, conditions with the constrained components, and loads."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -147,7 +149,7 @@ def _legend(setup: Setup) -> list[Any]:
     return handles
 
 
-_HELD = {
+_CONSTRAINED = {
     "roller": "normal constrained",
     "fixed": "all constrained",
     "tangential": "tangential constrained",
@@ -156,10 +158,10 @@ _HELD = {
 
 
 def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
-    """A piece of the surface with its supports below."""
+    """Returns the legend handle of an implicit boundary with the symbol of its support."""
     from matplotlib.lines import Line2D
 
-    text = f"{surface.name}\nimplicit, {_HELD.get(surface.kind, surface.kind)}"
+    text = f"{surface.name}\nimplicit, {_CONSTRAINED.get(surface.kind, surface.kind)}"
     if surface.displacement is not None:
         largest = float(np.linalg.norm(surface.displacement, axis=1).max(initial=0.0))
         text += f",\nmoves up to {largest:.4g} {unit}".rstrip()
@@ -178,7 +180,7 @@ def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
 
 
 def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
-    """An arrow, or a cross where the sum vanishes or points along the line of sight."""
+    """Returns a handle with an arrow, or a cross if the direction vanishes in the view."""
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {"marker": "x", "markersize": 5}
@@ -188,10 +190,11 @@ def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
 
 
 def _cell_text(setup: Setup) -> str:
+    """Returns the legend text of the grid."""
     sizes = " x ".join(f"{size:.4g}" for size in setup.cell_size)
     return f"grid, cells of\n{sizes} {setup.length_unit}".rstrip()
 
 
 def _number(value: float) -> str:
-    """Short and without a power of ten where that can be avoided."""
+    """Returns a number as short text, if possible without a power of ten."""
     return f"{value:,.6g}" if 1e-3 <= abs(value) < 1e6 else f"{value:.4g}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The picture of a three-dimensional set-up: three views along the axes and one in space."""
+"""Figure of a three-dimensional set-up: three views along the axes and one in 3D."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.report.points_3d import draw_points_3d
 from tilth.report.setup_data import Setup
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
-from tilth.report.space import draw_space
 from tilth.report.surface_lines import clip_triangles
-from tilth.report.tracked import draw_space_tracked
+from tilth.report.tracked_surfaces import draw_tracked_3d
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +21,7 @@ VIEWS = (((0, 2), "front (along y)"), ((1, 2), "side (along x)"), ((0, 1), "plan
 
 
 def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
-    """Four panels; what had to be thinned out is added to ``notes``."""
+    """Returns a figure of four panels; omissions are added to ``notes``."""
     from matplotlib.colors import to_rgba
     from matplotlib.figure import Figure
 
@@ -31,25 +31,25 @@ def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
     layout = figure.add_gridspec(
         2, 2, width_ratios=_ratio(size[0], size[1]), height_ratios=_ratio(size[2], size[1])
     )
-    places = (layout[0, 0], layout[0, 1], layout[1, 0])
-    for place, (plane, title) in zip(places, VIEWS, strict=True):
-        axes = figure.add_subplot(place)
+    cells = (layout[0, 0], layout[0, 1], layout[1, 0])
+    for cell, (plane, title) in zip(cells, VIEWS, strict=True):
+        axes = figure.add_subplot(cell)
         draw_view(axes, setup, plane, lower, upper, notes)
         axes.set_title(title, fontsize=9)
     space = figure.add_subplot(layout[1, 1], projection="3d")
     palette = np.array([to_rgba(colour) for colour in BODY_COLOURS])
     colours = palette[setup.body_id % len(palette)]
     half, unit = setup.half_lengths, setup.length_unit
-    draw_space(space, setup.position, half, colours, lower, upper, unit, 0.2, setup.corners)
+    draw_points_3d(space, setup.position, half, colours, lower, upper, unit, 0.2, setup.corners)
     _draw_surfaces(space, setup, lower, upper)
-    draw_space_tracked(space, setup.tracked)
+    draw_tracked_3d(space, setup.tracked)
     true = bool(size.min() >= 0.2 * size.max())
     space.set_title("in space" if true else "in space (thickness exaggerated)", fontsize=9)
     return figure
 
 
 def _draw_surfaces(axes: Any, setup: Setup, lower: Floats, upper: Floats) -> None:
-    """What lies between two corners of the space, so pale that the soil is seen through it."""
+    """Draws the surfaces between ``lower`` and ``upper``, transparent."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
@@ -62,6 +62,6 @@ def _draw_surfaces(axes: Any, setup: Setup, lower: Floats, upper: Floats) -> Non
 
 
 def _ratio(first: float, second: float) -> list[float]:
-    """Widths of two panels in proportion to what they show, but none too narrow to read."""
-    share = float(np.clip(first / (first + second), 0.3, 0.7))
-    return [share, 1.0 - share]
+    """Returns relative widths of two panels in proportion to their contents, at least 0.3."""
+    fraction = float(np.clip(first / (first + second), 0.3, 0.7))
+    return [fraction, 1.0 - fraction]

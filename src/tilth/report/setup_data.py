@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the picture of a set-up shows, as plain data."""
+"""Contents of the figure of a set-up, as plain data."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
 
-_NEAR = 0.08
-"""How far around the soil surfaces are seen, as a part of its longest side."""
+_MARGIN_RATIO = 0.08
+"""Width of the region around the soil where surfaces are shown, over its longest side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class Condition:
     kind: str
     """roller, fixed, prescribed or affine"""
     position: Floats
-    """Places of the nodes [length], shape (k, dim)."""
+    """Positions of the nodes [length], shape (k, dim)."""
     constrained: NDArray[np.bool_]
     """Which components are prescribed, shape (k, dim)."""
     displacement: Floats | None = None
@@ -34,7 +34,7 @@ class Condition:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Forces on k places, shapes (k, dim)."""
+    """Forces [force] at k positions [length], shape (k, dim) each."""
 
     name: str
     position: Floats
@@ -55,10 +55,10 @@ class Surface:
     displacement: Floats | None = None
     """Displacement of the facets' centres at the end [length], (n, dim); None for zero."""
     bounded: bool = False
-    """Of finite size, so that it is seen whole where it is not larger than the soil."""
+    """Whether it is of finite size; then all of it is shown if it is not larger than the soil."""
 
-    def places(self, lower: Floats, upper: Floats) -> Floats:
-        """Corners of what lies between two corners of the space at start and end; (k, dim)."""
+    def visible_vertices(self, lower: Floats, upper: Floats) -> Floats:
+        """Returns vertices of the parts in a box at start and end [length], shape (k, dim)."""
         corners = [self.corner]
         if self.displacement is not None:
             corners.append(moved_corners(self.corner, self.displacement))
@@ -74,7 +74,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """Everything :func:`draw_setup` shows; n points, ``dim`` 2 or 3."""
+    """Contents of the figure of :func:`draw_setup`; n points, ``dim`` 2 or 3."""
 
     title: str
     dim: int
@@ -101,10 +101,10 @@ class Setup:
     kind: str = ""
     """Kind of analysis: plane_strain, axisymmetric or 3d; names the axes."""
     corners: Floats | None = None
-    """Corners of the domains [length], seen from the points, x fastest, shape (n, 2**dim, dim);
-    None where domains are boxes with the half lengths."""
+    """Corners of the domains relative to the points [length], x fastest, shape (n, 2**dim, dim);
+    None if domains are boxes with the half lengths."""
     warnings: Sequence[str] = ()
-    """What is probably not meant."""
+    """Warnings about probable mistakes."""
 
     @property
     def axis_names(self) -> tuple[str, str, str]:
@@ -112,27 +112,30 @@ class Setup:
         return ("r" if self.kind == "axisymmetric" else "x", "y", "z")
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Corners of what must be seen: soil, conditions and about one cell around them.
+        """Returns the lower and upper corner of the figure, shape (dim,) each [length].
 
-        Of surfaces, which may reach far away, what is near everything else is seen.
+        It contains soil, conditions, loads and about one cell around them. Large surfaces are
+        shown only near these.
         """
-        places = [self.position]
+        positions = [self.position]
         if self.half_lengths is not None:
-            places += [self.position - self.half_lengths, self.position + self.half_lengths]
-        places += [condition.position for condition in self.conditions if len(condition.position)]
-        places += [load.position for load in self.loads if len(load.position)]
-        places += [shape.position for shape in self.tracked if len(shape.position)]
-        everything = np.concatenate(places)
+            positions += [self.position - self.half_lengths, self.position + self.half_lengths]
+        positions += [
+            condition.position for condition in self.conditions if len(condition.position)
+        ]
+        positions += [load.position for load in self.loads if len(load.position)]
+        positions += [shape.position for shape in self.tracked if len(shape.position)]
+        everything = np.concatenate(positions)
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         longest = float((upper - lower).max())
-        near = np.maximum(0.5 * self.cell_size, _NEAR * longest)
+        near = np.maximum(0.5 * self.cell_size, _MARGIN_RATIO * longest)
         around: list[Floats] = []
         for surface in self.surfaces:
-            seen = surface.places(lower - longest, upper + longest)
-            small = len(seen) > 0 and float(np.ptp(seen, axis=0).max()) <= longest
+            visible = surface.visible_vertices(lower - longest, upper + longest)
+            small = len(visible) > 0 and float(np.ptp(visible, axis=0).max()) <= longest
             if not (surface.bounded and small):
-                seen = surface.places(lower - near, upper + near)
-            around.append(seen)
+                visible = surface.visible_vertices(lower - near, upper + near)
+            around.append(visible)
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower

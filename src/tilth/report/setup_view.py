@@ -14,7 +14,7 @@ from tilth.report.fields import with_unit
 from tilth.report.setup_data import Condition, Setup
 from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
-from tilth.report.tracked import draw_tracked_lines
+from tilth.report.tracked_surfaces import draw_tracked_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 BODY_COLOURS = ("#c9a66b", "#7d9d9c", "#b5838d", "#8d99ae", "#a3b18a", "#d4a373", "#84a9c0")
 CONDITION_COLOURS = ("#1d3557", "#2a6f4e", "#6a3d9a", "#b15928", "#00798c", "#5c4d7d")
 LOAD_COLOUR = "#c1121f"
-MOST_DOMAINS = 40_000
-SMALLEST_POINT = 1.0 / 300.0
-"""Diameter below which points are not drawn, as a part of the longer side of the view."""
-MOST_SYMBOLS = 25
-MOST_LINES = 150
+MAXIMUM_DRAWN_DOMAINS = 40_000
+MINIMUM_POINT_DIAMETER = 1.0 / 300.0
+"""Diameter below which points are not drawn, over the longer side of the view."""
+MAXIMUM_SYMBOLS = 25
+MAXIMUM_LINES = 150
 
 
 def draw_view(
@@ -38,9 +38,9 @@ def draw_view(
     notes: list[str],
     symbols: bool = True,
 ) -> None:
-    """Draw what is seen in the plane of two axes between two corners of the space.
+    """Draws the view in the plane of two axes of the box between ``lower`` and ``upper``.
 
-    What had to be thinned out is added to ``notes``.
+    Omissions are added to ``notes``.
     """
     chosen = list(plane)
     low, high = lower[chosen], upper[chosen]
@@ -76,7 +76,7 @@ def draw_view(
 
 
 def inside(position: Floats, lower: Floats, upper: Floats) -> NDArray[np.bool_]:
-    """Which places, shape (k, dim), lie between the corners, shape (k,)."""
+    """Returns which positions (k, dim) are in the box between the corners (dim,), shape (k,)."""
     return np.asarray(np.all((position >= lower) & (position <= upper), axis=1))
 
 
@@ -94,7 +94,7 @@ def _draw_grid(
     for k, direction in enumerate(chosen):
         size, start = float(setup.cell_size[direction]), float(setup.origin[direction])
         first, last = np.ceil((low[k] - start) / size), np.floor((high[k] - start) / size)
-        every = int(max(np.ceil((last - first + 1) / MOST_LINES), 1))
+        every = int(max(np.ceil((last - first + 1) / MAXIMUM_LINES), 1))
         if every > 1:
             notes.append(f"every {every}th grid line is drawn")
         for number in np.arange(np.ceil(first / every) * every, last + 1, every):
@@ -114,36 +114,38 @@ def _draw_bodies(
     upper: Floats,
     notes: list[str],
 ) -> None:
-    """Filled domains, with the points on top where these are large enough to be told apart."""
+    """Draws filled domains, and points where these are large enough to be distinguished."""
     from matplotlib.collections import EllipseCollection, PolyCollection
     from matplotlib.colors import to_rgb
 
     low, high = lower[chosen], upper[chosen]
     half_lengths = setup.half_lengths
-    reach = 0.0 if half_lengths is None else half_lengths.max(axis=0)
-    seen = np.flatnonzero(inside(setup.position, lower - reach, upper + reach))
-    if setup.dim == 3:  # one point of each row that is seen end on
+    margin = 0.0 if half_lengths is None else half_lengths.max(axis=0)
+    seen = np.flatnonzero(inside(setup.position, lower - margin, upper + margin))
+    if setup.dim == 3:  # one point of each row along the line of sight
         steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
         seen = seen[np.unique(steps, axis=0, return_index=True)[1]]
     if len(seen) == 0:
         return
-    place = setup.position[seen][:, chosen]
+    position = setup.position[seen][:, chosen]
     if half_lengths is None:
-        half = np.full_like(place, 0.5 * float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(seen))))
+        half = np.full_like(
+            position, 0.5 * float(np.sqrt(np.prod(np.ptp(position, axis=0)) / len(seen)))
+        )
     else:
         half = half_lengths[seen][:, chosen]
     body = setup.body_id[seen]
     diameter = 0.5 * float(np.median(half.min(axis=1)))
-    drawn = diameter > SMALLEST_POINT * float((high - low).max())
+    drawn = diameter > MINIMUM_POINT_DIAMETER * float((high - low).max())
     if not drawn:
         notes.append("single points are not drawn where they are too small")
-    if len(place) > MOST_DOMAINS:
-        centre, half, area_body = _patches(place, half, body)
+    if len(position) > MAXIMUM_DRAWN_DOMAINS:
+        centre, half, area_body = _rectangles(position, half, body)
         area = outlines(centre, corners_of_boxes(half))
     elif setup.corners is None:
-        area, area_body = outlines(place, corners_of_boxes(half)), body
+        area, area_body = outlines(position, corners_of_boxes(half)), body
     elif setup.dim == 2:
-        area, area_body = outlines(place, setup.corners[seen]), body
+        area, area_body = outlines(position, setup.corners[seen]), body
     else:
         area, area_body = _sides(setup, seen, chosen)
     strong = np.array([to_rgb(colour) for colour in BODY_COLOURS])
@@ -166,7 +168,7 @@ def _draw_bodies(
             diameter,
             0.0,
             units="xy",
-            offsets=place,
+            offsets=position,
             facecolors=0.75 * strong[body % len(strong)],
             edgecolors="none",
             transOffset=axes.transData,
@@ -176,7 +178,7 @@ def _draw_bodies(
 
 
 def _sides(setup: Setup, seen: Integers, chosen: list[int]) -> tuple[Floats, Integers]:
-    """Outlines of the sides of domains in space that are seen, the farthest first, and bodies."""
+    """Returns outlines of the domains' visible sides, the farthest first, and their bodies."""
     assert setup.corners is not None
     right, up = np.eye(3)[chosen]
     viewer = np.cross(right, up)
@@ -185,12 +187,12 @@ def _sides(setup: Setup, seen: Integers, chosen: list[int]) -> tuple[Floats, Int
     return sides[..., chosen], setup.body_id[seen[number]]
 
 
-def _patches(place: Floats, half: Floats, body: Integers) -> tuple[Floats, Floats, Integers]:
-    """Few rectangles that cover the domains of many points: centres, half sides and bodies."""
-    least = (place - half).min(axis=0)
-    extent = (place + half).max(axis=0) - least
-    side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MOST_DOMAINS))
-    slot = np.floor((place - least) / side)
+def _rectangles(position: Floats, half: Floats, body: Integers) -> tuple[Floats, Floats, Integers]:
+    """Returns few rectangles over the domains of many points: centres, half sides and bodies."""
+    least = (position - half).min(axis=0)
+    extent = (position + half).max(axis=0) - least
+    side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MAXIMUM_DRAWN_DOMAINS))
+    slot = np.floor((position - least) / side)
     first = np.unique(slot, axis=0, return_index=True)[1]
     centre = least + (slot[first] + 0.5) * side
     return centre, np.broadcast_to(0.5 * side, centre.shape), body[first]
@@ -199,7 +201,7 @@ def _patches(place: Floats, half: Floats, body: Integers) -> tuple[Floats, Float
 def _draw_body_force(
     axes: Axes, setup: Setup, chosen: list[int], lower: Floats, upper: Floats
 ) -> None:
-    """An arrow at the middle of what is seen of each body, unless it is seen end on."""
+    """Draws an arrow at the middle of each visible body, unless it is along the line of sight."""
     if setup.body_force is None or not np.any(setup.body_force[chosen]):
         return
     seen = inside(setup.position, lower, upper)
@@ -219,15 +221,15 @@ def _draw_condition(
     colour: str,
     notes: list[str],
 ) -> None:
-    """Symbols on the nodes of one condition, on the side that looks away from the soil."""
+    """Draws symbols at the nodes of one condition, on the side opposite to the soil."""
     seen = inside(condition.position, lower, upper)
     if not np.any(seen):
         return
     nodes, first = np.unique(condition.position[seen][:, chosen], axis=0, return_index=True)
     constrained = condition.constrained[seen][first]
-    if lower.size == 3 and len(nodes) > MOST_SYMBOLS and np.all(np.ptp(nodes, axis=0) > 0.0):
-        return  # a plane seen face on; another view shows it edge on
-    every = -(-len(nodes) // MOST_SYMBOLS)
+    if lower.size == 3 and len(nodes) > MAXIMUM_SYMBOLS and np.all(np.ptp(nodes, axis=0) > 0.0):
+        return  # a plane normal to the line of sight; another view shows it edge on
+    every = -(-len(nodes) // MAXIMUM_SYMBOLS)
     if condition.displacement is not None:
         every = -(-len(nodes) // (60 if condition.kind == "affine" else 12))
     if every > 1 and condition.kind != "affine":
@@ -261,7 +263,7 @@ def _draw_condition(
 
 
 def _outward(nodes: Floats, mask: NDArray[np.bool_], middle: Floats) -> tuple[int, int]:
-    """Axis and sign of the side on which the symbols of a group of nodes are drawn."""
+    """Returns axis and sign of the side on which the symbols of a group of nodes are drawn."""
     if np.count_nonzero(mask) == 1:
         axis = int(np.flatnonzero(mask)[0])
     else:

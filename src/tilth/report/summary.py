@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The short account of a case that `tilth check` prints."""
+"""Summary of a case that `tilth check` prints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from tilth.report.setup import Setup
 def print_summary(model: Model, setup: Setup, console: Console | None = None) -> None:
     """Prints bodies, points, cells, materials, conditions, loads and steps of `model`.
 
-    `setup` holds its material points before the first step.
+    `setup` contains its material points before the first step.
     """
     console = console or Console(highlight=False)
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), title_justify="left")
@@ -109,15 +109,15 @@ def _boundary(boundary: Boundary, model: Model) -> str:
     if isinstance(boundary, ImplicitBoundary):
         return _implicit(boundary, model)
     if isinstance(boundary, PlaneBoundary):
-        place = f"on {boundary.axis} = {boundary.at:g}"
+        where = f"on {boundary.axis} = {boundary.at:g}"
         for axis, (least, greatest) in (boundary.range or {}).items():
-            place += f", {least:g} <= {axis} <= {greatest:g}"
+            where += f", {least:g} <= {axis} <= {greatest:g}"
     else:
-        place = f"at the node {_vector(boundary.at)}"
+        where = f"at the node {_vector(boundary.at)}"
     constrained = ", ".join(
         f"u{AXES[i]} = {value:g}" for i, value in boundary.prescribed(model.dimension).items()
     )
-    return f"{boundary.name}: {boundary.condition} {place}: {constrained}"
+    return f"{boundary.name}: {boundary.condition} {where}: {constrained}"
 
 
 def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
@@ -144,7 +144,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
 
 
 def _geometry(geometry: Geometry) -> str:
-    """The geometry's type and its entries, in the order in which they are declared."""
+    """Returns the geometry's type and its entries, in the order of declaration."""
     words = []
     for key, value in geometry.model_dump(exclude={"type"}, exclude_defaults=True).items():
         if key == "vertices":
@@ -194,10 +194,10 @@ def _surface_load(load: SurfaceLoad, model: Model) -> str:
 def _track(track: Track) -> str:
     what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
     where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
-    place = f" at {_vector(track.at)}" if track.at else ""
+    position = f" at {_vector(track.at)}" if track.at else ""
     if track.about:
-        place = f" about {_vector(track.about)}"
-    return f"{track.name}: {what.replace('_', ' ')}{where}{place}"
+        position = f" about {_vector(track.about)}"
+    return f"{track.name}: {what.replace('_', ' ')}{where}{position}"
 
 
 def _vector(components: Iterable[float]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Lines and areas that a view of a boundary's facets shows: clipped, projected, joined."""
+"""Lines and areas in a view of a boundary's facets: clipping, projection and joining."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 
-_EDGE_ON = 0.005
-"""Largest part of a facet's normal along the line of sight with which it is seen as a line."""
-_CREASE = 0.8
+_EDGE_ON_TOLERANCE = 0.005
+"""A facet is seen edge on if its normal's component along the line of sight is below this."""
+_CREASE_COSINE = 0.8
 """Cosine of the angle between normals below which the edge between two facets is drawn."""
 
 
 def clip_segments(segment: Floats, lower: Floats, upper: Floats) -> tuple[Floats, Integers]:
-    """Parts of segments, shape (n, 2, dim), between two corners of the space, shape (dim,).
+    """Returns the parts of segments, shape (n, 2, dim), in a box with corners of shape (dim,).
 
-    Returns the m parts, shape (m, 2, dim), and the segments they belong to, shape (m,).
+    The results are the m parts, shape (m, 2, dim), and their segments, shape (m,).
     """
     # Liang and Barsky: each side of the box bounds the part of the segment from one end.
     start, step = segment[:, 0], segment[:, 1] - segment[:, 0]
@@ -26,15 +26,15 @@ def clip_segments(segment: Floats, lower: Floats, upper: Floats) -> tuple[Floats
     enter = np.where(level, 0.0, np.minimum(low, high)).max(axis=1, initial=0.0)
     leave = np.where(level, 1.0, np.maximum(low, high)).min(axis=1, initial=1.0)
     outside = np.any(level & ((start < lower) | (start > upper)), axis=1)
-    seen = np.flatnonzero((enter < leave) & ~outside)  # not what touches in one place
+    seen = np.flatnonzero((enter < leave) & ~outside)  # not single common points
     part = np.stack([enter[seen], leave[seen]], axis=1)[:, :, None]
     return start[seen, None, :] + part * step[seen, None, :], seen
 
 
 def clip_triangles(corner: Floats, lower: Floats, upper: Floats) -> tuple[list[Floats], Integers]:
-    """Parts of triangles, shape (n, 3, 3), between two corners of the space, shape (3,).
+    """Returns the parts of triangles, shape (n, 3, 3), in a box with corners of shape (3,).
 
-    Returns the m parts, polygons of shape (k, 3), and the triangles they belong to, shape (m,).
+    The results are the m parts, polygons of shape (k, 3), and their triangles, shape (m,).
     """
     near = np.all((corner.max(axis=1) >= lower) & (corner.min(axis=1) <= upper), axis=1)
     within = np.all((corner >= lower) & (corner <= upper), axis=(1, 2))
@@ -53,7 +53,7 @@ def clip_triangles(corner: Floats, lower: Floats, upper: Floats) -> tuple[list[F
 
 
 def _cut(polygon: Floats, height: Floats) -> Floats:
-    """The part of a convex polygon, shape (k, 3), where ``height``, shape (k,), is not negative."""
+    """Returns the part of a convex polygon, shape (k, 3), where ``height``, shape (k,), is >= 0."""
     kept: list[Floats] = []
     for k in range(len(polygon)):
         following = (k + 1) % len(polygon)
@@ -66,53 +66,53 @@ def _cut(polygon: Floats, height: Floats) -> Floats:
 
 
 def moved_corners(corner: Floats, displacement: Floats) -> Floats:
-    """Corners, shape (n, dim, dim), after the displacements of the facets' centres, (n, dim).
+    """Returns corners, shape (n, dim, dim), after displacements of the facets' centres, (n, dim).
 
-    A motion that is linear in the place, as translation, rotation and change of radius are, is
-    continued to the corners exactly; of another one the rest is averaged over the facets
-    at a corner.
+    A displacement that is linear in the position, such as a translation, rotation or change of
+    radius, is extrapolated to the corners exactly; the remainder of any other one is averaged over
+    the facets at a corner.
     """
     centre = corner.mean(axis=1)
     middle = centre.mean(axis=0)
     size = float(np.ptp(corner.reshape(-1, corner.shape[2]), axis=0).max()) or 1.0
     offset, mean = (centre - middle) / size, displacement.mean(axis=0)
     gradient = np.linalg.lstsq(offset, displacement - mean, rcond=1e-9)[0]
-    rest = displacement - mean - offset @ gradient
-    vertex = _shared(corner, 1e-7 * size)
+    remainder = displacement - mean - offset @ gradient
+    vertex = _vertex_numbers(corner, 1e-7 * size)
     total = np.zeros((int(vertex.max()) + 1, corner.shape[2]))
-    np.add.at(total, vertex, rest[:, None, :])
+    np.add.at(total, vertex, remainder[:, None, :])
     average = total / np.bincount(vertex.reshape(-1))[:, None]
     moved: Floats = corner + mean + (corner - middle) / size @ gradient + average[vertex]
     return moved
 
 
-def _shared(corner: Floats, tolerance: float) -> Integers:
-    """Number of the place at each corner, shape (n, k) for corners of shape (n, k, dim)."""
-    # The offset keeps round numbers away from where rounding jumps.
+def _vertex_numbers(corner: Floats, tolerance: float) -> Integers:
+    """Returns numbers of the distinct vertices, shape (n, k) for corners of shape (n, k, dim)."""
+    # The offset keeps round numbers away from rounding limits.
     whole = np.round(corner.reshape(-1, corner.shape[2]) / tolerance + 0.123)
     number: Integers = np.unique(whole, axis=0, return_inverse=True)[1]
     return number.reshape(corner.shape[:2])
 
 
 def seen_edge_on(corner: Floats, normal: Floats, chosen: list[int]) -> tuple[Floats, Floats, Flags]:
-    """Edges of triangles that are drawn in the view of two axes.
+    """Returns the edges of triangles that are drawn in the view of two axes.
 
-    These are the outline, the border, the creases, and facets seen edge on. Returns the m edges in
-    space, shape (m, 2, 3), the unit normals in the view, shape (m, 2), and which of them show the
-    surface edge on, so that the soil lies on one side of the line, shape (m,).
+    These are the outline, the border, the creases, and facets seen edge on. The results are the m
+    edges in space, shape (m, 2, 3), the unit normals in the view, shape (m, 2), and which of them
+    show the surface edge on, so that the soil lies on one side of the line, shape (m,).
     """
     (sight,) = set(range(3)) - set(chosen)
     size = float(np.ptp(corner.reshape(-1, 3), axis=0).max()) or 1.0
-    vertex = _shared(corner, 1e-7 * size)
+    vertex = _vertex_numbers(corner, 1e-7 * size)
     ends = np.concatenate([vertex[:, [0, 1]], vertex[:, [1, 2]], vertex[:, [2, 0]]])
-    place = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
+    segment = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
     facet = np.tile(np.arange(len(corner)), 3)
     first, group = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_inverse=True)[
         1:
     ]
     group, count = group.reshape(-1), len(first)
     towards = normal[:, sight]
-    side = np.where(np.abs(towards) < _EDGE_ON, 0, np.sign(towards))[facet]
+    side = np.where(np.abs(towards) < _EDGE_ON_TOLERANCE, 0, np.sign(towards))[facet]
     least, most = np.full(count, 2.0), np.full(count, -2.0)
     np.minimum.at(least, group, side)
     np.maximum.at(most, group, side)
@@ -120,18 +120,18 @@ def seen_edge_on(corner: Floats, normal: Floats, chosen: list[int]) -> tuple[Flo
     np.add.at(total, group, normal[facet])
     shared = np.bincount(group, minlength=count)
     # |n1 + n2|^2 = 2 + 2 cos for two facets at an edge
-    crease = (shared == 2) & (np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE)
+    crease = (shared == 2) & (np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE_COSINE)
     edge_on = (least == 0) | (most == 0) | (least != most)
     along = total[:, chosen]
     length = np.linalg.norm(along, axis=1)
     edge_on &= length > 1e-9
     along = along / np.maximum(length, 1e-300)[:, None]
     drawn = np.flatnonzero(edge_on | crease | (shared == 1))
-    return place[first[drawn]], along[drawn], edge_on[drawn]
+    return segment[first[drawn]], along[drawn], edge_on[drawn]
 
 
 def join_collinear(segment: Floats, normal: Floats) -> tuple[Floats, Floats]:
-    """Segments of one view, shapes (n, 2, 2) and (n, 2), where those upon each other are one."""
+    """Returns segments (n, 2, 2) and normals (n, 2) of one view, with overlapping ones joined."""
     if len(segment) == 0:
         return segment, normal
     size = float(np.ptp(segment.reshape(-1, 2), axis=0).max()) or 1.0
@@ -151,7 +151,7 @@ def join_collinear(segment: Floats, normal: Floats) -> tuple[Floats, Floats]:
 
 
 def _union(span: Floats, tolerance: float) -> list[list[float]]:
-    """Intervals, shape (n, 2), where those that touch are one and points are left out."""
+    """Returns the union of intervals, shape (n, 2); intervals of zero length are left out."""
     result: list[list[float]] = []
     for low, high in span[np.argsort(span[:, 0])]:
         if high - low <= tolerance:
@@ -164,18 +164,18 @@ def _union(span: Floats, tolerance: float) -> list[list[float]]:
 
 
 def oriented(segment: Floats, normal: Floats) -> Floats:
-    """Segments, shape (n, 2, 2), turned so that their normals, shape (n, 2), point to the left."""
+    """Returns segments (n, 2, 2) in the direction in which their normals (n, 2) are on the left."""
     step = segment[:, 1] - segment[:, 0]
     wrong = normal[:, 1] * step[:, 0] - normal[:, 0] * step[:, 1] < 0.0
     return np.where(wrong[:, None, None], segment[:, ::-1], segment)
 
 
 def chains(segment: Floats) -> list[Integers]:
-    """Segments, shape (n, 2, 2), of which each begins where the one before it ends, in order."""
+    """Returns chains of segments (n, 2, 2), each beginning at the end of the one before it."""
     if len(segment) == 0:
         return []
     size = float(np.ptp(segment.reshape(-1, 2), axis=0).max()) or 1.0
-    vertex = _shared(segment, 1e-5 * size)
+    vertex = _vertex_numbers(segment, 1e-5 * size)
     starting: dict[int, list[int]] = {}
     for k, start in enumerate(vertex[:, 0]):
         starting.setdefault(int(start), []).append(k)
@@ -197,7 +197,7 @@ def chains(segment: Floats) -> list[Integers]:
 
 
 def polyline(segment: Floats, chain: Integers) -> Floats:
-    """Places, shape (k, 2), along one of :func:`chains`; ends that differ a little are averaged."""
+    """Returns points (k, 2) along one of :func:`chains`; slightly different ends are averaged."""
     own = segment[chain]
     inner = 0.5 * (own[:-1, 1] + own[1:, 0])
     return np.concatenate([own[:1, 0], inner, own[-1:, 1]])

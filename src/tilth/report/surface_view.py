@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Implicit boundaries in one view of a set-up: lines with the engineer's signs of support."""
+"""Implicit boundaries in one view of a set-up: lines with symbols of supports."""
 
 from __future__ import annotations
 
@@ -25,13 +25,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LINE_STYLES: dict[str, Any] = {"tangential": (0, (4, 1, 1, 1)), "direction": (0, (1.2, 0.9))}
-"""Dashes of the kinds that are not drawn solid."""
+"""Dash patterns of the kinds that are not drawn as solid lines."""
 LINE_WIDTH = 2.0
-GHOST: dict[str, Any] = {"linestyle": (0, (5, 3)), "linewidth": 1.2, "alpha": 0.85, "zorder": 3.8}
-"""How the position at the end is drawn."""
-_STROKE = {2: 0.018, 3: 0.026}
-"""Depth of the hatching as a part of the longer side of the view, which is smaller in 3D."""
-_MOST_ARROWS = 8
+FINAL_POSITION_STYLE: dict[str, Any] = {
+    "linestyle": (0, (5, 3)),
+    "linewidth": 1.2,
+    "alpha": 0.85,
+    "zorder": 3.8,
+}
+"""Line style of the position at the end."""
+_HATCHING_DEPTH = {2: 0.018, 3: 0.026}
+"""Depth of the hatching over the longer side of the view, in 2D and 3D."""
+_MAXIMUM_ARROWS = 8
 
 
 def draw_surface(
@@ -43,28 +48,28 @@ def draw_surface(
     colour: str,
     symbols: bool = True,
 ) -> None:
-    """Draw what is seen of a surface in the plane of two axes between two corners of the space.
+    """Draws the view of a surface in the plane of two axes, in the box ``lower`` to ``upper``.
 
-    The supports are drawn on the side away from the soil. A surface that moves gets arrows, and a
-    dashed line where it is at the end.
+    The supports are drawn on the side outward from the soil. A surface that moves has arrows, and a
+    dashed line at its position at the end.
     """
     moved = None
     if surface.displacement is not None and np.any(surface.displacement):
         moved = moved_corners(surface.corner, surface.displacement)
-    stroke = _STROKE[lower.size] * float((upper - lower)[chosen].max())
+    stroke = _HATCHING_DEPTH[lower.size] * float((upper - lower)[chosen].max())
     if lower.size == 2:
         segment, seen = clip_segments(surface.corner, lower, upper)
         _draw_rigid(axes, surface.kind, segment, surface.normal[seen], stroke, colour, symbols)
         if moved is not None:
             line, seen = clip_segments(moved, lower, upper)
-            _draw_ghost(axes, line, surface.normal[seen], colour)
+            _draw_final_position(axes, line, surface.normal[seen], colour)
     else:
         _draw_faces(axes, surface, chosen, lower, upper, stroke, colour, symbols)
         if moved is not None:
             normal = _normals(moved, surface)
             edge, _, _ = seen_edge_on(moved, normal, chosen)
             line = clip_segments(edge, lower, upper)[0][:, :, chosen]
-            _draw_ghost(axes, *join_collinear(line, _across(line)), colour)
+            _draw_final_position(axes, *join_collinear(line, _across(line)), colour)
     if symbols and surface.displacement is not None and moved is not None:
         _draw_motion(axes, surface, chosen, lower, upper, colour)
 
@@ -79,14 +84,14 @@ def _draw_faces(
     colour: str,
     symbols: bool,
 ) -> None:
-    """Triangles as pale areas, their outline as lines, with supports where seen edge on."""
+    """Draws triangles as pale areas, their outline as lines, and supports where seen edge on."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     area, _ = clip_triangles(surface.corner, lower, upper)
     if area:
-        # One path, all parts turned the same way: no seams, and no part is painted twice.
+        # One path with all parts of the same orientation: no seams, and no part is drawn twice.
         parts = [_anticlockwise(polygon[:, chosen]) for polygon in area]
         whole = Path.make_compound_path(*(Path(part, closed=True) for part in parts))
         axes.add_patch(PathPatch(whole, facecolor=colour, edgecolor="none", alpha=0.16, zorder=2.5))
@@ -109,7 +114,7 @@ def _draw_rigid(
     colour: str,
     symbols: bool,
 ) -> None:
-    """Lines, shape (n, 2, 2), and their supports; ``stroke`` is the depth of the hatching."""
+    """Draws lines (n, 2, 2) and their supports; ``stroke`` is the depth of the hatching."""
     from matplotlib.collections import EllipseCollection, LineCollection
 
     if len(segment) == 0:
@@ -130,14 +135,16 @@ def _draw_rigid(
     extent = float(np.ptp(segment.reshape(-1, 2), axis=0).max())
     unit = min(stroke, 0.1 * extent)
     spacing = (4.0 if kind == "roller" else 0.9) * unit
-    sites = [_sites(segment[chain], normal[chain], spacing) for chain in order]
-    place = np.concatenate([site[0] for site in sites])
-    away = -np.concatenate([site[1] for site in sites])
+    symbol_positions = [
+        _symbol_positions(segment[chain], normal[chain], spacing) for chain in order
+    ]
+    position = np.concatenate([found[0] for found in symbol_positions])
+    outward = -np.concatenate([found[1] for found in symbol_positions])
     shape = np.array(_ROLLER if kind == "roller" else _HATCH)
-    side = np.column_stack([-away[:, 1], away[:, 0]])
-    strokes = place[:, None, None, :] + unit * (
+    side = np.column_stack([-outward[:, 1], outward[:, 0]])
+    strokes = position[:, None, None, :] + unit * (
         shape[None, :, :, :1] * side[:, None, None, :]
-        + shape[None, :, :, 1:] * away[:, None, None, :]
+        + shape[None, :, :, 1:] * outward[:, None, None, :]
     )
     free = ~np.any(_crosses(strokes, segment), axis=1)
     axes.add_collection(
@@ -152,7 +159,7 @@ def _draw_rigid(
                 0.84 * unit,
                 0.0,
                 units="xy",
-                offsets=(place + 0.42 * unit * away)[free],
+                offsets=(position + 0.42 * unit * outward)[free],
                 transOffset=axes.transData,
                 facecolors="white",
                 edgecolors=colour,
@@ -163,7 +170,7 @@ def _draw_rigid(
 
 
 _HATCH = [[[0.0, 0.02], [0.6, 1.0]]]
-"""Strokes of a support: ends, each along the surface and away from the soil."""
+"""Strokes of a support: coordinates of their ends along the surface and outward from the soil."""
 _ROLLER = [
     [[-0.9, 0.86], [0.9, 0.86]],
     [[-0.6, 0.86], [-0.25, 1.4]],
@@ -172,8 +179,8 @@ _ROLLER = [
 ]
 
 
-def _sites(segment: Floats, normal: Floats, spacing: float) -> tuple[Floats, Floats]:
-    """Places at equal distances along a chain of segments, and the normals there; shapes (k, 2)."""
+def _symbol_positions(segment: Floats, normal: Floats, spacing: float) -> tuple[Floats, Floats]:
+    """Returns equidistant points along a chain of segments, and normals there, (k, 2) each."""
     length = np.linalg.norm(segment[:, 1] - segment[:, 0], axis=1)
     ends = np.concatenate([[0.0], np.cumsum(length)])
     count = max(int(ends[-1] / spacing), 1)
@@ -184,7 +191,7 @@ def _sites(segment: Floats, normal: Floats, spacing: float) -> tuple[Floats, Flo
 
 
 def _crosses(strokes: Floats, segment: Floats) -> Floats:
-    """Which strokes, shape (k, s, 2, 2), cross one of the lines, shape (n, 2, 2)."""
+    """Returns which strokes (k, s, 2, 2) cross one of the lines (n, 2, 2), shape (k, s)."""
     start, step = strokes[..., 0, :], strokes[..., 1, :] - strokes[..., 0, :]
     result = np.zeros(start.shape[:2], dtype=bool)
     for first, last in segment:
@@ -194,17 +201,17 @@ def _crosses(strokes: Floats, segment: Floats) -> Floats:
         safe = np.where(turn == 0.0, np.inf, turn)
         on_stroke = (apart[..., 0] * line[1] - apart[..., 1] * line[0]) / safe
         on_line = (apart[..., 0] * step[..., 1] - apart[..., 1] * step[..., 0]) / safe
-        # A stroke begins a little off its own line; one whose end touches another line crosses it.
+        # A stroke begins at a distance from its own line; one that ends on another line crosses it.
         between = np.abs(on_stroke - 0.5) < 0.5 + 1e-6
         result |= between & (np.abs(on_line - 0.5) <= 0.5) & (turn != 0.0)
     return result
 
 
-def _draw_ghost(axes: Axes, segment: Floats, normal: Floats, colour: str) -> None:
-    """Dashed lines, shape (n, 2, 2), with the normals (n, 2)."""
+def _draw_final_position(axes: Axes, segment: Floats, normal: Floats, colour: str) -> None:
+    """Draws dashed lines, shape (n, 2, 2), with the normals (n, 2)."""
     segment = oriented(segment, normal)
     for chain in chains(segment):
-        axes.plot(*polyline(segment, chain).T, color=colour, **GHOST)
+        axes.plot(*polyline(segment, chain).T, color=colour, **FINAL_POSITION_STYLE)
 
 
 def _draw_motion(
@@ -215,29 +222,29 @@ def _draw_motion(
     upper: Floats,
     colour: str,
 ) -> None:
-    """A few arrows of the displacement at the centres of facets."""
+    """Draws a few arrows of the displacement at the centres of facets."""
     assert surface.displacement is not None
     centre = surface.corner.mean(axis=1)
     seen = np.flatnonzero(np.all((centre >= lower) & (centre <= upper), axis=1))
     if len(seen) == 0:
         return
     if lower.size == 2:
-        number = min(len(seen), _MOST_ARROWS)
+        number = min(len(seen), _MAXIMUM_ARROWS)
         pick = seen[((np.arange(number) + 0.5) * len(seen) / number).astype(int)]
     else:
-        pick = seen[_spread(centre[seen][:, chosen])]
+        pick = seen[_distributed(centre[seen][:, chosen])]
     shown = surface.displacement[pick][:, chosen]
     long = np.linalg.norm(shown, axis=1) > 0.05 * float(np.abs(surface.displacement).max())
-    if np.any(long):  # the others are seen end on
+    if np.any(long):  # the others are along the line of sight
         arrows(axes, centre[pick[long]][:, chosen], shown[long], colour, pivot="tail")
 
 
-def _spread(place: Floats) -> Integers:
-    """Few of many places of a view, shape (n, 2), that lie all over it."""
-    low, extent = place.min(axis=0), np.ptp(place, axis=0)
+def _distributed(position: Floats) -> Integers:
+    """Returns the numbers of few of many points of a view, shape (n, 2), distributed over it."""
+    low, extent = position.min(axis=0), np.ptp(position, axis=0)
     part = np.array([1.0, 3.0, 5.0]) / 6.0
     wanted = low + extent * np.stack(np.meshgrid(part, part), axis=-1).reshape(-1, 2)
-    distance = np.linalg.norm(place[:, None, :] - wanted, axis=2)
+    distance = np.linalg.norm(position[:, None, :] - wanted, axis=2)
     picked: Integers = np.unique(distance.argmin(axis=0))
     return picked
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Drawing symbols of structural mechanics as matplotlib markers, all touching their node."""
+"""Symbols of structural mechanics as matplotlib markers, with their tip at the node."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def support(kind: str, axis: int, sign: int) -> Path:
-    """The marker of a ``roller`` or ``fixed`` support that lies on the given side of its node.
+    """Returns the marker of a ``roller`` or ``fixed`` support on the given side of its node.
 
-    ``axis`` 0 is to the right and 1 upwards in the picture, ``sign`` -1 turns that round. A roller
-    is a circle between the node and the ground line, a fixed support a triangle.
+    ``axis`` 0 is to the right and 1 upwards in the figure, ``sign`` -1 is the opposite direction.
+    A roller is a circle between the node and the ground line, a fixed support a triangle.
     """
     from matplotlib.path import Path
 
@@ -35,11 +35,11 @@ def support(kind: str, axis: int, sign: int) -> Path:
     ]
     frame = Path([[0.0, 1.0], [0.0, 1.0]], [Path.MOVETO, Path.LINETO])  # fixes the scale
     path = Path.make_compound_path(body, ground, *hatches, frame)
-    return Path(_turn(np.asarray(path.vertices), axis, sign), path.codes)
+    return Path(_rotated(np.asarray(path.vertices), axis, sign), path.codes)
 
 
 def arrow(direction: tuple[float, float]) -> Path:
-    """A marker that is an arrow in ``direction``, not of zero length, centred; for legends."""
+    """Returns a centred arrow in ``direction``, not of zero length, as marker of a legend."""
     from matplotlib.path import Path
 
     shape = np.array(
@@ -47,13 +47,13 @@ def arrow(direction: tuple[float, float]) -> Path:
     )
     length = float(np.hypot(*direction))
     c, s = direction[0] / length, direction[1] / length
-    turned = shape @ np.array([[c, s], [-s, c]])
+    rotated = shape @ np.array([[c, s], [-s, c]])
     codes = [Path.MOVETO] + [Path.LINETO] * 6 + [Path.CLOSEPOLY]
-    return Path(np.vstack([turned, turned[:1]]), codes)
+    return Path(np.vstack([rotated, rotated[:1]]), codes)
 
 
 def hatching() -> Path:
-    """The marker of a rigid boundary in legends: strokes that hang below a line."""
+    """Returns the marker of a rigid boundary in legends: hatching below a line."""
     from matplotlib.path import Path
 
     strokes = [
@@ -65,7 +65,7 @@ def hatching() -> Path:
 
 
 def arrows(axes: Axes, position: Floats, vectors: Floats, colour: str, pivot: str) -> None:
-    """Arrows of at most 0.45 inch; ``pivot`` is the part at the places: tip, tail or middle."""
+    """Draws arrows of at most 0.45 inch with their ``pivot`` (tip, tail or middle) at positions."""
     longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     if longest == 0.0:
         axes.plot(
@@ -91,8 +91,8 @@ def arrows(axes: Axes, position: Floats, vectors: Floats, colour: str, pivot: st
     )
 
 
-def _turn(vertices: Floats, axis: int, sign: int) -> Floats:
-    """Turn a shape that hangs below the origin to the side (axis, sign)."""
+def _rotated(vertices: Floats, axis: int, sign: int) -> Floats:
+    """Returns the vertices of a shape below the origin, rotated to the side (axis, sign)."""
     x, y = vertices[:, 0], vertices[:, 1]
     if axis == 1:
         return np.column_stack([x, -sign * y])

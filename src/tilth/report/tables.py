@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Nested plain data (the declared model) as tables of a page."""
+"""HTML tables of nested plain data, such as the declared model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def facts_table(facts: Mapping[str, str]) -> str:
-    """Two columns: name and value."""
+    """Returns a table of two columns: name and value."""
     rows = "".join(
         f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in facts.items()
     )
@@ -17,13 +17,13 @@ def facts_table(facts: Mapping[str, str]) -> str:
 
 
 def model_tables(summary: Mapping[str, Any]) -> str:
-    """One heading and table per part of the model.
+    """Returns one heading and table per part of the model.
 
     A mapping becomes rows of name and value; a list of mappings (bodies, boundaries, ...) and a
     mapping of mappings (materials) become one table with a row for each, a column for each key.
     """
     parts = []
-    loose = {}
+    single_values = {}
     for name, value in summary.items():
         if isinstance(value, Mapping) and value and _all_mappings(list(value.values())):
             rows = [{"name": key, **entry} for key, entry in value.items()]
@@ -34,9 +34,9 @@ def model_tables(summary: Mapping[str, Any]) -> str:
         elif _is_list(value) and value and _all_mappings(value):
             parts.append(_part(name, _entries(list(value))))
         elif value is not None and not (_is_list(value) and not value):
-            loose[name] = _text(value)
-    if loose:
-        parts.insert(0, facts_table(_spaced(loose)))
+            single_values[name] = _text(value)
+    if single_values:
+        parts.insert(0, facts_table(_spaced(single_values)))
     return "\n".join(parts)
 
 
@@ -45,7 +45,7 @@ def _part(name: str, content: str) -> str:
 
 
 def _entries(rows: Sequence[Mapping[str, Any]]) -> str:
-    """A table with one row per entry; columns that no entry fills are left out."""
+    """Returns a table with one row per entry; columns without values are left out."""
     keys = [
         key
         for key in dict.fromkeys(key for row in rows for key in row)
@@ -68,7 +68,7 @@ def _spaced(values: Mapping[str, str]) -> dict[str, str]:
 
 
 def _text(value: Any) -> str:
-    """A value as an engineer writes it: no brackets round a shape, no trailing zeros."""
+    """Returns a value as text without trailing zeros."""
     if value is None:
         return ""
     if isinstance(value, bool):

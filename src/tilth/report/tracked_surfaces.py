@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tracked surfaces over the deformed points: as they are, and as they were at the start."""
+"""Tracked surfaces in figures, at their current and initial positions."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 TRACKED_COLOURS = ("#e6007e", "#111111", "#ff7f0e", "#0077ff", "#7a4a1e", "#8a2be2")
-"""Told apart on both colour scales of the fields; a white margin helps where one comes close."""
+"""Distinct from both colour scales of the fields; a white margin adds contrast."""
 LINE_WIDTH = 1.5
 INITIAL_WIDTH = 0.9
 INITIAL_STYLE = (0.0, (4.0, 2.5))
-MOST_EDGED = 3_000
-"""Triangles up to which their edges are drawn."""
-_CREASE = 0.8
+MAXIMUM_TRIANGLES_WITH_EDGES = 3_000
+"""Number of triangles up to which their edges are drawn."""
+_CREASE_COSINE = 0.8
 """Cosine of the angle between two triangles below which the edge between them is a crease."""
-_HANDLE, _CHARACTER, _ROW = 0.75, 0.075, 0.2
-"""Room in the legend for a handle, a character of its text, and a row [inch]."""
+_HANDLE_WIDTH, _CHARACTER_WIDTH, _ROW_HEIGHT = 0.75, 0.075, 0.2
+"""Sizes in the legend [inch]."""
 
 
 def colour_of(number: int) -> str:
-    """Colour of the surface with this number in its snapshot."""
+    """Returns the colour of the surface with this number in its snapshot."""
     return TRACKED_COLOURS[number % len(TRACKED_COLOURS)]
 
 
-def tracked_places(snapshots: Sequence[Snapshot]) -> list[Floats]:
-    """Vertices of all tracked surfaces, those that have any, shapes (n, dim)."""
+def tracked_vertices(snapshots: Sequence[Snapshot]) -> list[Floats]:
+    """Returns the vertices of all tracked surfaces that have any [length], shapes (n, dim)."""
     shapes = [shape for snapshot in snapshots for shape in snapshot.surfaces]
     return [shape.position for shape in shapes if len(shape.position)]
 
 
-def draw_plane_tracked(axes: Axes, snapshot: Snapshot, initial: Snapshot | None) -> None:
-    """Lines along the tracked surfaces; those of ``initial``, another output, dashed and thin."""
+def draw_tracked_2d(axes: Axes, snapshot: Snapshot, initial: Snapshot | None) -> None:
+    """Draws lines along the tracked surfaces; those of the output ``initial`` dashed and thin."""
     if initial is not None and initial.step != snapshot.step:
         for number, shape in enumerate(initial.surfaces):
             _draw_lines(axes, shape, color=colour_of(number), **_initial_line())
@@ -49,17 +49,17 @@ def draw_plane_tracked(axes: Axes, snapshot: Snapshot, initial: Snapshot | None)
 
 
 def draw_tracked_lines(axes: Axes, surfaces: Sequence[SurfaceShape]) -> None:
-    """Lines along tracked surfaces in the plane."""
+    """Draws lines along tracked surfaces in the plane."""
     for number, shape in enumerate(surfaces):
         _draw_lines(axes, shape, color=colour_of(number), **_line())
 
 
-def draw_space_tracked(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
-    """Outline, border and creases of the tracked surfaces as seen from outside the soil.
+def draw_tracked_3d(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
+    """Draws outline, border and creases of the tracked surfaces as seen from outside the soil.
 
-    Of few triangles the edges are drawn too, thin. ``axes`` show the points already, so that limits
-    and direction of view are set. The lines are in front of everything, also of soil that would
-    hide them: matplotlib sorts whole collections, not what is in them.
+    The edges of few triangles are drawn as thin lines. ``axes`` must have their final limits and
+    direction of view. The lines are in front of everything, also of soil that would hide them:
+    matplotlib sorts whole collections, not their parts.
     """
     from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
@@ -67,10 +67,13 @@ def draw_space_tracked(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
         axes.computed_zorder = False
     for number, shape in enumerate(surfaces):
         cells = shape.cells[_faces_viewer(axes, shape.position[shape.cells])]
-        edges, strong = _edges(shape.position, cells)
+        edges, emphasised = _edges(shape.position, cells)
         colour = colour_of(number)
-        for chosen, width, opacity in ((edges[strong], 1.2, 1.0), (edges[~strong], 0.35, 0.6)):
-            if len(chosen) and (width > 1.0 or len(cells) <= MOST_EDGED):
+        for chosen, width, opacity in (
+            (edges[emphasised], 1.2, 1.0),
+            (edges[~emphasised], 0.35, 0.6),
+        ):
+            if len(chosen) and (width > 1.0 or len(cells) <= MAXIMUM_TRIANGLES_WITH_EDGES):
                 axes.add_collection3d(
                     Line3DCollection(
                         shape.position[chosen],
@@ -85,7 +88,7 @@ def draw_space_tracked(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
 
 
 def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
-    """Handles of a legend that names tracked surfaces."""
+    """Returns legend handles of tracked surfaces."""
     from matplotlib.lines import Line2D
 
     return [
@@ -95,7 +98,7 @@ def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
 
 
 def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | None) -> None:
-    """Names the tracked surfaces above the panels; ``initial`` is given where it is drawn."""
+    """Adds a legend of tracked surfaces above the panels; ``initial`` is None if not drawn."""
     from matplotlib.lines import Line2D
 
     handles = tracked_handles(snapshot.surfaces)
@@ -108,8 +111,8 @@ def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | N
         return
     width, height = figure.get_size_inches()
     longest = max(len(handle.get_label()) for handle in handles)
-    columns = int(np.clip(width / (_HANDLE + _CHARACTER * longest), 1, len(handles)))
-    figure.set_size_inches(width, height + _ROW * -(-len(handles) // columns))
+    columns = int(np.clip(width / (_HANDLE_WIDTH + _CHARACTER_WIDTH * longest), 1, len(handles)))
+    figure.set_size_inches(width, height + _ROW_HEIGHT * -(-len(handles) // columns))
     figure.legend(
         handles=handles,
         loc="outside upper center",
@@ -120,7 +123,9 @@ def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | N
     )
     layout = figure.get_layout_engine()
     if layout is not None:
-        layout.execute(figure)  # below a high legend the layout needs more rounds than its own
+        layout.execute(
+            figure
+        )  # below a high legend the layout needs more iterations than matplotlib's
 
 
 def _line() -> dict[str, Any]:
@@ -147,20 +152,20 @@ def _draw_lines(axes: Axes, shape: SurfaceShape, **style: Any) -> None:
 
 
 def _faces_viewer(axes: Any, corner: Floats) -> NDArray[np.bool_]:
-    """Which triangles, shape (n, 3, 3), are seen from outside the soil; shape (n,)."""
+    """Returns which triangles, shape (n, 3, 3), are seen from outside the soil; shape (n,)."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
 
     x, y, _ = proj_transform(*corner.reshape(-1, 3).T, axes.get_proj())
     seen = np.stack([x, y], axis=1).reshape(-1, 3, 2)
     first, second = seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0]
-    # The normal points into the soil: away from a viewer who sees the corners clockwise.
+    # Normals point into the soil: the corners of a triangle seen from outside are clockwise.
     return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0.0)
 
 
 def _edges(position: Floats, cells: Integers) -> tuple[Integers, NDArray[np.bool_]]:
-    """Edges of triangles, shape (m, 3), as pairs of vertices, shape (k, 2).
+    """Returns the edges of triangles, shape (m, 3), as pairs of vertices, shape (k, 2).
 
-    The second array says which are strong, shape (k,): edges of one triangle only, and creases.
+    The second array flags edges of one triangle only and creases, shape (k,).
     """
     corner = position[cells]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -170,4 +175,4 @@ def _edges(position: Floats, cells: Integers) -> tuple[Integers, NDArray[np.bool
     total = np.zeros((len(edges), 3))
     np.add.at(total, group.reshape(-1), np.tile(normal, (3, 1)))
     # |n1 + n2|^2 = 2 + 2 cos for two triangles at an edge, 1 for one
-    return edges, np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE
+    return edges, np.sum(total**2, axis=1) < 2.0 + 2.0 * _CREASE_COSINE

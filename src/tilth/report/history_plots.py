@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Plots of the history: tracked quantities, and how Newton's method converged."""
+"""Plots of the history: tracked quantities, and the convergence of Newton's method."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LINE = "#1d3557"
 
 
 def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
-    """Every tracked quantity against time; None where nothing was tracked."""
+    """Returns plots of all tracked quantities against time; None if there are none."""
     from matplotlib.figure import Figure
 
     names = [name for name in history if name not in FIRST_COLUMNS]
@@ -51,7 +51,7 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
 def draw_newton(
     steps: Floats, iterations: Floats, residuals: Sequence[float], last_step: int
 ) -> Figure:
-    """Iterations of every step, shape (rows,), and the residuals of the last step."""
+    """Returns plots of the iterations of all steps, shape (rows,), and of the last residuals."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 

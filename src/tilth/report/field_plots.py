@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Deformed points coloured by a field, several outputs side by side with one colour scale."""
+"""Figures of deformed points coloured by a field, several outputs with one colour scale."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
 from tilth.report.domains import corners_of_boxes, outlines
 from tilth.report.fields import field_values, with_unit
-from tilth.report.space import draw_space
-from tilth.report.tracked import (
+from tilth.report.points_3d import draw_points_3d
+from tilth.report.tracked_surfaces import (
     add_tracked_legend,
-    draw_plane_tracked,
-    draw_space_tracked,
-    tracked_places,
+    draw_tracked_2d,
+    draw_tracked_3d,
+    tracked_vertices,
 )
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
-MOST_DOMAINS = 60_000
-_NARROWEST = 7.0
-"""Largest ratio of the sides that is drawn to scale."""
+MAXIMUM_DRAWN_DOMAINS = 60_000
+_MAXIMUM_ASPECT_RATIO = 7.0
+"""Ratio of the sides up to which figures are to scale."""
 
 
 def draw_frames(
@@ -38,11 +38,11 @@ def draw_frames(
     axisymmetric: bool = False,
     initial: Snapshot | None = None,
 ) -> Figure:
-    """One panel per snapshot, all with the same axes and the same colours.
+    """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
-    ``colour_by`` is a name that :func:`tilth.report.fields.field_values` knows. In 2D the points'
-    domains are filled, in 3D the points that can be seen from outside are drawn. Bodies more than
-    seven times longer than wide are drawn with the narrow side stretched; the picture says so.
+    ``colour_by`` is a name for :func:`tilth.report.fields.field_values`. In 2D the points'
+    domains are filled, in 3D the points that are visible from outside are drawn. Bodies more than
+    seven times longer than wide are drawn with the narrow side stretched, with a note.
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
     of ``initial``, the first output of the run, are drawn dashed on all later ones.
     """
@@ -53,16 +53,16 @@ def draw_frames(
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
     values = [pair[0] for pair in coloured]
     colours = _colours(values)
-    tracked = tracked_places(snapshots if initial is None else [initial, *snapshots])
+    tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     lower, upper = _extent(snapshots, tracked)
     size = upper - lower
     rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
     stretch = 1.0
     if dim == 2:
         ratio = float(size[1] / size[0])
-        if ratio > _NARROWEST:
+        if ratio > _MAXIMUM_ASPECT_RATIO:
             stretch = ratio / 5.0
-        elif ratio < 1.0 / _NARROWEST:
+        elif ratio < 1.0 / _MAXIMUM_ASPECT_RATIO:
             stretch = ratio * 5.0
         shown = ratio / stretch
         width = min(7.4 / columns, 5.0 / shown)
@@ -77,19 +77,21 @@ def draw_frames(
         if dim == 2:
             axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
             _draw_plane(axes, snapshot, value, colours)
-            draw_plane_tracked(axes, snapshot, initial)
+            draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
             axes.label_outer()
         else:
             axes = figure.add_subplot(rows, columns, index + 1, projection="3d")
-            half, painted = snapshot.point_fields.get("domain"), colours.to_rgba(value)
+            half, point_colours = snapshot.point_fields.get("domain"), colours.to_rgba(value)
             unit = units.get("length", "")
             corners = snapshot.point_fields.get("domain_corners")
-            draw_space(axes, snapshot.position, half, painted, lower, upper, unit, 0.05, corners)
-            draw_space_tracked(axes, snapshot.surfaces)
+            draw_points_3d(
+                axes, snapshot.position, half, point_colours, lower, upper, unit, 0.05, corners
+            )
+            draw_tracked_3d(axes, snapshot.surfaces)
         axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
         panels.append(axes)
-    pad = 0.02 if dim == 2 else 0.12  # in space the labels of z stand outside the panels
+    pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
     bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=pad)
     bar.set_label(coloured[0][1], fontsize=9)
     bar.ax.tick_params(labelsize=8)
@@ -105,7 +107,7 @@ def draw_frames(
 
 
 def _colours(values: Sequence[Floats]) -> ScalarMappable:
-    """One scale for all frames: diverging about zero where the values really have both signs."""
+    """Returns one colour scale for all frames, diverging about zero if both signs are relevant."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -120,9 +122,9 @@ def _colours(values: Sequence[Floats]) -> ScalarMappable:
     return ScalarMappable(Normalize(low, high), "viridis")
 
 
-def _extent(snapshots: Sequence[Snapshot], places: Sequence[Floats]) -> tuple[Floats, Floats]:
-    """Corners that hold all frames and ``places``, each (n, dim), with a small margin."""
-    corners = list(places)
+def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """Returns the bounding box of all frames and ``others``, (n, dim) each, with a margin."""
+    corners = list(others)
     for snapshot in snapshots:
         half = snapshot.point_fields.get("domain", 0.0)
         corners += [snapshot.position - half, snapshot.position + half]
@@ -133,7 +135,7 @@ def _extent(snapshots: Sequence[Snapshot], places: Sequence[Floats]) -> tuple[Fl
 
 
 def _arrangement(count: int, ratio: float) -> tuple[int, int]:
-    """Rows and columns for panels ``ratio`` times as wide as high on a page wider than high."""
+    """Returns rows and columns for panels ``ratio`` times as wide as high on a landscape page."""
     if ratio < 0.6 or count == 1:
         return 1, count
     columns = 1 if ratio > 3.5 and count <= 4 else 2 if ratio > 1.3 or count <= 4 else 3
@@ -160,34 +162,36 @@ def _set_axes(
 
 
 def _draw_plane(axes: Axes, snapshot: Snapshot, values: Floats, colours: ScalarMappable) -> None:
-    """Filled domains; dots of the points' spacing where there are none or too many."""
+    """Draws filled domains; dots as large as the points' spacing if there are none or too many."""
     from matplotlib.collections import EllipseCollection, PolyCollection
 
-    place = snapshot.position
+    position = snapshot.position
     half = snapshot.point_fields.get("domain")
-    painted = colours.to_rgba(values)
-    if half is not None and len(place) <= MOST_DOMAINS:
+    point_colours = colours.to_rgba(values)
+    if half is not None and len(position) <= MAXIMUM_DRAWN_DOMAINS:
         corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
-        area = list(outlines(place, corners))
+        area = list(outlines(position, corners))
         axes.add_collection(
-            PolyCollection(area, facecolors=painted, edgecolors=painted, linewidths=0.3)
+            PolyCollection(area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3)
         )
         return
     volume = snapshot.point_fields.get("volume")
     if half is not None:
         diameter = 2.0 * half.max(axis=1)
     elif volume is not None:
-        diameter = np.full(len(place), float(np.sqrt(np.median(volume))))
+        diameter = np.full(len(position), float(np.sqrt(np.median(volume))))
     else:
-        diameter = np.full(len(place), float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place))))
+        diameter = np.full(
+            len(position), float(np.sqrt(np.prod(np.ptp(position, axis=0)) / len(position)))
+        )
     axes.add_collection(
         EllipseCollection(
             diameter,
             diameter,
-            np.zeros(len(place)),
+            np.zeros(len(position)),
             units="xy",
-            offsets=place,
-            facecolors=painted,
+            offsets=position,
+            facecolors=point_colours,
             edgecolors="none",
             transOffset=axes.transData,
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which points of a three-dimensional body can be seen from outside."""
+"""Points of a three-dimensional body that are visible from outside."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 
-_SAME_PLACE = 0.5
-"""Sides are shared if their centres are closer than this share of their distance to the point."""
+_COMMON_SIDE_TOLERANCE = 0.5
+"""Sides are common if the distance of their centres over that to the point is below this."""
 
 
-def free_sides(position: Floats, corners: Floats) -> Integers:
-    """Numbers of the points with a side that is not shared with another point's domain, (k,).
+def points_with_free_sides(position: Floats, corners: Floats) -> Integers:
+    """Returns numbers of the points with a side that is no side of another domain, shape (k,).
 
-    ``position`` has the shape (n, 3), ``corners`` of the domains, x fastest and seen from the
+    ``position`` has the shape (n, 3), ``corners`` of the domains, x fastest and relative to the
     points, (n, 8, 3).
     """
     from scipy.spatial import cKDTree
 
     numbers = np.arange(8)
     sides = [np.flatnonzero((numbers >> axis & 1) == end) for axis in range(3) for end in (0, 1)]
-    reach = np.stack([corners[:, side].mean(axis=1) for side in sides], axis=1)
-    centre = (position[:, None, :] + reach).reshape(-1, 3)
-    apart = cKDTree(centre).query(centre, k=2)[0][:, 1].reshape(-1, 6)
-    free = apart > _SAME_PLACE * np.linalg.norm(reach, axis=2)
+    to_side = np.stack([corners[:, side].mean(axis=1) for side in sides], axis=1)
+    centre = (position[:, None, :] + to_side).reshape(-1, 3)
+    distance = cKDTree(centre).query(centre, k=2)[0][:, 1].reshape(-1, 6)
+    free = distance > _COMMON_SIDE_TOLERANCE * np.linalg.norm(to_side, axis=2)
     return np.flatnonzero(free.any(axis=1)).astype(np.int64)
 
 
-def outer_points(position: Floats, half_lengths: Floats | None) -> Integers:
-    """Numbers of the points with a free side, shape (k,).
+def exterior_points(position: Floats, half_lengths: Floats | None) -> Integers:
+    """Returns the numbers of the points at the boundary of a body, shape (k,).
 
     The points, shape (n, 3), are sorted into boxes as large as a point's domain (``half_lengths``,
-    shape (n, 3)) or as the mean spacing; a point is an outer one if one of the six boxes beside
-    its own is empty.
+    shape (n, 3)) or as the mean spacing; a point is at the boundary if one of the six neighbours
+    of its box is empty.
     """
     lower = position.min(axis=0)
     if half_lengths is None:
