@@ -170,7 +170,7 @@ def _draw_rigid(
 
 
 _HATCH = [[[0.0, 0.02], [0.6, 1.0]]]
-"""Strokes of a support: coordinates of their ends along the surface and outward from the soil."""
+"""Strokes of a support: coordinates of their ends along the surface and away from the soil."""
 _ROLLER = [
     [[-0.9, 0.86], [0.9, 0.86]],
     [[-0.6, 0.86], [-0.25, 1.4]],

@@ -26,7 +26,7 @@ MAXIMUM_TRIANGLES_WITH_EDGES = 3_000
 _CREASE_COSINE = 0.8
 """Cosine of the angle between two triangles below which the edge between them is a crease."""
 _HANDLE_WIDTH, _CHARACTER_WIDTH, _ROW_HEIGHT = 0.75, 0.075, 0.2
-"""Sizes in the legend [inch]."""
+"""Space in the legend for a handle, a character of its text, and a row [inch]."""
 
 
 def colour_of(number: int) -> str:
