@@ -41,12 +41,12 @@ class BoundaryQuadrature:
         weight: area [length^(dim - 1)], or volume of the band [length^dim], shape (n,).
         surface: the m quadrature points of the surface [length], shape (m, dim).
         surface_normal: their normals, shape (m, dim).
-        part: their tributary parts of the surface [length], see `QuadraturePoints`.
+        tributary: their tributary parts of the surface [length], see `QuadraturePoints`.
         on_surface: the surface point to which each point belongs, shape (n,).
         d: Dirichlet function [-], shape (n,).
         d_prime: its derivative [1/length], shape (n,); 0 omits K2.
         square: the factor of K3 [1/length^2], or [1/length] on the surface, shape (n,).
-        patch: see `QuadraturePoints`, shape (n,).
+        group: see `QuadraturePoints`, shape (n,).
     """
 
     reference: Floats
@@ -54,12 +54,12 @@ class BoundaryQuadrature:
     weight: Floats
     surface: Floats
     surface_normal: Floats
-    part: Floats
+    tributary: Floats
     on_surface: Integers
     d: Floats
     d_prime: Floats
     square: Floats
-    patch: Integers
+    group: Integers
 
 
 def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadrature:
@@ -71,12 +71,12 @@ def surface_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadra
         weight=points.weight,
         surface=points.position,
         surface_normal=points.normal,
-        part=points.tributary,
+        tributary=points.tributary,
         on_surface=np.arange(n),
         d=np.zeros(n),
         d_prime=np.zeros(n),
         square=np.full(n, 4.0 / (3.0 * delta)),
-        patch=points.group,
+        group=points.group,
     )
 
 
@@ -94,12 +94,12 @@ def band_quadrature(points: QuadraturePoints, delta: float) -> BoundaryQuadratur
         weight=points.weight[surface] * delta * np.tile(weight, n),
         surface=points.position,
         surface_normal=points.normal,
-        part=points.tributary,
+        tributary=points.tributary,
         on_surface=surface,
         d=1.0 - (1.0 - s) ** 2,
         d_prime=d_prime,
         square=d_prime**2,
-        patch=points.group[surface],
+        group=points.group[surface],
     )
 
 
@@ -239,7 +239,7 @@ class Implicit:
         self.quadrature = make(points, self.delta)
         self.carried = np.zeros((len(self.quadrature.weight), self._columns))
         if before is not None:
-            old, new = _identifiers(before.patch), _identifiers(self.quadrature.patch)
+            old, new = _identifiers(before.group), _identifiers(self.quadrature.group)
             _, from_old, to_new = np.intersect1d(old, new, assume_unique=True, return_indices=True)
             assert len(from_old) == len(old), "a part of the boundary is not in the larger region"
             self.carried[to_new] = carried[from_old]
@@ -253,7 +253,7 @@ class Implicit:
         quadrature = self.quadrature
         assert quadrature is not None
         factor = self.factor(time)
-        normal, part = quadrature.surface_normal, quadrature.part
+        normal, part = quadrature.surface_normal, quadrature.tributary
         if self.declared.is_moving:
             gradient = self.motion.gradient(quadrature.surface, factor)
             normal = _transformed(cofactor(gradient), normal)
@@ -392,15 +392,15 @@ class Implicit:
             self.carried = state["carried"]
 
 
-def _identifiers(patch: Integers) -> npt.NDArray[np.void]:
-    """Returns the identifier of each point: its patch and its number among the patch's points."""
-    order = np.argsort(patch, kind="stable")
-    ordered = patch[order]
+def _identifiers(group: Integers) -> npt.NDArray[np.void]:
+    """Returns the identifier of each point: its group and its number among the group's points."""
+    order = np.argsort(group, kind="stable")
+    ordered = group[order]
     first = np.concatenate([[True], ordered[1:] != ordered[:-1]])
-    start = np.maximum.accumulate(np.where(first, np.arange(len(patch)), 0))
-    identifier = np.empty(len(patch), dtype=[("patch", np.int64), ("number", np.int64)])
-    identifier["patch"] = patch
-    identifier["number"][order] = np.arange(len(patch)) - start
+    start = np.maximum.accumulate(np.where(first, np.arange(len(group)), 0))
+    identifier = np.empty(len(group), dtype=[("group", np.int64), ("number", np.int64)])
+    identifier["group"] = group
+    identifier["number"][order] = np.arange(len(group)) - start
     return identifier
 
 
