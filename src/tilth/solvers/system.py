@@ -10,7 +10,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.comm import SERIAL, Communicator, inner
-from tilth.mpm.border import Border
+from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
 

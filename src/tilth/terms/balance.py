@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The balance of a load step: the sum of all its terms."""
+"""The balance of a load step: the sum of all its terms, which `Simulation.terms` lists."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, Communicator, count, norm
-from tilth.mpm.border import Border
+from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.protocol import GlobalUnknowns, Role, Term, union
 

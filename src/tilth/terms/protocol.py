@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats
-from tilth.mpm.border import Border
+from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.comm import norm
-from tilth.mpm.border import Border
+from tilth.mpm.bordered_matrix import Border
 from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
 
