@@ -17,7 +17,7 @@ PROBLEMS = {
 }
 """Problem -> goal in microseconds per point and iteration, without the linear solve."""
 
-PARTS = ("basis", "stress", "assembly", "solve", "rest")
+PARTS = ("basis", "stress", "assembly", "solve", "other")
 
 
 def model_of(problem: str) -> Model:

@@ -2,7 +2,7 @@
 """Writes docs/reference/case_file.md from the declared model: `python docs/generate_reference.py`.
 
 The meaning of a key is the text below its field in src/tilth/model, its type the name of its
-field type, so that the page cannot say anything that the program does not check.
+field type, so the page states only what the program checks.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tilth.model.settings import COLOURS
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
 
-WORDS = {
+TYPE_DESCRIPTIONS = {
     "Text": "text",
     "Name": "text",
     "Real": "number",
@@ -57,18 +57,18 @@ WORDS = {
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
 }
-"""What each field type of the model is called here; a type without an entry is an error."""
+"""Field type of the model -> its description on the page; a type without an entry is an error."""
 
 HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not edit. -->
 # The case file
 
 A case file is [TOML](https://toml.io) text. The same names build the same model from Python:
 `[analysis]` is `tilth.Analysis`, an entry of `[[bodies]]` is a `tilth.Body`, and so on.
-`tilth check CASE.toml` validates a file, warns of what is probably not meant, and draws its
-set-up without running it.
+`tilth check CASE.toml` validates a file, warns of probable mistakes, and draws its set-up
+without running it.
 
-* Units are yours and consistent; `[units]` only labels them. Tension is positive. y is up in 2D,
-  z is up in 3D; in axisymmetry x is the radius and y the axis.
+* Units are the user's and must be consistent; `[units]` only labels them. Tension is positive. y is
+  up in 2D, z is up in 3D; in axisymmetry x is the radius and y the axis.
 * A key that is not listed here is refused, and so is a number in quotes. No material parameter,
   load or boundary condition has a default; numerical settings have.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
@@ -153,7 +153,7 @@ def page() -> str:
         _section("`[grid]`", model.Grid),
         _section("`[grid.limits]`", model.Limits, 3),
         _section("`[grid.follow]`", model.Follow, 3),
-        "## `[materials.NAME]`\n\nNAME is yours; bodies refer to it. The equations are in "
+        "## `[materials.NAME]`\n\nBodies refer to a material by its NAME. The equations are in "
         "[mechanics](../theory/mechanics.md).",
         *_variants("model", model.HenckyElastic, model.VonMises),
         _section("`[[bodies]]`", model.Body),
@@ -162,14 +162,14 @@ def page() -> str:
         "volume of the shape to round-off.",
         *_variants("type", *model.shapes.SHAPES, level=4),
         _section("`[bodies.surface]`", model.Surface, 3),
-        "## `[[boundaries]]`\n\nEssential conditions; at least one. Where two hold the same "
-        "component of a node they must prescribe the same value.",
+        "## `[[boundaries]]`\n\nEssential conditions; at least one. Two conditions on the same "
+        "component of a node must prescribe the same value.",
         *_variants(
             "type", model.PlaneBoundary, model.NodeBoundary, model.ImplicitBoundary,
             model.AffineBoundary,
         ),
-        "### Geometries\n\nThe table `geometry` of an implicit boundary: where it is at time 0, "
-        "whatever the grid's lines are. It says on which side the soil is.",
+        "### Geometries\n\nThe table `geometry` of an implicit boundary: its position at time 0, "
+        "independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
         "## `[[loads]]`",
@@ -184,8 +184,8 @@ def page() -> str:
 
 
 def _section(heading: str, cls: type[Declared], level: int = 2) -> str:
-    """Returns a heading, the class's own words and the table of its keys."""
-    keys = sorted(cls.model_fields, key=lambda key: not _tells_apart(cls, key))
+    """Returns a heading, the docstring of the class and the table of its keys."""
+    keys = sorted(cls.model_fields, key=lambda key: not _selects_kind(cls, key))
     rows = "\n".join(_row(cls, key) for key in keys)
     return (
         f"{'#' * level} {heading}\n\n{inspect.getdoc(cls)} In Python: `tilth.{cls.__name__}`.\n\n"
@@ -194,13 +194,13 @@ def _section(heading: str, cls: type[Declared], level: int = 2) -> str:
 
 
 def _variants(key: str, *classes: type[Declared], level: int = 3) -> list[str]:
-    """Returns one section for each kind of an entry that its key `key` tells apart."""
+    """Returns one section for each kind of an entry; its key `key` selects the kind."""
     return [_section(f'`{key} = "{cls.model_fields[key].default}"`', cls, level) for cls in classes]
 
 
 def _row(cls: type[Declared], key: str) -> str:
     field = cls.model_fields[key]
-    meaning = meaning_of(cls, key) or "Says which kind of entry this is."
+    meaning = meaning_of(cls, key) or "Selects the kind of entry."
     return f"| `{key}` | {_type(cls, key)} | {_default(cls, key, field)} | {_cell(meaning)} |"
 
 
@@ -220,7 +220,7 @@ def _type(cls: type[Declared], key: str) -> str:
     name = annotation.removesuffix(" | None")
     if name.startswith("Literal["):
         return _choices(re.findall(r'["\']([^"\']+)["\']', name))
-    return WORDS[name]
+    return TYPE_DESCRIPTIONS[name]
 
 
 def _choices(values: Any) -> str:
@@ -228,7 +228,7 @@ def _choices(values: Any) -> str:
 
 
 def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
-    if field.is_required() or key == "format" or _tells_apart(cls, key):
+    if field.is_required() or key == "format" or _selects_kind(cls, key):
         return "required"
     if field.default is None:
         return "-"
@@ -240,8 +240,8 @@ def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
     return "1/1024" if key == "minimum_step" else f"{value:g}"
 
 
-def _tells_apart(cls: type[Declared], key: str) -> bool:
-    """Whether a case file must hold the key although Python fills it in from the class."""
+def _selects_kind(cls: type[Declared], key: str) -> bool:
+    """Returns whether a case file must contain the key although Python takes it from the class."""
     return key in ("type", "model") and cls is not model.Analysis
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The command line: reads arguments, calls the library, turns errors into exit codes."""
+"""Command line: reads the arguments, calls the library, converts errors to exit codes."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from tilth.errors import (
 )
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
-"""Idle threads wait for a fraction of a millisecond, then sleep: while Python or a linear solver is
-at work they leave the cores to others, and waking them takes longer than most loops of multigrid
+"""Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
+free for Python and the linear solver; waking them takes longer than most loops of multigrid
 (docs/decisions/0012-multigrid.md)."""
 
 ONE_RUNTIME = {"MKL_THREADING_LAYER": "GNU"}
-"""PARDISO's threads are those of the core's OpenMP runtime, not of a second one."""
+"""PARDISO uses the threads of the core's OpenMP runtime, not those of a second runtime."""
 
 _CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
@@ -44,7 +44,7 @@ _UNTIL = click.option(
     "--until",
     type=float,
     metavar="TIME",
-    help="Stop at the first step that reaches this time of the schedule; `tilth resume` goes on.",
+    help="Stop at the first step that reaches this time of the schedule; `tilth resume` continues.",
 )
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
@@ -146,9 +146,9 @@ def check(case: Path, picture: Path | None) -> None:
 @_UNTIL
 @_QUIET
 def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) -> None:
-    """Go on with an interrupted run from its last complete step.
+    """Continue an interrupted run from its last complete step.
 
-    The result has the same bits as that of an uninterrupted run.
+    The result is identical, bit for bit, to that of an uninterrupted run.
     """
     _must_be_folder(folder)
     from tilth.analysis import run as analysis
@@ -164,7 +164,7 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
 @cli.command()
 @_FOLDER
 def report(folder: Path) -> None:
-    """Write report.html anew from the results of a run."""
+    """Write report.html again from the results of a run."""
     _must_be_folder(folder)
     from tilth.analysis.setup import write_report
 
@@ -188,7 +188,7 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
 
 def _where(folder: Path, finished: bool) -> str:
     where = f"results in {folder}"
-    return where if finished else f"{where}; go on with: tilth resume {folder}"
+    return where if finished else f"{where}; continue with: tilth resume {folder}"
 
 
 def _must_be_folder(folder: Path) -> None:
@@ -202,12 +202,12 @@ def _interrupted(folder: Path) -> Interrupted:
     from tilth.output.folder import CHECKPOINT
 
     if (folder / CHECKPOINT).exists():
-        return Interrupted(f"interrupted; go on with: tilth resume {folder}")
-    return Interrupted("interrupted before the first checkpoint; start the run anew")
+        return Interrupted(f"interrupted; continue with: tilth resume {folder}")
+    return Interrupted("interrupted before the first checkpoint; start the run again")
 
 
 def run_command(arguments: Sequence[str]) -> int:
-    """Returns the exit code of `tilth ARGUMENTS`, after reporting any error in plain words."""
+    """Runs `tilth ARGUMENTS`, prints any error as a plain message; returns the exit code."""
     try:
         code = cli.main(list(arguments), prog_name="tilth", standalone_mode=False)
     except click.ClickException as error:
@@ -219,14 +219,14 @@ def run_command(arguments: Sequence[str]) -> int:
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         return EXIT_INTERRUPTED
-    except Exception as error:  # the last resort: whatever else arrives here is a bug
+    except Exception as error:  # any other exception is a bug
         click.secho(_bug_report(error, arguments), err=True, fg="red")
         return EXIT_BUG
     return code if isinstance(code, int) else EXIT_DONE
 
 
 def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
-    """Writes the traceback to a file; returns what to tell the user."""
+    """Writes the traceback to a file; returns the message to the user."""
     details = "".join(traceback.format_exception(error))
     with tempfile.NamedTemporaryFile(
         "w", prefix="tilth-bug-", suffix=".txt", encoding="utf-8", delete=False
@@ -240,9 +240,9 @@ def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def set_environment(environment: MutableMapping[str, str]) -> None:
-    """Sets what the libraries read when they are loaded, where the user has not.
+    """Sets the environment variables that the libraries read at load time, unless they are set.
 
-    It belongs to the whole process, so the command does it and `import tilth` does not.
+    They apply to the whole process, so the command sets them and `import tilth` does not.
     """
     if "OMP_WAIT_POLICY" not in environment:
         for name, value in THREAD_WAIT.items():

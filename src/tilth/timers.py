@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the time of a run goes: basis, stress, assembly, solve and rest."""
+"""Wall-clock and processor time of the parts of a run: basis, stress, assembly, solve, other."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Timers:
 
 
 class _Measured:
-    """A block that is timed."""
+    """Context manager that adds the time of its block to one part."""
 
     __slots__ = ("_name", "_processor", "_timers", "_wall")
 

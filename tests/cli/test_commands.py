@@ -89,7 +89,7 @@ def test_a_run_that_stops_at_a_time_says_how_to_go_on(
 ) -> None:
     folder = case().with_suffix("")
     folder.mkdir()
-    text = f"results in {folder}; go on with: tilth resume {folder}\n"
+    text = f"results in {folder}; continue with: tilth resume {folder}\n"
     for arguments in (["run", case()], ["resume", folder]):
         assert tilth(*arguments, "--until", "0.5") == Outcome(0, text, "")
 
@@ -119,13 +119,13 @@ def test_an_interrupted_run_says_how_to_go_on(tilth: Tilth, case: Case, analysis
     folder = case().with_suffix("")
     outcome = tilth("run", case())
     assert outcome.code == 3
-    assert "start the run anew" in outcome.err
+    assert "start the run again" in outcome.err
     folder.mkdir()
     (folder / CHECKPOINT).touch()
     for arguments in (["run", case()], ["resume", folder]):
         outcome = tilth(*arguments)
         assert outcome.code == 3
-        assert outcome.err == f"interrupted; go on with: tilth resume {folder}\n"
+        assert outcome.err == f"interrupted; continue with: tilth resume {folder}\n"
 
 
 def test_a_bug_is_reported_without_traceback(

@@ -144,7 +144,7 @@ class Recorder:
         self.log.step(clock.step, clock.time, size, equilibrium.residuals)
         self._say_warnings()
         model = self.simulation.model
-        with self.simulation.timers.measure("rest"):
+        with self.simulation.timers.measure("other"):
             values = self.tracker.values(self.simulation, result, self.work)
             self.history.append(clock.step, clock.time, equilibrium.iterations, values)
             self._last = (clock, result)

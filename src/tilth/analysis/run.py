@@ -33,7 +33,7 @@ class Result:
         points: the material points at the end.
         steps, iterations: load steps taken and Newton iterations in all, of this run.
         seconds, processor_seconds: wall-clock and processor time by part: basis, stress,
-            assembly, solve, rest [s].
+            assembly, solve, other [s].
     """
 
     finished: bool
@@ -165,7 +165,7 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
     if simulation.model.output.report:
         from tilth.analysis.setup import write_report
 
-        with simulation.timers.measure("rest"):
+        with simulation.timers.measure("other"):
             write_report(recorder.folder)
 
 

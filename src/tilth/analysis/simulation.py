@@ -115,7 +115,7 @@ class Simulation:
     Attributes:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
-        timers: time spent in basis, stress, assembly, solve and rest.
+        timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
 
     Raises:

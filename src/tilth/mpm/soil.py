@@ -191,7 +191,7 @@ class Soil:
         domains: what `moved_domains` returns for this displacement.
         """
         points, trial = self.points, self._trial
-        with self._timers.measure("rest"):
+        with self._timers.measure("other"):
             move_domain_faces(points, self.active, displacement)
             for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
                 part = points.part(body)
