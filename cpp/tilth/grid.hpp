@@ -11,11 +11,11 @@ namespace tilth {
 inline constexpr int key_bits = 20;  // per direction
 inline constexpr std::int64_t key_bias = std::int64_t{1} << (key_bits - 1);
 inline constexpr std::int64_t key_mask = (std::int64_t{1} << key_bits) - 1;
-inline constexpr std::int64_t key_reach = key_bias - 8;  // largest lattice index kept
+inline constexpr std::int64_t largest_index = key_bias - 8;  // in magnitude, that a key represents
 
 using Lattice = std::array<std::int64_t, 3>;
 
-/// Key of a lattice place; unused directions are zero.
+/// Key of a lattice index; unused directions are zero.
 inline std::int64_t pack(const Lattice& index) {
   return ((index[2] + key_bias) << (2 * key_bits)) | ((index[1] + key_bias) << key_bits) |
          (index[0] + key_bias);
@@ -26,8 +26,8 @@ inline Lattice unpack(std::int64_t key) {
           ((key >> (2 * key_bits)) & key_mask) - key_bias};
 }
 
-/// A point's support in one key: the first node's lattice place, then one bit per direction that
-/// tells two nodes from three. Points with equal keys share all their nodes.
+/// A point's support in one key: the first node's lattice index, then one bit per direction: 0
+/// for two nodes, 1 for three. Points with equal keys share all their nodes.
 inline std::int64_t pack_support(const Lattice& first, const std::array<int, 3>& count) {
   const std::int64_t code = (count[0] - 2) | ((count[1] - 2) << 1) | ((count[2] - 2) << 2);
   return (pack(first) << 3) | code;

@@ -27,7 +27,8 @@ void with_kind(const std::string& name, Function&& function) {
   throw std::invalid_argument("unknown analysis kind '" + name + "'");
 }
 
-/// Calls `function(kind)` with a kind of analysis of that dimension, where no more matters.
+/// Calls `function(kind)` with a kind of analysis of that dimension, for functions of the
+/// dimension only.
 template <class Function>
 void with_dimension(int dim, Function&& function) {
   if (dim == 2) return function(PlaneStrain{});

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// When a loop is worth more than one thread.
+// Least size of a loop for more than one thread.
 #pragma once
 
 #include <cstdint>
 
 namespace tilth {
 
-/// Loops over fewer points (or groups, or rows) than this are left to one thread: waking the
-/// others, which sleep while Python or a linear solver is at work, takes about as long as the loop.
+/// Loops over fewer points (or groups, or rows) than this run on one thread: waking the others,
+/// which sleep while Python or a linear solver works, takes about as long as the loop.
 /// The tests set it to 0.
 inline std::int64_t parallel_from = 16000;
 

@@ -24,16 +24,16 @@ struct Spectrum {
   T vector[3][3];
 };
 
-/// One Jacobi rotation that annihilates a[p][q] where `wanted` (Golub & Van Loan, Matrix
+/// One Jacobi rotation that annihilates a[p][q] where `active` (Golub & Van Loan, Matrix
 /// Computations, 8.5.2); elsewhere values and vectors stay as they are, to the bit.
 template <class T, class Condition>
 TILTH_FUNCTION void jacobi_rotation(T a[3][3], T v[3][3], int p, int q, int size,
-                                    const Condition& wanted) {
+                                    const Condition& active) {
   const T off = a[p][q];
   const T theta = (a[q][q] - a[p][p]) / (2.0 * off);
   const T size_of_t = 1.0 / (magnitude(theta) + square_root(1.0 + theta * theta));
   const T t =
-      select(wanted & (magnitude(off) > 0.0), select(theta >= 0.0, size_of_t, -size_of_t), 0.0);
+      select(active & (magnitude(off) > 0.0), select(theta >= 0.0, size_of_t, -size_of_t), 0.0);
   const T c = 1.0 / square_root(1.0 + t * t);
   const T s = t * c;
   a[p][p] -= t * off;
@@ -53,8 +53,8 @@ TILTH_FUNCTION void jacobi_rotation(T a[3][3], T v[3][3], int p, int q, int size
   }
 }
 
-/// Spectral decomposition by cyclic Jacobi rotations. `InPlane` says that xz and yz vanish
-/// (plane strain, axisymmetry): one rotation is then exact and the third axis stays in place.
+/// Spectral decomposition by cyclic Jacobi rotations. `InPlane`: xz and yz vanish (plane
+/// strain, axisymmetry); one rotation is then exact and the third axis is unchanged.
 template <bool InPlane, class T>
 TILTH_FUNCTION Spectrum<T> spectrum(const T component[6]) {
   T a[3][3] = {{component[0], component[3], component[5]},
@@ -64,19 +64,19 @@ TILTH_FUNCTION Spectrum<T> spectrum(const T component[6]) {
   T(*v)[3] = result.vector;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) v[i][j] = i == j ? 1.0 : 0.0;
-  auto wanted = magnitude(a[0][0]) >= 0.0;  // numbers all of them
+  auto active = magnitude(a[0][0]) >= 0.0;  // false for NaN
   if constexpr (InPlane) {
-    jacobi_rotation(a, v, 0, 1, 2, wanted);
+    jacobi_rotation(a, v, 0, 1, 2, active);
   } else {
     constexpr int maximum_sweeps = 12;  // converges quadratically: 3 to 5 are needed
     for (int sweep = 0; sweep < maximum_sweeps; ++sweep) {
       const T off = a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[0][2] * a[0][2];
       const T diagonal = a[0][0] * a[0][0] + a[1][1] * a[1][1] + a[2][2] * a[2][2];
-      wanted = wanted & (off > 1e-34 * diagonal);
-      if (!any(wanted)) break;
-      jacobi_rotation(a, v, 0, 1, 3, wanted);
-      jacobi_rotation(a, v, 0, 2, 3, wanted);
-      jacobi_rotation(a, v, 1, 2, 3, wanted);
+      active = active & (off > 1e-34 * diagonal);
+      if (!any(active)) break;
+      jacobi_rotation(a, v, 0, 1, 3, active);
+      jacobi_rotation(a, v, 0, 2, 3, active);
+      jacobi_rotation(a, v, 1, 2, 3, active);
     }
   }
   for (int i = 0; i < 3; ++i) result.value[i] = a[i][i];
@@ -95,8 +95,8 @@ TILTH_FUNCTION void compose(const T value[3], const T vector[3][3], T component[
   }
 }
 
-/// (x - y) / (exp(2x) - exp(2y)), given beta_x - 1 = expm1(2x) and likewise for y; no digits are
-/// lost when the two are close or equal (limit 1 / (2 beta)).
+/// (x - y) / (exp(2x) - exp(2y)), given beta_x - 1 = expm1(2x) and likewise for y; accurate also
+/// where the two are close or equal (limit 1 / (2 beta)).
 template <class T>
 TILTH_FUNCTION T logarithm_divided_difference(const T& x, const T& y, const T& beta_x_minus_one,
                                               const T& beta_y_minus_one) {

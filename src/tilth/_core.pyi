@@ -23,7 +23,7 @@ def basis_names() -> list[str]:
 
 def support_keys(basis: str, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu')]) -> int:
     """
-    Fills the support key of each point; returns how many are out of reach (key -1).
+    Fills the support key of each point; returns how many are out of range (key -1).
     """
 
 def group_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32]]:
@@ -32,13 +32,13 @@ def group_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C',
     """
 
 def active_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
-    """Sorted keys of all touched nodes."""
+    """Sorted keys of all nodes of the groups."""
 
 def lattice(keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
-    """Lattice places (n,3) of node keys."""
+    """Lattice indices (n,3) of node keys."""
 
-def node_keys(places: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
-    """Keys of lattice places (n,3)."""
+def node_keys(indices: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
+    """Keys of lattice indices (n,3)."""
 
 def group_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int32]:
     """Node numbers of each group, x fastest."""
@@ -57,10 +57,10 @@ def corner_basis_names() -> list[str]:
 
 def corner_supports(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], int]:
     """
-    Key (-1: out of reach, -2: too wide) and words of each support; number of failures.
+    Key (-1: out of range, -2: too wide) and codes of each support; number of failures.
     """
 
-def group_corner_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], words: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
+def group_corner_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], codes: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64]]:
     """
     Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, node keys.
     """
@@ -70,25 +70,25 @@ def corner_basis_values(start: Annotated[NDArray[numpy.int64], dict(order='C', d
 
 def move_corners(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool, moved: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shift: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
     """
-    Fills the moved corners and the points' motions; first folded domain or -1.
+    Fills the moved corners and the points' displacements; first folded domain or -1.
     """
 
 def share_corner_domains(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64]]:
     """
-    Cells and their places in the groups, shares, moments of the cells (see f_bar.py).
+    Cells and their nodes' indices in the groups, shares, moments of the cells (see f_bar.py).
     """
 
 def response_size(kind: str) -> int:
-    """Doubles per point that stress_update leaves."""
+    """Number of doubles per point in the response of stress_update."""
 
 def elastic_deformation(kind: str, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills exp(2 strain) - 1, six components a point."""
+    """Fills exp(2 strain) - 1, six components per point."""
 
 def elastic_strain(kind: str, deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills log(1 + deformation) / 2, six components a point."""
+    """Fills log(1 + deformation) / 2, six components per point."""
 
 def volumetric_strains(deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
-    """Traces of log(1 + deformation) / 2, one a point."""
+    """Traces of log(1 + deformation) / 2, one per point."""
 
 def stress_update(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], centres: object | None) -> tuple[int, int]:
     """
@@ -111,14 +111,14 @@ def share_among_cells(stencil: object, position: Annotated[NDArray[numpy.float64
     Cells of each group, shares of each point, moments of the cells (see f_bar.py).
     """
 
-def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], radius: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], ratio: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], trace: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def update_centres(kind: str, node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], radius: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], trace: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).
+    Fills volume_change and trace of F-bar's centres for a nodal displacement (see f_bar.py).
     """
 
-def smooth_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centres: object, cells: int, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], forget: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+def smooth_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centres: object, cells: int, strain: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], fraction: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """
-    Change of the points' volumetric strains towards their cells' mean (see f_bar.py).
+    Increments of the points' volumetric strains towards their cells' mean (see f_bar.py).
     """
 
 def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
@@ -137,11 +137,15 @@ def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(o
 
 @overload
 def advance(kind: str, stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_after: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], last_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], cauchy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic_share: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """What the points keep of a converged step, moved by `displacement`."""
+    """
+    Updates the points' arrays after a converged step with this displacement.
+    """
 
 @overload
 def advance(length: float, p: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], q: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], r: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> float:
-    """Adds length p to x, takes length q from r; returns r . r, as `inner`."""
+    """
+    Adds length p to x, subtracts length q from r; returns r . r, as `inner`.
+    """
 
 def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from the deformation gradient."""
@@ -168,7 +172,7 @@ def elastic_deformation_of(kind: str, material: str, parameters: Annotated[NDArr
     Elastic deformation of Kirchhoff stresses (n, 6); returns the first point whose law has none, else -1.
     """
 
-def return_to_law(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], good: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu')]) -> None:
+def return_to_law(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], admissible: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu')]) -> None:
     """Return mapping of elastic deformations (n, 6) taken as trial states."""
 
 def principal_update(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_strain: float, state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
@@ -178,21 +182,21 @@ def block_pattern(nodes: int, node_start: Annotated[NDArray[numpy.int64], dict(o
     """Rows and sorted columns of all pairs of nodes that share a group."""
 
 def block_positions(node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32]]:
-    """Where each group's blocks stand in the pattern."""
+    """Positions of each group's blocks in the pattern."""
 
 def restrict_to_free(components: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], order: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64]]:
     """
-    Matrix of the free unknowns: unknown, column starts, rows, places in the blocks.
+    Matrix of the free unknowns: unknown, column starts, rows, indices in the blocks.
     """
 
-def gather(place: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills value[i] = block[place[i]]."""
+def gather(source: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills value[i] = block[source[i]]."""
 
-def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], reach: int) -> NDArray[numpy.int64]:
+def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], coupling_distance: int) -> NDArray[numpy.int64]:
     """Node numbers in a fill-reducing order of elimination."""
 
 def connected_parts(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
-    """Number of the connected part of each row of a symmetric pattern."""
+    """Number of the connected component of each row of a symmetric pattern."""
 
 def column_product(start: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the product A x of a square matrix in compressed columns."""
@@ -203,10 +207,12 @@ class BandFactors:
     def __init__(self, start: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], row: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> None: ...
 
     def widths(self) -> list[int]:
-        """Of the factors' band below and above the diagonal."""
+        """Widths of the factors' band below and above the diagonal."""
 
     def factorise(self, value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> bool:
-        """Takes the values of a matrix; returns whether no pivot is zero."""
+        """
+        Factorises a matrix with these values; returns whether no pivot is zero.
+        """
 
     def solve(self, right: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], solution: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
         """Fills the solution for one right side."""
@@ -298,11 +304,11 @@ class Multigrid:
 
     def begin(self) -> None:
         """
-        Forgets all matrices; what follows has the same bits as with a new one.
+        Discards all matrices; later results are identical to those of a new object.
         """
 
     def fill(self, blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> None:
-        """Takes the values of a matrix of the pattern."""
+        """Sets the values of the matrix."""
 
     def cycle(self, residual: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], approximate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
         """Fills `approximate` with one V-cycle for `residual`."""
@@ -320,10 +326,10 @@ def asymmetry(components: int, row_start: Annotated[NDArray[numpy.int64], dict(o
     """Returns A v . A v, u . A v and v . A u."""
 
 def inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> float:
-    """Inner product with the same bits for any number of threads."""
+    """Inner product, identical for any number of threads."""
 
 def two_inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], c: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> list[float]:
     """Inner products a . b and a . c, as `inner`."""
 
-def combine(factor: float, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], keep: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Replaces y by factor x + keep y."""
+def combine(a: float, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Replaces y by a x + b y."""

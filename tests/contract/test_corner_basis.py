@@ -191,7 +191,7 @@ def test_support_is_the_cells_of_the_corners(dim: int) -> None:
 def test_a_domain_that_reaches_too_far_is_refused(dim: int) -> None:
     position, corner = random_domains(dim, lattice(dim), 0.0, 3)
     corner[1] *= 1e4
-    with pytest.raises(StepFailed, match="reaches over more than") as failure:
+    with pytest.raises(StepFailed, match="extends over more than") as failure:
         located(lattice(dim), position, corner)
     assert failure.value.point == 1
 

@@ -143,7 +143,7 @@ def test_a_wall_is_felt_by_domains_longer_than_its_cells(basis: str) -> None:
     # as after an extension by ten: in the columns of points a long way from the wall
     points.corner[:, :, 0] *= 10.0
     points.position[:, 0] *= 10.0
-    points.box_corners()
+    points.update_bounding_boxes()
     _, constraints = locate_contacts(simulation, 0.0, 1.0)
     (part,) = constraints.parts
     assert part.pose.weight.sum() == pytest.approx(2.0, rel=1e-12)  # the whole face
@@ -170,7 +170,7 @@ def test_domains_that_lean_across_the_axis_end_at_it() -> None:
     entries = block_entries("axisymmetric", "cpdi1")
     points = initial_points(Model.from_dict(entries))
     points.deformation_gradient[:, 0, 1] = 0.4  # leans by 0.1 at its ends
-    points.corner[:] = points.carried_corners()
+    points.corner[:] = points.convected_corners()
     before = points.corner.copy()
     at_axis = points.position[:, 0] < 0.5
     assert (points.position[:, None, 0] + before[..., 0]).min() == pytest.approx(-0.1)

@@ -205,7 +205,7 @@ def test_plastic_unsymmetric_tangent() -> None:
     system, right = systems_of(footing(), steps=6)[-1]
     multigrid = Multigrid(system.active, system.constrained)
     multigrid.fill(system.blocks)
-    assert multigrid._asymmetry > multigrid_module.SYMMETRIC
+    assert multigrid._asymmetry > multigrid_module.SYMMETRY_TOLERANCE
     assert system.exact_nodes[0].sum() > 10
     require_agreement(system, right, most=40)
     system.exact_nodes = []  # cycles alone take far longer, but are right, too
@@ -232,7 +232,7 @@ def test_more_nodes_are_solved_exactly_once_fewer_have_failed(
 ) -> None:
     system, right = systems_of(footing(), steps=6)[-1]
     monkeypatch.setitem(multigrid_module.EXACT_UNKNOWNS, 2, 6)
-    monkeypatch.setattr(multigrid_module, "ITERATIONS_BEFORE_MORE", 10)
+    monkeypatch.setattr(multigrid_module, "ITERATIONS_WITH_FEWER", 10)
     multigrid = Multigrid(system.active, system.constrained)
     multigrid.fill(system.blocks, system.exact_nodes)
     assert multigrid._exact is None
@@ -427,7 +427,7 @@ def test_zero_right_side() -> None:
 def test_unconverged_solution_is_refused(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
     system, right = systems_of(block("plane_strain", "linear", 24))[0]
     if case == "too few iterations":
-        monkeypatch.setattr(multigrid_module, "ITERATIONS", 3)
+        monkeypatch.setattr(multigrid_module, "MAXIMUM_ITERATIONS", 3)
     elif case == "not a number":
         system.blocks[len(system.blocks) // 2] = np.nan
     else:
@@ -437,7 +437,7 @@ def test_unconverged_solution_is_refused(case: str, monkeypatch: pytest.MonkeyPa
 
 
 def test_direct_solver_takes_over_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(multigrid_module, "ITERATIONS", 2)
+    monkeypatch.setattr(multigrid_module, "MAXIMUM_ITERATIONS", 2)
     simulation = Simulation(footing(**{"analysis.solver": "multigrid"}))
     result = simulation.advance(0.0, simulation.model.schedule.regular_time(1))
     assert result.equilibrium.residuals[-1] <= simulation.model.analysis.tolerance
@@ -461,11 +461,13 @@ def test_a_slender_system_is_as_large_as_it_is_thick(kind: str) -> None:
     dim, cells = dimension(kind), 4
     model = block(kind, "linear", cells)
     system = systems_of(model)[0][0]
-    assert linear_module.size(system) == pytest.approx(system.constrained.size, rel=1e-14)
+    assert linear_module.effective_size(system) == pytest.approx(system.constrained.size, rel=1e-14)
     long = [1.0] * (dim - 1) + [5.0]
     system = systems_of(varied(model, {"bodies.0.shape.upper": long}))[0][0]
     assert system.constrained.size == dim * (cells + 1) ** (dim - 1) * (5 * cells + 1)
-    assert linear_module.size(system) == pytest.approx(dim * (cells + 1) ** dim, rel=1e-14)
+    assert linear_module.effective_size(system) == pytest.approx(
+        dim * (cells + 1) ** dim, rel=1e-14
+    )
 
 
 @pytest.mark.parametrize(

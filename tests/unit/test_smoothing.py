@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tilth import _core
-from tilth.mpm.f_bar import FLOW, Centres
+from tilth.mpm.f_bar import FORGETTING_STRAIN, Centres
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
@@ -29,10 +29,10 @@ def two_cells() -> Centres:
         value=empty,
         gradient=np.zeros((2, 4, 2)),
         radius=np.ones(2),
-        before=np.ones(5),
-        after=np.ones(5),
+        jacobian_ratio_before=np.ones(5),
+        jacobian_ratio=np.ones(5),
         jacobian=np.ones(5),
-        ratio=np.zeros(2),
+        volume_change=np.zeros(2),
         trace=np.zeros((2, 4, 2)),
     )
 
@@ -50,7 +50,7 @@ def test_cells_keep_their_sum_whatever_flows():
 
 
 def test_differences_fade_with_the_flow():
-    change = two_cells().smoothing(STRAIN, VOLUME, np.full(5, FLOW))
+    change = two_cells().smoothing(STRAIN, VOLUME, np.full(5, FORGETTING_STRAIN))
     for cell in (slice(0, 3), slice(3, 5)):
         mean = np.average(STRAIN[cell], weights=VOLUME[cell])
         left = (STRAIN + change)[cell] - mean

@@ -22,7 +22,7 @@ struct Cpdi2 {
   static constexpr const char* name = "cpdi2";
 };
 
-/// Corners are numbered x fastest: bit k of the number says on which side of direction k it lies.
+/// Corners are numbered x fastest: bit k of the number is its side in direction k.
 template <int Dim>
 inline constexpr int corners_of = 1 << Dim;
 

@@ -17,15 +17,15 @@ struct Gimp {
   static constexpr bool is_hat = false;
   static constexpr int maximum_count = 3;  // half lengths are capped at half a cell
 
-  /// Overlaps below this share of the half length are not counted as support: they come from the
-  /// tolerance of the equilibrium, and their nodes would be without stiffness. The domain is cut
-  /// there, so that the basis keeps its partition of unity.
+  /// Overlaps below this share of the half length do not count as support: they arise from the
+  /// tolerance of the equilibrium, and their nodes would have almost no stiffness. The domain is
+  /// cut there, so that the basis remains a partition of unity.
   static constexpr double relative_overlap = 1.4901161193847656e-08;
 
   TILTH_FUNCTION static Support support(double x, double half_length) {
-    const double reach = half_length * (1.0 - relative_overlap);
-    const double first = std::floor(x - reach);
-    return {first, static_cast<int>(std::floor(x + reach) - first) + 2};
+    const double extent = half_length * (1.0 - relative_overlap);
+    const double first = std::floor(x - extent);
+    return {first, static_cast<int>(std::floor(x + extent) - first) + 2};
   }
 
   TILTH_FUNCTION static void cut(double first, int count, double& x, double& half_length) {

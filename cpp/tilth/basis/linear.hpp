@@ -20,7 +20,7 @@ struct Support {
 struct Linear {
   static constexpr const char* name = "linear";
   static constexpr bool has_domain = false;
-  static constexpr bool is_hat = true;  // the place in the cell tells values and slopes
+  static constexpr bool is_hat = true;  // local coordinates determine values and slopes
   static constexpr int maximum_count = 2;
 
   TILTH_FUNCTION static Support support(double x, double /*half_length*/) {

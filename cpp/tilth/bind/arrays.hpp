@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays that cross the border to Python: checked views going in, owned vectors coming out.
+// Arrays exchanged with Python: checked views as arguments, owned vectors as results.
 #pragma once
 
 #include <nanobind/nanobind.h>

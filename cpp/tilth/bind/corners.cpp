@@ -20,24 +20,24 @@ void with_corners(const ConstDoubles& position, const ConstDoubles& corner, Func
 
 auto corner_supports(ConstDoubles position, ConstDoubles corner, ConstDoubles origin,
                      ConstDoubles cell_size) {
-  const std::size_t n = position.shape(0), words_each = position.shape(1) == 3 ? 2 : 1;
-  std::vector<std::int64_t> keys(n), words(n * words_each);
+  const std::size_t n = position.shape(0), codes_each = position.shape(1) == 3 ? 2 : 1;
+  std::vector<std::int64_t> keys(n), codes(n * codes_each);
   std::int64_t failures = 0;
   const kernel::Cells cells{origin.data(), cell_size.data()};
   with_corners(position, corner, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
     failures = kernel::corner_supports<decltype(kind)::dim>(points, position.data(), corner.data(),
-                                                            cells, keys.data(), words.data());
+                                                            cells, keys.data(), codes.data());
   });
-  return std::make_tuple(give(std::move(keys)), give(std::move(words), {n, words_each}), failures);
+  return std::make_tuple(give(std::move(keys)), give(std::move(codes), {n, codes_each}), failures);
 }
 
-auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers words) {
-  require_size(words, static_cast<std::int64_t>(keys.size()) * (dim == 3 ? 2 : 1), "words");
+auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers codes) {
+  require_size(codes, static_cast<std::int64_t>(keys.size()) * (dim == 3 ? 2 : 1), "codes");
   kernel::CornerGroups groups;
   with_dimension(dim, [&](auto kind) {
     groups = kernel::group_corner_points<decltype(kind)::dim>(
-        static_cast<std::int64_t>(keys.size()), keys.data(), words.data());
+        static_cast<std::int64_t>(keys.size()), keys.data(), codes.data());
   });
   const std::size_t n = groups.start.size() - 1;
   return std::make_tuple(give(std::move(groups.start)), give(std::move(groups.first), {n, 3}),
@@ -122,8 +122,8 @@ void bind_corners(nb::module_& module) {
              "Names of the bases whose points' domains have corners.");
   module.def("corner_supports", &corner_supports, "position"_a, "corner"_a, "origin"_a,
              "cell_size"_a,
-             "Key (-1: out of reach, -2: too wide) and words of each support; number of failures.");
-  module.def("group_corner_points", &group_corner_points, "dim"_a, "keys"_a, "words"_a,
+             "Key (-1: out of range, -2: too wide) and codes of each support; number of failures.");
+  module.def("group_corner_points", &group_corner_points, "dim"_a, "keys"_a, "codes"_a,
              "Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, "
              "node keys.");
   module.def("corner_basis_values", &corner_basis_values, "start"_a, "node_start"_a, "node_keys"_a,
@@ -131,10 +131,11 @@ void bind_corners(nb::module_& module) {
              "Fills basis values and gradients of all points.");
   module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
              "displacement"_a, "origin"_a, "cell_size"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
-             "Fills the moved corners and the points' motions; first folded domain or -1.");
-  module.def("share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
-             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
-             "Cells and their places in the groups, shares, moments of the cells (see f_bar.py).");
+             "Fills the moved corners and the points' displacements; first folded domain or -1.");
+  module.def(
+      "share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
+      "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
+      "Cells and their nodes' indices in the groups, shares, moments of the cells (see f_bar.py).");
 }
 
 }  // namespace tilth::bind

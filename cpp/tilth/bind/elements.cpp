@@ -20,7 +20,7 @@ struct ElementsView : kernel::Elements {
     elements = static_cast<std::int64_t>(integers[4].size()) - 1;
     node_start = integers[4].data();
     for (std::int64_t e = 0; e < elements; ++e)
-      if (nodes_of(e) > kernel::most_element_nodes)
+      if (nodes_of(e) > kernel::maximum_element_nodes)
         throw std::invalid_argument("an element has too many nodes");
     require_size(shorts[0], node_start[elements], "node");
     require_size(integers[2], elements, "order");

@@ -83,13 +83,14 @@ std::int64_t elastic_deformation_of(const std::string& kind_name, const std::str
 
 void return_to_law(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
                    ConstDoubles trial, ConstDoubles plastic_before, ConstDoubles state_before,
-                   Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff, Flags good) {
+                   Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
+                   Flags admissible) {
   const auto points = static_cast<std::int64_t>(trial.shape(0));
   require_size(plastic_before, 2 * points, "plastic_before");
   require_size(elastic, 6 * points, "elastic");
   require_size(plastic, 2 * points, "plastic");
   require_size(kirchhoff, 6 * points, "kirchhoff");
-  require_size(good, points, "good");
+  require_size(admissible, points, "admissible");
   const kernel::StressArrays arrays{nullptr,
                                     trial.data(),
                                     plastic_before.data(),
@@ -100,7 +101,7 @@ void return_to_law(const std::string& kind_name, const std::string& name, ConstD
                                     nullptr,
                                     width(state_before)};
   with_law(kind_name, name, parameters, [&](auto kind, auto law) {
-    kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(), good.data());
+    kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(), admissible.data());
   });
 }
 
@@ -112,13 +113,13 @@ bool principal_update(const std::string& name, ConstDoubles parameters, ConstDou
   require_size(kirchhoff, 3, "kirchhoff");
   require_size(elastic, 3, "elastic");
   require_size(tangent, 9, "tangent");
-  bool good = false;
+  bool admissible = false;
   material::with_material(name, parameters.data(), [&](auto law) {
-    good = law.update(trial.data(), plastic_strain, state_before.data(), state.data(),
-                      kirchhoff.data(), elastic.data(),
-                      reinterpret_cast<double (*)[3]>(tangent.data()));
+    admissible = law.update(trial.data(), plastic_strain, state_before.data(), state.data(),
+                            kirchhoff.data(), elastic.data(),
+                            reinterpret_cast<double (*)[3]>(tangent.data()));
   });
-  return good;
+  return admissible;
 }
 
 }  // namespace
@@ -142,7 +143,7 @@ void bind_materials(nb::module_& module) {
              "has none, else -1.");
   module.def("return_to_law", &return_to_law, "kind"_a, "material"_a, "parameters"_a, "trial"_a,
              "plastic_before"_a, "state_before"_a, "elastic"_a, "plastic"_a, "state"_a,
-             "kirchhoff"_a, "good"_a,
+             "kirchhoff"_a, "admissible"_a,
              "Return mapping of elastic deformations (n, 6) taken as trial states.");
   module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,
              "plastic_strain"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,

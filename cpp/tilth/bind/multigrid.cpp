@@ -5,7 +5,7 @@
 
 #include "../components.hpp"
 #include "../multigrid/hierarchy.hpp"
-#include "../multigrid/product.hpp"
+#include "../multigrid/vector_operations.hpp"
 #include "arrays.hpp"
 
 namespace tilth::bind {
@@ -20,16 +20,16 @@ std::unique_ptr<Hierarchy> make(int dim, int components, ConstIntegers lattice,
   const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
   require_size(lattice, 3 * nodes, "lattice");
   require_size(constrained, nodes * components, "constrained");
-  std::vector<multigrid::Place> place(nodes);
+  std::vector<multigrid::LatticeIndex> index(nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
-    for (int k = 0; k < 3; ++k) place[v][k] = static_cast<std::int32_t>(lattice.data()[3 * v + k]);
+    for (int k = 0; k < 3; ++k) index[v][k] = static_cast<std::int32_t>(lattice.data()[3 * v + k]);
   std::vector<std::int64_t> starts(row_start.data(), row_start.data() + nodes + 1);
   std::vector<std::int32_t> columns(column.data(), column.data() + column.size());
   nb::gil_scoped_release release;
   return with_components(components, [&](auto count) -> std::unique_ptr<Hierarchy> {
     const auto of = [&]<int Dim>() {
       return std::make_unique<multigrid::HierarchyOf<Dim, count()>>(
-          std::move(place), std::move(starts), std::move(columns), constrained.data());
+          std::move(index), std::move(starts), std::move(columns), constrained.data());
     };
     if (dim == 2) return of.template operator()<2>();
     return of.template operator()<3>();
@@ -88,11 +88,11 @@ std::array<double, 2> two_inner(ConstDoubles a, ConstDoubles b, ConstDoubles c) 
   return multigrid::two_inner(n, a.data(), b.data(), c.data());
 }
 
-void combine(double factor, ConstDoubles x, double keep, Doubles y) {
+void combine(double a, ConstDoubles x, double b, Doubles y) {
   const auto n = static_cast<std::int64_t>(x.size());
   require_size(y, n, "y");
   nb::gil_scoped_release release;
-  multigrid::combine(n, factor, x.data(), keep, y.data());
+  multigrid::combine(n, a, x.data(), b, y.data());
 }
 
 double advance(double length, ConstDoubles p, ConstDoubles q, Doubles x, Doubles r) {
@@ -113,8 +113,8 @@ void bind_multigrid(nb::module_& module) {
       .def(nb::new_(&make), "dim"_a, "components"_a, "lattice"_a, "row_start"_a, "column"_a,
            "constrained"_a)
       .def("begin", &Hierarchy::begin,
-           "Forgets all matrices; what follows has the same bits as with a new one.")
-      .def("fill", &fill, "blocks"_a, "Takes the values of a matrix of the pattern.")
+           "Discards all matrices; later results are identical to those of a new object.")
+      .def("fill", &fill, "blocks"_a, "Sets the values of the matrix.")
       .def("cycle", &cycle, "residual"_a, "approximate"_a,
            "Fills `approximate` with one V-cycle for `residual`.")
       .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.")
@@ -123,14 +123,12 @@ void bind_multigrid(nb::module_& module) {
              "constrained"_a, "x"_a, "product"_a, "Fills the product A x, zero where constrained.");
   module.def("asymmetry", &asymmetry, "components"_a, "row_start"_a, "column"_a, "blocks"_a,
              "constrained"_a, "u"_a, "v"_a, "Returns A v . A v, u . A v and v . A u.");
-  module.def("inner", &inner, "a"_a, "b"_a,
-             "Inner product with the same bits for any number of threads.");
+  module.def("inner", &inner, "a"_a, "b"_a, "Inner product, identical for any number of threads.");
   module.def("two_inner", &two_inner, "a"_a, "b"_a, "c"_a,
              "Inner products a . b and a . c, as `inner`.");
-  module.def("combine", &combine, "factor"_a, "x"_a, "keep"_a, "y"_a,
-             "Replaces y by factor x + keep y.");
+  module.def("combine", &combine, "a"_a, "x"_a, "b"_a, "y"_a, "Replaces y by a x + b y.");
   module.def("advance", &advance, "length"_a, "p"_a, "q"_a, "x"_a, "r"_a,
-             "Adds length p to x, takes length q from r; returns r . r, as `inner`.");
+             "Adds length p to x, subtracts length q from r; returns r . r, as `inner`.");
 }
 
 }  // namespace tilth::bind

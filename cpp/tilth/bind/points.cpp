@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/advance.hpp"
-#include "../kernel/cells.hpp"
+#include "../kernel/cell_volumes.hpp"
 #include "../kernel/internal_force.hpp"
-#include "../kernel/predict.hpp"
-#include "../kernel/smoothing.hpp"
+#include "../kernel/predictor.hpp"
 #include "../kernel/stiffness.hpp"
+#include "../kernel/strain_smoothing.hpp"
 #include "../kernel/stress.hpp"
 #include "../material/list.hpp"
 #include "stencil_view.hpp"
@@ -13,7 +13,7 @@ namespace tilth::bind {
 
 namespace {
 
-/// Reads tilth.mpm.f_bar.Centres; without one (None) there is no F-bar.
+/// Reads tilth.mpm.f_bar.Centres; None for no F-bar.
 struct CentresView : kernel::Centres {
   ConstIntegers arrays64[2];
   ConstShorts arrays32[3];
@@ -28,9 +28,9 @@ struct CentresView : kernel::Centres {
     arrays32[2] = nb::cast<ConstShorts>(centres.attr("corner_node"));
     arrays64[0] = nb::cast<ConstIntegers>(centres.attr("cell_start"));
     arrays64[1] = nb::cast<ConstIntegers>(centres.attr("share_start"));
-    const char* names[4] = {"share", "ratio", "trace", "before"};
+    const char* names[4] = {"share", "volume_change", "trace", "jacobian_ratio_before"};
     for (int i = 0; i < 4; ++i) read[i] = nb::cast<ConstDoubles>(centres.attr(names[i]));
-    written[0] = nb::cast<Doubles>(centres.attr("after"));
+    written[0] = nb::cast<Doubles>(centres.attr("jacobian_ratio"));
     written[1] = nb::cast<Doubles>(centres.attr("jacobian"));
     count = arrays32[0].data();
     cell = arrays32[1].data();
@@ -38,10 +38,10 @@ struct CentresView : kernel::Centres {
     cell_start = arrays64[0].data();
     share_start = arrays64[1].data();
     share = read[0].data();
-    ratio = read[1].data();
+    volume_change = read[1].data();
     trace = read[2].data();
-    before = read[3].data();
-    after = written[0].data();
+    jacobian_ratio_before = read[3].data();
+    jacobian_ratio = written[0].data();
     jacobian = written[1].data();
   }
 
@@ -138,7 +138,7 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   });
 }
 
-/// Adds each point's volume and its volume times `weight` to the cells that its domain fills.
+/// Adds each point's volume and its volume times `weight` to the cells that its domain intersects.
 void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                 ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
                 ConstDoubles cell_size, ConstIntegers cell_keys, Doubles filled) {
@@ -188,16 +188,16 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
 
 void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles value,
                     ConstDoubles gradient, ConstDoubles radius, ConstDoubles displacement,
-                    Doubles ratio, Doubles trace) {
+                    Doubles volume_change, Doubles trace) {
   const auto cells = static_cast<std::int64_t>(node.shape(0));
   require_size(value, static_cast<std::int64_t>(node.size()), "value");
   require_size(gradient, static_cast<std::int64_t>(node.size() * displacement.shape(1)),
                "gradient");
   require_size(radius, cells, "radius");
-  require_size(ratio, cells, "ratio");
+  require_size(volume_change, cells, "volume_change");
   require_size(trace, static_cast<std::int64_t>(gradient.size()), "trace");
-  const kernel::CentreArrays arrays{node.data(),   value.data(), gradient.data(),
-                                    radius.data(), ratio.data(), trace.data()};
+  const kernel::CentreArrays arrays{node.data(),   value.data(),         gradient.data(),
+                                    radius.data(), volume_change.data(), trace.data()};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::update_centres<decltype(kind)>(cells, arrays, displacement.data());
@@ -205,17 +205,17 @@ void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles
 }
 
 auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
-                    ConstDoubles strain, ConstDoubles volume, ConstDoubles forget) {
+                    ConstDoubles strain, ConstDoubles volume, ConstDoubles fraction) {
   const CentresView centres(centres_handle);
   const auto groups = static_cast<std::int64_t>(group_start.size()) - 1;
   const std::int64_t points = group_start.data()[groups];
   require_size(strain, points, "strain");
   require_size(volume, points, "volume");
-  require_size(forget, points, "forget");
-  std::vector<double> change(points);
+  require_size(fraction, points, "fraction");
+  std::vector<double> increment(points);
   kernel::smooth_strains(groups, group_start.data(), centres, cells, strain.data(), volume.data(),
-                         forget.data(), change.data());
-  return give(std::move(change));
+                         fraction.data(), increment.data());
+  return give(std::move(increment));
 }
 
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
@@ -310,13 +310,13 @@ void move_domain_faces(ConstDoubles position, ConstIntegers node_keys, ConstDoub
 void bind_points(nb::module_& module) {
   using namespace nb::literals;
   module.def("response_size", &response_size, "kind"_a,
-             "Doubles per point that stress_update leaves.");
+             "Number of doubles per point in the response of stress_update.");
   module.def("elastic_deformation", &elastic_deformation, "kind"_a, "strain"_a, "deformation"_a,
-             "Fills exp(2 strain) - 1, six components a point.");
+             "Fills exp(2 strain) - 1, six components per point.");
   module.def("elastic_strain", &elastic_strain, "kind"_a, "deformation"_a, "strain"_a,
-             "Fills log(1 + deformation) / 2, six components a point.");
+             "Fills log(1 + deformation) / 2, six components per point.");
   module.def("volumetric_strains", &volumetric_strains, "deformation"_a,
-             "Traces of log(1 + deformation) / 2, one a point.");
+             "Traces of log(1 + deformation) / 2, one per point.");
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
              "displacement"_a, "position"_a, "elastic_before"_a, "plastic_before"_a,
              "state_before"_a, "elastic"_a, "plastic"_a, "state"_a, "response"_a,
@@ -335,12 +335,14 @@ void bind_points(nb::module_& module) {
   module.def("share_among_cells", &share_among_cells, "stencil"_a, "position"_a, "half_length"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
              "Cells of each group, shares of each point, moments of the cells (see f_bar.py).");
-  module.def("update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a,
-             "radius"_a, "displacement"_a, "ratio"_a, "trace"_a,
-             "Fills ratio and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
-  module.def("smooth_strains", &smooth_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
-             "volume"_a, "forget"_a,
-             "Change of the points' volumetric strains towards their cells' mean (see f_bar.py).");
+  module.def(
+      "update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a, "radius"_a,
+      "displacement"_a, "volume_change"_a, "trace"_a,
+      "Fills volume_change and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
+  module.def(
+      "smooth_strains", &smooth_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
+      "volume"_a, "fraction"_a,
+      "Increments of the points' volumetric strains towards their cells' mean (see f_bar.py).");
   module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
              "Adds sum_p S_a vector_p to nodal.");
   module.def(
@@ -354,7 +356,7 @@ void bind_points(nb::module_& module) {
   module.def("advance", &advance, "kind"_a, "stencil"_a, "displacement"_a, "position"_a,
              "response"_a, "plastic_before"_a, "plastic_after"_a, "last_gradient"_a,
              "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a,
-             "What the points keep of a converged step, moved by `displacement`.");
+             "Updates the points' arrays after a converged step with this displacement.");
   module.def("stretch_domains", &stretch_domains, "kind"_a, "rule"_a, "deformation_gradient"_a,
              "initial_half_length"_a, "half_length"_a,
              "Half lengths of domains from the deformation gradient.");

@@ -30,9 +30,9 @@ auto block_positions(ConstIntegers node_start, ConstShorts node, ConstIntegers r
   return std::make_tuple(give(std::move(positions.start)), give(std::move(positions.position)));
 }
 
-auto nested_dissection(ConstIntegers lattice, int reach) {
+auto nested_dissection(ConstIntegers lattice, int coupling_distance) {
   const sparse::NestedDissection dissection(static_cast<std::int64_t>(lattice.shape(0)),
-                                            lattice.data(), reach);
+                                            lattice.data(), coupling_distance);
   return give(std::vector<std::int64_t>(dissection.order()));
 }
 
@@ -43,13 +43,14 @@ auto restrict_to_free(int components, ConstIntegers row_start, ConstShorts colum
   auto result = sparse::restrict_to_free(nodes, components, row_start.data(), column.data(),
                                          order.data(), constrained.data());
   return std::make_tuple(give(std::move(result.unknown)), give(std::move(result.start)),
-                         give(std::move(result.row)), give(std::move(result.place)));
+                         give(std::move(result.row)), give(std::move(result.source)));
 }
 
-void gather(ConstIntegers place, ConstDoubles block, Doubles value) {
-  require_size(value, static_cast<std::int64_t>(place.size()), "value");
+void gather(ConstIntegers source, ConstDoubles block, Doubles value) {
+  require_size(value, static_cast<std::int64_t>(source.size()), "value");
   nb::gil_scoped_release release;
-  sparse::gather(static_cast<std::int64_t>(place.size()), place.data(), block.data(), value.data());
+  sparse::gather(static_cast<std::int64_t>(source.size()), source.data(), block.data(),
+                 value.data());
 }
 
 auto connected_parts(ConstIntegers row_start, ConstShorts column) {
@@ -95,24 +96,25 @@ void bind_sparse(nb::module_& module) {
   module.def("block_pattern", &block_pattern, "nodes"_a, "node_start"_a, "node"_a,
              "Rows and sorted columns of all pairs of nodes that share a group.");
   module.def("block_positions", &block_positions, "node_start"_a, "node"_a, "row_start"_a,
-             "column"_a, "Where each group's blocks stand in the pattern.");
+             "column"_a, "Positions of each group's blocks in the pattern.");
   module.def("restrict_to_free", &restrict_to_free, "components"_a, "row_start"_a, "column"_a,
              "order"_a, "constrained"_a,
-             "Matrix of the free unknowns: unknown, column starts, rows, places in the blocks.");
-  module.def("gather", &gather, "place"_a, "block"_a, "value"_a,
-             "Fills value[i] = block[place[i]].");
-  module.def("nested_dissection", &nested_dissection, "lattice"_a, "reach"_a,
+             "Matrix of the free unknowns: unknown, column starts, rows, indices in the blocks.");
+  module.def("gather", &gather, "source"_a, "block"_a, "value"_a,
+             "Fills value[i] = block[source[i]].");
+  module.def("nested_dissection", &nested_dissection, "lattice"_a, "coupling_distance"_a,
              "Node numbers in a fill-reducing order of elimination.");
   module.def("connected_parts", &connected_parts, "row_start"_a, "column"_a,
-             "Number of the connected part of each row of a symmetric pattern.");
+             "Number of the connected component of each row of a symmetric pattern.");
   module.def("column_product", &column_product, "start"_a, "row"_a, "value"_a, "x"_a, "product"_a,
              "Fills the product A x of a square matrix in compressed columns.");
   nb::class_<BandFactors>(module, "BandFactors",
                           "LU factors of matrices in compressed columns; pattern fixed.")
       .def(nb::new_(&make), "start"_a, "row"_a)
-      .def("widths", &BandFactors::widths, "Of the factors' band below and above the diagonal.")
+      .def("widths", &BandFactors::widths,
+           "Widths of the factors' band below and above the diagonal.")
       .def("factorise", &factorise, "value"_a,
-           "Takes the values of a matrix; returns whether no pivot is zero.")
+           "Factorises a matrix with these values; returns whether no pivot is zero.")
       .def("solve", &solve, "right"_a, "solution"_a, "Fills the solution for one right side.");
 }
 

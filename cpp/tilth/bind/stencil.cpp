@@ -46,20 +46,20 @@ auto active_nodes(ConstIntegers first, ConstShorts count) {
 }
 
 auto lattice(ConstIntegers keys) {
-  std::vector<std::int64_t> places;
-  places.reserve(3 * keys.size());
+  std::vector<std::int64_t> indices;
+  indices.reserve(3 * keys.size());
   for (std::size_t v = 0; v < keys.size(); ++v) {
-    const Lattice place = unpack(keys.data()[v]);
-    places.insert(places.end(), place.begin(), place.end());
+    const Lattice index = unpack(keys.data()[v]);
+    indices.insert(indices.end(), index.begin(), index.end());
   }
-  return give(std::move(places), {keys.size(), 3});
+  return give(std::move(indices), {keys.size(), 3});
 }
 
-auto node_keys(ConstIntegers places) {
-  std::vector<std::int64_t> keys(places.shape(0));
+auto node_keys(ConstIntegers indices) {
+  std::vector<std::int64_t> keys(indices.shape(0));
   for (std::size_t v = 0; v < keys.size(); ++v) {
-    const std::int64_t* place = places.data() + 3 * v;
-    keys[v] = pack({place[0], place[1], place[2]});
+    const std::int64_t* index = indices.data() + 3 * v;
+    keys[v] = pack({index[0], index[1], index[2]});
   }
   return give(std::move(keys));
 }
@@ -137,13 +137,13 @@ void bind_stencil(nb::module_& module) {
              "Names of the bases, in the order of basis/list.hpp.");
   module.def("support_keys", &support_keys, "basis"_a, "position"_a, "half_length"_a, "origin"_a,
              "cell_size"_a, "keys"_a,
-             "Fills the support key of each point; returns how many are out of reach (key -1).");
+             "Fills the support key of each point; returns how many are out of range (key -1).");
   module.def("group_points", &group_points, "dim"_a, "keys"_a,
              "Groups of sorted keys: start (g+1), first node (g,3), nodes per direction (g,3).");
   module.def("active_nodes", &active_nodes, "first"_a, "count"_a,
-             "Sorted keys of all touched nodes.");
-  module.def("lattice", &lattice, "keys"_a, "Lattice places (n,3) of node keys.");
-  module.def("node_keys", &node_keys, "places"_a, "Keys of lattice places (n,3).");
+             "Sorted keys of all nodes of the groups.");
+  module.def("lattice", &lattice, "keys"_a, "Lattice indices (n,3) of node keys.");
+  module.def("node_keys", &node_keys, "indices"_a, "Keys of lattice indices (n,3).");
   module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
              "Node numbers of each group, x fastest.");
   module.def("basis_factors", &basis_factors, "basis"_a, "start"_a, "first"_a, "count"_a,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What happens to the points of one body once a step has converged: deformation gradient, Cauchy
-// stress, and the half lengths of GIMP domains by the chosen rule (docs/theory/domains.md).
+// Update of the points of one body after a converged step: deformation gradient, Cauchy stress, and
+// the half lengths of GIMP domains by the chosen rule (docs/theory/domains.md).
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include "../parallel.hpp"
 #include "../tensor.hpp"
 #include "gradient.hpp"
-#include "point.hpp"
+#include "point_stress.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
@@ -46,7 +46,8 @@ inline double elastic_share(const double h[3][3], double plastic) {
   return std::max(0.0, 1.0 - std::sqrt(1.5) * plastic / size);
 }
 
-/// F <- dF F; sigma = tau / det F in six components; what the step leaves behind at the points.
+/// F <- dF F; sigma = tau / det F in six components; displacement gradient and elastic share of the
+/// step.
 template <class K>
 void advance(const Stencil& stencil, const double* displacement, const ConvergedArrays& arrays) {
   constexpr int dim = K::dim;
@@ -90,7 +91,7 @@ inline void current_volumes(std::int64_t points, const double* deformation_gradi
   }
 }
 
-/// How a GIMP domain's half lengths follow the deformation gradient.
+/// Rule by which a GIMP domain's half lengths follow the deformation gradient.
 enum class DomainRule { determinant, deformation_gradient, right_stretch, left_stretch };
 
 inline DomainRule domain_rule(const std::string& name) {
@@ -119,12 +120,13 @@ void square_root_diagonal(const double c[6], double root[3]) {
         std::sqrt(c[0] * (c[1] * c[2] - c[4] * c[4]) - c[3] * (c[3] * c[2] - c[4] * c[5]) +
                   c[5] * (c[3] * c[4] - c[1] * c[5]));
     double i1 = std::sqrt(3.0 * first), i2 = 0.0;  // no less than the root
-    constexpr int most = 60;  // quadratic near the root, halving its distance far from it
-    for (int iteration = 0; iteration < most; ++iteration) {
+    constexpr int maximum_iterations =
+        60;  // quadratic near the root, halving its distance far from it
+    for (int iteration = 0; iteration < maximum_iterations; ++iteration) {
       i2 = 0.5 * (i1 * i1 - first);
-      const double change = (i2 * i2 - second - 2.0 * i1 * i3) / (2.0 * (i1 * i2 - i3));
-      i1 -= change;
-      if (!(change > 1e-15 * i1)) break;
+      const double correction = (i2 * i2 - second - 2.0 * i1 * i3) / (2.0 * (i1 * i2 - i3));
+      i1 -= correction;
+      if (!(correction > 1e-15 * i1)) break;
     }
     i2 = 0.5 * (i1 * i1 - first);
     const double square[3] = {c[0] * c[0] + c[3] * c[3] + c[5] * c[5],
@@ -135,7 +137,7 @@ void square_root_diagonal(const double c[6], double root[3]) {
   }
 }
 
-/// half <- initial half length times the stretch that the rule reads off F.
+/// half <- initial half length times the stretch from F by the rule.
 template <class K>
 void stretch_domains(std::int64_t points, DomainRule rule, const double* deformation_gradient,
                      const double* initial_half, double* half) {
@@ -179,38 +181,38 @@ void move_domain_faces(std::int64_t points, const double* position, std::int64_t
                        const double* origin, const double* cell_size, double* half) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
-    double change[Dim];
+    double increment[Dim];
     for (int axis = 0; axis < Dim; ++axis) {
       double moved[2];
       for (int side = 0; side < 2; ++side) {
         Lattice first{0, 0, 0};
         double s[3] = {0.0, 0.0, 0.0};
         for (int k = 0; k < Dim; ++k) {
-          // faces stay just inside the domain, so that only active nodes are asked
-          const double reach =
+          // faces stay just inside the domain, so that only active nodes are used
+          const double offset =
               k == axis ? (side == 0 ? -1.0 : 1.0) * half[Dim * p + k] * (1.0 - 1e-9) : 0.0;
-          const double x = (position[Dim * p + k] + reach - origin[k]) / cell_size[k];
+          const double x = (position[Dim * p + k] + offset - origin[k]) / cell_size[k];
           first[k] = static_cast<std::int64_t>(std::floor(x));
           s[k] = x - static_cast<double>(first[k]);
         }
         moved[side] = 0.0;
         for (int corner = 0; corner < (1 << Dim); ++corner) {
-          Lattice place = first;
+          Lattice node = first;
           double weight = 1.0;
           for (int k = 0; k < Dim; ++k) {
             const int up = (corner >> k) & 1;
-            place[k] += up;
+            node[k] += up;
             weight *= up ? s[k] : 1.0 - s[k];
           }
-          const std::int64_t key = pack(place);
+          const std::int64_t key = pack(node);
           const auto* found = std::lower_bound(node_keys, node_keys + nodes, key);
           if (found != node_keys + nodes && *found == key)
             moved[side] += weight * displacement[Dim * (found - node_keys) + axis];
         }
       }
-      change[axis] = 0.5 * (moved[1] - moved[0]);
+      increment[axis] = 0.5 * (moved[1] - moved[0]);
     }
-    for (int axis = 0; axis < Dim; ++axis) half[Dim * p + axis] += change[axis];
+    for (int axis = 0; axis < Dim; ++axis) half[Dim * p + axis] += increment[axis];
   }
 }
 

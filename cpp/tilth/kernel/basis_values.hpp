@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Basis values S [-] and gradients G [1/length] of a point at its group's nodes. What a stencil
-// keeps of each point is, one after the other,
-// - of the linear basis the place in the cell, 0 to 1 in each direction;
-// - of other bases whose nodes fill a box the factors of the product over the directions: for each
-//   direction the values of its nodes, then their slopes;
-// - of a list of nodes the values S[node], then the gradients G[direction][node].
-// Products are cheaper than what reading them would take: in 3D 24 bytes a point with the linear
-// basis instead of 256.
+// Basis values S [-] and gradients G [1/length] of a point at its group's nodes. A stencil
+// stores for each point, one after the other,
+// - with the linear basis the local coordinates in the cell, 0 to 1 in each direction;
+// - with other bases whose nodes fill a box the one-dimensional factors: for each direction the
+//   values of its nodes, then their slopes;
+// - with a list of nodes the values S[node], then the gradients G[direction][node].
+// Computing products is faster than reading them from memory: in 3D the linear basis takes 24 bytes
+// per point instead of 256.
 #pragma once
 
 #include <cstring>
@@ -16,7 +16,7 @@
 
 namespace tilth::kernel {
 
-/// Nodes in each direction of a square or cube of N nodes; 0 where N does not tell.
+/// Nodes in each direction of a square or cube of N nodes; 0 where N does not determine it.
 template <int Dim, int N>
 constexpr int nodes_along() {
   for (int along = 2; along <= 4; ++along)
@@ -40,32 +40,32 @@ void multiply_factors(const std::int32_t* count, const double* factor, double* v
   int a = 0;
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j) {
-      const double rest = y[j] * z[k], rest_y = y[ny + j] * z[k];
-      const double rest_z = Dim == 3 ? y[j] * z[nz + k] : 0.0;
+      const double yz = y[j] * z[k], slope_yz = y[ny + j] * z[k];
+      const double y_slope_z = Dim == 3 ? y[j] * z[nz + k] : 0.0;
       for (int i = 0; i < nx; ++i, ++a) {
-        if constexpr (Values) value[a] = x[i] * rest;
+        if constexpr (Values) value[a] = x[i] * yz;
         if constexpr (Gradients) {
-          gradient[a] = x[nx + i] * rest;
-          gradient[n + a] = x[i] * rest_y;
-          if constexpr (Dim == 3) gradient[2 * n + a] = x[i] * rest_z;
+          gradient[a] = x[nx + i] * yz;
+          gradient[n + a] = x[i] * slope_yz;
+          if constexpr (Dim == 3) gradient[2 * n + a] = x[i] * y_slope_z;
         }
       }
     }
 }
 
-/// Products of the grid's own functions at a place in the cell: four nodes, a layer of the cell
-/// along z, at a time.
+/// Products of the linear shape functions at local coordinates in the cell: four nodes, a layer of
+/// the cell along z, at a time.
 template <int Dim, bool Values, bool Gradients>
-void multiply_hats(const double* place, const double* slope, double* value, double* gradient) {
+void multiply_hats(const double* local, const double* slope, double* value, double* gradient) {
   constexpr int n = 1 << Dim;
-  const double x = place[0], y = place[1];
+  const double x = local[0], y = local[1];
   const HalfLanes along_x = {1.0 - x, x, 1.0 - x, x}, along_y = {1.0 - y, 1.0 - y, y, y};
   const HalfLanes slope_x = {-slope[0], slope[0], -slope[0], slope[0]};
   const HalfLanes slope_y = {-slope[1], -slope[1], slope[1], slope[1]};
   const HalfLanes both = along_x * along_y, by_x = slope_x * along_y, by_y = along_x * slope_y;
   const auto store = [](const HalfLanes& four, double* to) { std::memcpy(to, &four, sizeof four); };
   for (int k = 0; k < n / 4; ++k) {
-    const double z = Dim == 2 ? 1.0 : (k == 0 ? 1.0 - place[Dim - 1] : place[Dim - 1]);
+    const double z = Dim == 2 ? 1.0 : (k == 0 ? 1.0 - local[Dim - 1] : local[Dim - 1]);
     if constexpr (Values) store(both * z, value + 4 * k);
     if constexpr (Gradients) {
       store(by_x * z, gradient + 4 * k);
@@ -76,7 +76,7 @@ void multiply_hats(const double* place, const double* slope, double* value, doub
   }
 }
 
-/// The basis of the points of one group, point after point. N nodes, 0 for a number known at run
+/// Iterates over the basis of the points of one group. N nodes, 0 for a number known at run
 /// time.
 template <int Dim, int N, bool Values, bool Gradients>
 class GroupBasis {
@@ -93,7 +93,7 @@ class GroupBasis {
   GroupBasis(const GroupBasis&) = delete;
   GroupBasis& operator=(const GroupBasis&) = delete;
 
-  /// Goes to the next point of the group; the first call to the first one.
+  /// Advances to the next point of the group; the first call selects the first point.
   void advance() {
     if (count_ == nullptr) {
       value = next_;

@@ -14,7 +14,7 @@
 
 namespace tilth::kernel {
 
-inline constexpr int most_element_nodes = 256;
+inline constexpr int maximum_element_nodes = 256;
 
 /// Elements, and their order of parallel assembly (colour_groups); the nodes of element e are
 /// `node[node_start[e]]` to `node[node_start[e + 1]]`, not included.
@@ -27,7 +27,7 @@ struct Elements {
   const std::int64_t* slab_start;
   const std::int64_t* order;
 
-  /// In points (Stencil::work): an element is the work of about eight.
+  /// Work in points (Stencil::work): an element counts as eight points.
   std::int64_t work() const { return 8 * elements; }
 
   int nodes_of(std::int64_t e) const { return static_cast<int>(node_start[e + 1] - node_start[e]); }
@@ -111,7 +111,7 @@ struct ScaledMatrix {
   }
 };
 
-/// The products of a row (n, Components) for each element with itself; the rows stand in one array.
+/// The products of a row (n, Components) for each element with itself; the rows are in one array.
 template <int Components>
 struct RowProducts {
   const std::int64_t* node_start;
@@ -158,7 +158,7 @@ void add_element_products(const Elements& elements, const Matrices& matrices, co
   for_each_by_colour(elements, [&](std::int64_t e) {
     const int n = elements.nodes_of(e);
     const std::int32_t* node = elements.node + elements.node_start[e];
-    double in[most_element_nodes * Components], out[most_element_nodes * Components];
+    double in[maximum_element_nodes * Components], out[maximum_element_nodes * Components];
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < Components; ++i)
         in[a * Components + i] = vector[Components * std::int64_t{node[a]} + i];

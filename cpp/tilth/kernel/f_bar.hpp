@@ -3,7 +3,7 @@
 // in the cell (de Souza Neto et al. 1996; Coombs et al. 2018; docs/theory/f_bar.md). With the
 // Jacobians J at the point and J0 at the centre,
 //   dF_bar = (J0 / J)^(1/n) dF,   n = 2 in plane strain (in-plane part only), 3 otherwise.
-// A point whose domain reaches several cells takes the mean of their J0, weighted by its shares.
+// A point whose domain intersects several cells takes the mean of their J0, weighted by its shares.
 #pragma once
 
 #include <algorithm>
@@ -17,20 +17,21 @@
 
 namespace tilth::kernel {
 
-/// Cells of one body's points, and what F-bar makes of them in the current iteration.
+/// Cells of one body's points, and their F-bar quantities in the current iteration.
 struct Centres {
-  const std::int32_t* count;        // (groups, 3) nodes per direction
-  const std::int64_t* cell_start;   // (groups + 1)
-  const std::int32_t* cell;         // cells that each group covers, x fastest
-  const std::int32_t* corner_node;  // (cells of groups, 2^dim) places of their nodes in the group's
-                                    // list; null where this is a box, which `count` describes
-  const std::int64_t* share_start;  // (groups + 1)
-  const double* share;              // per point one for each cell of its group; sum 1
-  const double* ratio;              // (cells) J0 - 1
-  const double* trace;              // (cells, 2^dim, dim) derivative of ln J0
-  const double* before;             // (n) det F / det F_bar at the start of the step
-  double* after;                    // (n) the same for the trial displacement
-  double* jacobian;                 // (n) J0 of the point
+  const std::int32_t* count;       // (groups, 3) nodes per direction
+  const std::int64_t* cell_start;  // (groups + 1)
+  const std::int32_t* cell;        // cells of each group, x fastest
+  const std::int32_t*
+      corner_node;  // (cells of groups, 2^dim) indices of their nodes in the group's
+                    // list; null where this is a box, which `count` describes
+  const std::int64_t* share_start;      // (groups + 1)
+  const double* share;                  // per point one for each cell of its group; sum 1
+  const double* volume_change;          // (cells) J0 - 1
+  const double* trace;                  // (cells, 2^dim, dim) derivative of ln J0
+  const double* jacobian_ratio_before;  // (n) det F / det F_bar at the start of the step
+  double* jacobian_ratio;               // (n) the same for the trial displacement
+  double* jacobian;                     // (n) J0 of the point
 
   int cells_of(std::int64_t group) const {
     return static_cast<int>(cell_start[group + 1] - cell_start[group]);
@@ -51,17 +52,17 @@ TILTH_FUNCTION double jacobian_minus_one(const double h[3][3]) {
   return h[0][0] + h[1][1] + h[2][2] + minors + determinant;
 }
 
-/// Arrays of the cells: what fixes their centres, and what a trial displacement makes of them.
+/// Arrays of the cells: data of their centres, and the results for a trial displacement.
 struct CentreArrays {
   const std::int32_t* node;  // (cells, 2^dim)
   const double* value;       // (cells, 2^dim) shape functions
   const double* gradient;    // (cells, 2^dim, dim)
   const double* radius;      // (cells), in axisymmetry
-  double* ratio;             // see Centres
+  double* volume_change;     // see Centres
   double* trace;
 };
 
-/// Fills `ratio` and `trace` for a nodal displacement (nodes, dim).
+/// Fills `volume_change` and `trace` for a nodal displacement (nodes, dim).
 template <class K>
 void update_centres(std::int64_t cells, const CentreArrays& arrays, const double* displacement) {
   constexpr int dim = K::dim, corners = 1 << dim;
@@ -75,7 +76,7 @@ void update_centres(std::int64_t cells, const CentreArrays& arrays, const double
         for (int j = 0; j < dim; ++j)
           h[i][j] += displacement[std::int64_t{node[a]} * dim + i] * gradient[a * dim + j];
     const double in_plane = jacobian_minus_one(h);
-    double inverse[3][3];  // of 1 + h; infinite where it is singular, which `ratio` tells
+    double inverse[3][3];  // of 1 + h; infinite where it is singular; see `volume_change`
     for (int i = 0; i < 3; ++i) h[i][i] += 1.0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
@@ -89,30 +90,32 @@ void update_centres(std::int64_t cells, const CentreArrays& arrays, const double
         for (int j = 0; j < dim; ++j) sum += gradient[a * dim + j] * inverse[j][k];
         trace[a * dim + k] = sum;
       }
-    arrays.ratio[cell] = in_plane;
+    arrays.volume_change[cell] = in_plane;
     if constexpr (K::hoop) {
       const double* value = arrays.value + corners * cell;
       double hoop = 0.0;
       for (int a = 0; a < corners; ++a)
         hoop += displacement[std::int64_t{node[a]} * dim] * value[a] / arrays.radius[cell];
-      arrays.ratio[cell] += hoop + in_plane * hoop;
+      arrays.volume_change[cell] += hoop + in_plane * hoop;
       for (int a = 0; a < corners; ++a)
         trace[a * dim] += value[a] / (arrays.radius[cell] * (1.0 + hoop));
     }
   }
 }
 
-/// Stretch of point p beside that of its own gradient, less 1; `shares` are the point's own.
-/// Fills `after` and `jacobian`; returns -1 where a Jacobian is not positive.
+/// Ratio of the stretch of dF_bar to that of dF at point p, less 1; `shares` are those of the
+/// point. Fills `jacobian_ratio` and `jacobian`; returns -1 where a Jacobian is not positive.
 template <class K>
 double volumetric_stretch(const Centres& centres, std::int64_t group, const double* shares,
                           const double h[3][3], std::int64_t p) {
   double at_centre = 0.0;
   const std::int32_t* cell = centres.cell + centres.cell_start[group];
-  for (int c = 0; c < centres.cells_of(group); ++c) at_centre += shares[c] * centres.ratio[cell[c]];
+  for (int c = 0; c < centres.cells_of(group); ++c)
+    at_centre += shares[c] * centres.volume_change[cell[c]];
   const double at_point = jacobian_minus_one(h);
   if (!(at_centre > -1.0) || !(at_point > -1.0)) return -1.0;
-  centres.after[p] = centres.before[p] * (1.0 + at_point) / (1.0 + at_centre);
+  centres.jacobian_ratio[p] =
+      centres.jacobian_ratio_before[p] * (1.0 + at_point) / (1.0 + at_centre);
   centres.jacobian[p] = 1.0 + at_centre;
   const double excess = (at_centre - at_point) / (1.0 + at_point);  // J0 / J - 1
   if constexpr (f_bar_directions<K> == 2) return excess / (1.0 + std::sqrt(1.0 + excess));
@@ -135,14 +138,15 @@ void add_centre_trace(const Centres& centres, std::int64_t group, const double* 
   const std::int32_t* count = centres.count + 3 * group;
   const std::int32_t* cell = centres.cell + centres.cell_start[group];
   if (centres.corner_node != nullptr) {
-    const std::int32_t* place = centres.corner_node + centres.cell_start[group] * (1 << Dim);
-    for (int c = 0; c < centres.cells_of(group); ++c, place += 1 << Dim) {
+    const std::int32_t* node = centres.corner_node + centres.cell_start[group] * (1 << Dim);
+    for (int c = 0; c < centres.cells_of(group); ++c, node += 1 << Dim) {
       if (shares[c] == 0.0) continue;
-      const double factor = shares[c] * (1.0 + centres.ratio[cell[c]]) / centres.jacobian[p];
+      const double factor =
+          shares[c] * (1.0 + centres.volume_change[cell[c]]) / centres.jacobian[p];
       const double* trace = centres.trace + std::int64_t{cell[c]} * (1 << Dim) * Dim;
       for (int corner = 0; corner < (1 << Dim); ++corner)
         for (int d = 0; d < Dim; ++d)
-          difference[d][place[corner]] += factor * trace[corner * Dim + d];
+          difference[d][node[corner]] += factor * trace[corner * Dim + d];
     }
     return;
   }
@@ -151,7 +155,8 @@ void add_centre_trace(const Centres& centres, std::int64_t group, const double* 
     for (int j = 0; j < count[1] - 1; ++j)
       for (int i = 0; i < count[0] - 1; ++i, ++c) {
         if (shares[c] == 0.0) continue;
-        const double factor = shares[c] * (1.0 + centres.ratio[cell[c]]) / centres.jacobian[p];
+        const double factor =
+            shares[c] * (1.0 + centres.volume_change[cell[c]]) / centres.jacobian[p];
         const double* trace = centres.trace + std::int64_t{cell[c]} * (1 << Dim) * Dim;
         for (int corner = 0; corner < (1 << Dim); ++corner) {
           const int x = i + (corner & 1), y = j + ((corner >> 1) & 1), z = k + (corner >> 2);

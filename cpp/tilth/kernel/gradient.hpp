@@ -10,7 +10,7 @@
 
 namespace tilth::kernel {
 
-/// That of one point; `u` are the displacements of its nodes.
+/// Displacement gradient of one point; `u` are the displacements of its nodes.
 template <class K, int Capacity>
 void displacement_gradient(int n, const double u[K::dim][Capacity], const double* value,
                            const double* gradient, const double* position, double h[3][3]) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What laws say of the points of one body, without a displacement of the grid.
-// Strains are elastic left Cauchy-Green tensors less the identity, six components a point.
+// Evaluation of constitutive laws at the points of one body, without a displacement of the grid.
+// Strains are elastic left Cauchy-Green tensors less the identity, six components per point.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "../parallel.hpp"
 #include "../tensor.hpp"
-#include "point.hpp"
+#include "point_stress.hpp"
 
 namespace tilth::kernel {
 
@@ -43,8 +43,8 @@ void stored_energy(std::int64_t points, const Material& material, const double* 
   }
 }
 
-/// Fills the elastic deformation of given Kirchhoff stresses (n, 6); returns the first point whose
-/// law has none, -1 if all have.
+/// Fills the elastic deformation of given Kirchhoff stresses (n, 6); returns the first point for
+/// which the law has none, -1 if all have one.
 template <class K, class Material>
 std::int64_t elastic_deformation_of(std::int64_t points, const Material& material,
                                     const double* kirchhoff, const double* state,
@@ -59,18 +59,18 @@ std::int64_t elastic_deformation_of(std::int64_t points, const Material& materia
   return -1;
 }
 
-/// Takes the elastic deformation of points as a trial state: the law returns it to where it is
-/// admissible. `arrays.elastic_before` is that deformation; fills elastic, plastic, state and the
-/// Kirchhoff stress (n, 6), and good (n,) with whether the law found a solution.
+/// Return mapping with the elastic deformation of the points as trial state.
+/// `arrays.elastic_before` is that deformation; fills elastic, plastic, state and the Kirchhoff
+/// stress (n, 6), and admissible (n,): whether the law found a solution.
 template <class K, class Material>
 void return_to_law(std::int64_t points, const Material& material, const StressArrays& arrays,
-                   double* kirchhoff, bool* good) {
+                   double* kirchhoff, bool* admissible) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t first = 0; first < points; first += lane_count) {
     Batch batch{};
-    const double still[3][3] = {};
+    const double no_displacement[3][3] = {};
     for (std::int64_t p = first; p < points && p < first + lane_count; ++p)
-      batch.add(p, still, 0.0);
+      batch.add(p, no_displacement, 0.0);
     batch.fill();
     Lanes before[6];
     gather_lanes(arrays.elastic_before, 6, batch, before);
@@ -93,7 +93,7 @@ void return_to_law(std::int64_t points, const Material& material, const StressAr
     scatter_lanes(accumulated, 2, batch, arrays.plastic);
     scatter_lanes(stress, 6, batch, kirchhoff);
     for (int lane = 0; lane < batch.size; ++lane)
-      good[batch.point[lane]] = !(returned.failed >> lane & 1u);
+      admissible[batch.point[lane]] = !(returned.failed >> lane & 1u);
   }
 }
 

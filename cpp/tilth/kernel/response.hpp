@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the stress update leaves behind at a point: all that internal force and stiffness need.
-// Everything is in the principal axes n_p of the trial left Cauchy-Green tensor, in which an
+// Result of the stress update at a point, from which internal force and stiffness are computed.
+// All quantities are in the principal axes n_p of the trial left Cauchy-Green tensor, in which an
 // isotropic material's tangent has 21 entries instead of 81 (docs/theory/mechanics.md, "Tangent").
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace tilth::kernel {
 
-/// In axisymmetry alone.
+/// Part for axisymmetry only.
 template <bool Hoop, class T>
 struct HoopResponse {
   T hoop_inverse;  // 1 / hoop stretch of the step
@@ -16,7 +16,7 @@ struct HoopResponse {
 template <class T>
 struct HoopResponse<false, T> {};
 
-/// `T` is double, as points keep it, or Lanes: the same of several points at once.
+/// `T` is double, as stored for the points, or Lanes for several points at once.
 template <class K, class T = double>
 struct Response : HoopResponse<K::hoop, T> {
   static constexpr int pairs = K::dim == 3 ? 3 : 1;  // (0,1), (1,2), (2,0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From point positions to stencils. A *group* is the set of points that share the same nodes (a
+// Groups of points and their stencils. A *group* is the set of points that share the same nodes (a
 // cell in standard MPM).
 #pragma once
 
@@ -29,7 +29,7 @@ std::int64_t support_keys(std::int64_t points, const double* position, const dou
       const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
       const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
       const auto support = Basis::support(x, l);
-      inside = inside && std::fabs(support.first) < static_cast<double>(key_reach);
+      inside = inside && std::fabs(support.first) < static_cast<double>(largest_index);
       first[k] = inside ? static_cast<std::int64_t>(support.first) : 0;
       count[k] = support.count;
     }
@@ -39,8 +39,8 @@ std::int64_t support_keys(std::int64_t points, const double* position, const dou
   return outside;
 }
 
-/// Groups of sorted support keys: where each starts (one more entry at the end), its first node
-/// and its number of nodes per direction.
+/// Groups of sorted support keys: first point of each (and the number of points), first node,
+/// number of nodes per direction.
 struct Groups {
   std::vector<std::int64_t> start;
   std::vector<std::int64_t> first;  // (groups, 3)
@@ -64,14 +64,14 @@ Groups group_points(std::int64_t points, const std::int64_t* keys) {
   return groups;
 }
 
-/// Sorted keys of all nodes that any group touches. Groups are sorted by their first node (body by
+/// Sorted keys of all nodes of the groups. Groups are sorted by their first node (body by
 /// body), so the nodes at one offset in y and z are sorted already: the union of a few sorted
 /// lists.
 inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::int64_t* first,
                                               const std::int32_t* count) {
-  std::int32_t most[3] = {0, 0, 0};
+  std::int32_t largest[3] = {0, 0, 0};
   for (std::int64_t g = 0; g < groups; ++g)
-    for (int k = 0; k < 3; ++k) most[k] = std::max(most[k], count[3 * g + k]);
+    for (int k = 0; k < 3; ++k) largest[k] = std::max(largest[k], count[3 * g + k]);
   std::vector<std::int64_t> all, list, merged;
   const auto merge_list = [&] {
     merged.clear();
@@ -79,8 +79,8 @@ inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::in
     std::swap(all, merged);
     list.clear();
   };
-  for (int k = 0; k < most[2]; ++k)
-    for (int j = 0; j < most[1]; ++j) {
+  for (int k = 0; k < largest[2]; ++k)
+    for (int j = 0; j < largest[1]; ++j) {
       std::int64_t before = 0;
       for (std::int64_t g = 0; g < groups; ++g) {
         if (j >= count[3 * g + 1] || k >= count[3 * g + 2]) continue;
@@ -113,8 +113,8 @@ inline void group_nodes(std::int64_t groups, const std::int64_t* first, const st
   }
 }
 
-/// The factors of every point's basis, or its place in the cell, laid out as basis_values.hpp reads
-/// them; `value_start` says where each group's first point has its own.
+/// Fills the factors of every point's basis, or its local coordinates in the cell, in the layout of
+/// basis_values.hpp; `value_start` (groups) is the first entry of each group.
 template <class Basis, int Dim>
 void basis_factors(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
                    const std::int32_t* count, const std::int64_t* value_start,
@@ -146,10 +146,10 @@ void basis_factors(std::int64_t groups, const std::int64_t* start, const std::in
 }
 
 /// Order of parallel assembly. The grid is cut into slabs across its longest direction, at least as
-/// many cells thick as a stencil; slabs of even number come first, those of odd number after them.
-/// The slabs of one colour share no node and may be assembled at the same time; within a slab the
-/// groups follow their order. The cuts depend on the grid alone, so that sums are the same to the
-/// bit for any number of threads, and two waits per assembly suffice.
+/// many cells thick as a stencil; slabs of even number are one colour, those of odd number the
+/// other. The slabs of one colour share no node and may be assembled at the same time; within a
+/// slab the groups follow their order. The cuts depend on the grid only, so sums are identical for
+/// any number of threads, and two synchronisations per assembly suffice.
 struct Colouring {
   std::vector<std::int64_t> colour_start;  // (colours + 1) in `slab_start`
   std::vector<std::int64_t> slab_start;    // (slabs + 1) in `order`
@@ -158,7 +158,7 @@ struct Colouring {
 
 inline Colouring colour_groups(std::int64_t groups, const std::int64_t* first,
                                const std::int32_t* count) {
-  constexpr std::int64_t most_slabs = 64;
+  constexpr std::int64_t maximum_slabs = 64;
   std::int64_t lowest[3], highest[3], thickest[3] = {1, 1, 1};
   for (int k = 0; k < 3; ++k) lowest[k] = highest[k] = groups > 0 ? first[k] : 0;
   for (std::int64_t g = 0; g < groups; ++g)
@@ -167,12 +167,12 @@ inline Colouring colour_groups(std::int64_t groups, const std::int64_t* first,
       highest[k] = std::max(highest[k], first[3 * g + k]);
       thickest[k] = std::max<std::int64_t>(thickest[k], count[3 * g + k]);
     }
-  int axis = 2;  // the slowest direction of the order, where extents are equal
+  int axis = 2;  // for equal extents: the slowest direction of the order
   for (int k = 1; k >= 0; --k)
     if (highest[k] - lowest[k] > highest[axis] - lowest[axis]) axis = k;
   const std::int64_t layers = highest[axis] - lowest[axis] + 1;
   const std::int64_t thickness =
-      std::max({thickest[axis] - 1, std::int64_t{1}, (layers + most_slabs - 1) / most_slabs});
+      std::max({thickest[axis] - 1, std::int64_t{1}, (layers + maximum_slabs - 1) / maximum_slabs});
   const std::int64_t slabs = (layers + thickness - 1) / thickness;
 
   Colouring result;

@@ -7,8 +7,8 @@
 //   a_pprr = D_pr - delta_pr tau_p,   a_pqpq = s_pq beta_q,   a_pqqp = s_pq beta_p - tau_p,
 // with s_pq = (tau_p - tau_q) / (beta_p - beta_q). (docs/theory/mechanics.md, "Tangent")
 // Several points of a group are added at once, as one product of small dense matrices
-// (product.hpp). Where D is symmetric and there is no F-bar the blocks below the diagonal in (i, k)
-// are those above it, transposed, and are not computed.
+// (dense_product.hpp). Where D is symmetric and there is no F-bar the blocks below the diagonal in
+// (i, k) are those above it, transposed, and are not computed.
 #pragma once
 
 #include <algorithm>
@@ -16,20 +16,20 @@
 #include <cstring>
 
 #include "basis_values.hpp"
+#include "dense_product.hpp"
 #include "f_bar.hpp"
-#include "product.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
 
-/// Where the blocks of a group stand in the matrix: for each row node and each run of consecutive
+/// Positions of the blocks of a group in the matrix: for each row node and each run of consecutive
 /// column nodes, the position of the run's first block.
 struct BlockPositions {
   const std::int64_t* start;     // (groups) offset into `position`
   const std::int32_t* position;  // (row nodes x runs) per group
 };
 
-/// A number for each direction, in one vector register; in 3D there is room for a fourth.
+/// A number for each direction, in one vector register; in 3D the fourth entry is unused.
 template <int Dim>
 struct DirectionsOf;
 template <>
@@ -117,7 +117,7 @@ void scatter_blocks(int n, const std::int32_t* node, const std::int32_t* positio
   }
 }
 
-/// Asks for the blocks of a group before they are needed: they come from all over the matrix.
+/// Prefetches the blocks of a group, which are scattered over the matrix.
 template <int Dim>
 void prefetch_blocks(int n, const std::int32_t* node, const std::int32_t* position,
                      const double* matrix) {
@@ -132,8 +132,8 @@ void prefetch_blocks(int n, const std::int32_t* node, const std::int32_t* positi
     }
 }
 
-/// Part of F-bar's tangent that is not a point's own: V q (x) (d ln J0 - d ln J), added to
-/// column[i][k][q][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
+/// Part of F-bar's tangent that couples a point to the centres: V q (x) (d ln J0 - d ln J), added
+/// to column[i][k][q][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
 ///   q_p = sum_r D_pr / n - tau_p  (de Souza Neto et al. 1996, in principal axes).
 template <class K, int Capacity>
 void add_f_bar(const Response<K>& s, double volume, int n, const double (*current)[Capacity],
@@ -167,8 +167,8 @@ void add_f_bar(const Response<K>& s, double volume, int n, const double (*curren
       }
 }
 
-/// Adds what the hoop stress of a point and its strain have to do with the stiffness
-/// (axisymmetry); `current` are the point's gradients, (dim, Capacity).
+/// Adds the contribution of the hoop stress and strain of a point to the stiffness (axisymmetry);
+/// `current` are the point's gradients, (dim, Capacity).
 template <class K, int Capacity>
 void add_hoop(const Response<K>& s, double volume, double radius, int n,
               const double (*current)[Capacity], const double* value, double* local) {
@@ -210,15 +210,15 @@ struct Factors {
   alignas(32) double current[points_at_once * dim][capacity];
   alignas(32) double column[dim][dim][points_at_once * dim][capacity];
 
-  /// Gives the places of `current` beyond the last node a value.
+  /// Sets the entries of `current` beyond the last node to zero.
   void clear_padding(int n) {
     for (auto& row : current) std::fill(row + n, row + padded_columns(n), 0.0);
   }
 
-  /// Fills the rows of the point in this place, those of i > k only if not `symmetric`.
-  void fill(int place, const Response<K>& s, double volume, int n, const double* gradient,
+  /// Fills the rows of the point in this slot; those of i > k only if not `symmetric`.
+  void fill(int slot, const Response<K>& s, double volume, int n, const double* gradient,
             bool symmetric) {
-    double (*rows)[capacity] = current + place * dim;
+    double (*rows)[capacity] = current + slot * dim;
     for (int q = 0; q < dim; ++q)
       for (int b = 0; b < n; ++b) {
         double sum = 0.0;
@@ -231,7 +231,7 @@ struct Factors {
     for (int i = 0; i < dim; ++i)
       for (int k = symmetric ? i : 0; k < dim; ++k)
         for (int q = 0; q < dim; ++q) {
-          double* entry = column[i][k][place * dim + q];
+          double* entry = column[i][k][slot * dim + q];
 #pragma omp simd
           for (int b = 0; b < width; ++b) {
             double sum = 0.0;
@@ -267,12 +267,12 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
       for (std::int64_t first = start; first < end; first += factors.points_at_once) {
         const int points =
             static_cast<int>(std::min<std::int64_t>(factors.points_at_once, end - first));
-        for (int place = 0; place < points; ++place) {
-          const std::int64_t p = first + place;
+        for (int slot = 0; slot < points; ++slot) {
+          const std::int64_t p = first + slot;
           const Response<K>& s = response[p];
           basis.advance();
-          const auto* current = factors.current + place * dim;
-          factors.fill(place, s, initial_volume[p], n, basis.gradient, symmetric);
+          const auto* current = factors.current + slot * dim;
+          factors.fill(slot, s, initial_volume[p], n, basis.gradient, symmetric);
           if (centres != nullptr) {
             const double* shares =
                 centres->share + centres->share_start[g] + (p - start) * centres->cells_of(g);
@@ -282,7 +282,7 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
             if constexpr (K::hoop) per_value = s.hoop_inverse / position[dim * p];
             double* column[dim][dim];
             for (int i = 0; i < dim; ++i)
-              for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][place * dim];
+              for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][slot * dim];
             add_f_bar<K, capacity>(s, initial_volume[p], n, current, basis.value, per_value,
                                    difference, column, local);
           }

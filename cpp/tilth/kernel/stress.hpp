@@ -10,7 +10,7 @@
 
 #include "f_bar.hpp"
 #include "gradient.hpp"
-#include "point.hpp"
+#include "point_stress.hpp"
 
 namespace tilth::kernel {
 

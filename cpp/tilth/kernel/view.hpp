@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every kernel over the points of one body reads: groups and nodes (stencil.hpp), basis
+// The stencil of one body's points, as kernels read it: groups and nodes (stencil.hpp), basis
 // values (basis_values.hpp).
 #pragma once
 
@@ -11,14 +11,13 @@ namespace tilth::kernel {
 
 struct Stencil {
   std::int64_t groups;
-  const std::int64_t* start;       // (groups + 1) first point of each group
-  const std::int64_t* node_start;  // (groups + 1)
-  const std::int32_t* node;        // node numbers of the groups
-  const std::int32_t* count;       // (groups, 3) nodes per direction; null where not in a box
-  const std::int64_t*
-      value_start;          // (groups) where what is known of the first point's basis stands
-  const double* value;      // see basis_values.hpp
-  const double* hat_slope;  // (dim) slopes of the grid's own functions; null with others
+  const std::int64_t* start;        // (groups + 1) first point of each group
+  const std::int64_t* node_start;   // (groups + 1)
+  const std::int32_t* node;         // node numbers of the groups
+  const std::int32_t* count;        // (groups, 3) nodes per direction; null where not in a box
+  const std::int64_t* value_start;  // (groups) first entry of each group in `value`
+  const double* value;              // see basis_values.hpp
+  const double* hat_slope;          // (dim) slopes of the linear basis; null with others
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
@@ -53,11 +52,11 @@ void for_groups(const Stencil& stencil, Body&& body) {
   for (std::int64_t g = 0; g < stencil.groups; ++g) body(g);
 }
 
-/// Largest number of nodes that support one point (kernels keep buffers of this size).
+/// Largest number of nodes that support one point (kernels have buffers of this size).
 inline constexpr int maximum_nodes = 64;
 
-/// Calls `body.template operator()<N>()` with N the number of nodes where it is a common one, so
-/// that inner loops have a fixed length, and N = 0 (length at run time) otherwise.
+/// Calls `body.template operator()<N>()` with N the number of nodes if it is a common one, so
+/// that inner loops have a fixed length, else N = 0 (length at run time).
 template <int Dim, class Body>
 void with_node_count(int nodes, Body&& body) {
   if constexpr (Dim == 2) {

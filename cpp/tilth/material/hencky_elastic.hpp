@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hencky elasticity as a law of its own.
+// Hencky elasticity as a constitutive law.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a constitutive law must offer (docs/howto/add_a_material.md). Laws are isotropic: all of it
-// happens in principal axes, with logarithmic strain and Kirchhoff stress, tension positive.
+// Concept of a constitutive law (docs/howto/add_a_material.md). Laws are isotropic and work in
+// principal axes, with logarithmic strain and Kirchhoff stress, tension positive.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace tilth::material {
 
-/// A quantity that a law stores at each point, beside elastic strain and plastic strain.
+/// A quantity that a law stores at each point, in addition to elastic and plastic strain.
 struct StateVariable {
   const char* name;  // full name, as in results and as a tracked quantity
   const char* unit;  // "stress" or "-"
 };
 
-/// Of laws that store nothing further.
+/// For laws without further state variables.
 inline constexpr std::array<StateVariable, 0> no_state{};
 
 /// - `name`, `parameter_names`: as in the case file; `from` takes the parameters in this order.

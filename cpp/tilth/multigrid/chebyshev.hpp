@@ -12,10 +12,10 @@ namespace tilth::multigrid {
 
 inline constexpr int degree = 5;
 inline constexpr float smoothed_share = 0.025f;  // least eigenvalue damped, over the largest
-inline constexpr float safety = 1.1f;            // on the largest eigenvalue that was found
+inline constexpr float safety = 1.1f;            // factor on the estimated largest eigenvalue
 
-/// Bounds the eigenvalues by power iterations, from what the last call ended with. A mode of few
-/// nodes shows in the largest entry before it shows in the norm.
+/// Bounds the eigenvalues by power iterations that start from the last call's vector. The largest
+/// entry responds to a mode of few nodes sooner than the norm does.
 template <int Components>
 void bound_eigenvalues(Level<Components>& level, int iterations) {
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -25,21 +25,21 @@ void bound_eigenvalues(Level<Components>& level, int iterations) {
           for (int i = 0; i < Components; ++i) store(scaled[i], count, level.other[i] + first);
         },
         [&](int i, std::int32_t v, float scaled) { level.other[i][v] = scaled; });
-    double size = 0.0, before = 0.0;  // in a fixed order: not threaded
-    float most = 0.0f, most_before = 0.0f;
+    double size = 0.0, before = 0.0;  // not threaded, for a fixed order of summation
+    float greatest = 0.0f, greatest_before = 0.0f;
     for (int i = 0; i < Components; ++i) {
       const float *now = level.other[i], *last = level.eigenvector[i];
-#pragma omp simd reduction(+ : size, before) reduction(max : most, most_before)
+#pragma omp simd reduction(+ : size, before) reduction(max : greatest, greatest_before)
       for (std::int32_t v = 0; v < level.nodes(); ++v) {
         size += double{now[v]} * now[v];
         before += double{last[v]} * last[v];
-        most = std::max(most, std::abs(now[v]));
-        most_before = std::max(most_before, std::abs(last[v]));
+        greatest = std::max(greatest, std::abs(now[v]));
+        greatest_before = std::max(greatest_before, std::abs(last[v]));
       }
     }
     if (!(size > 0.0)) return;
     level.largest =
-        safety * std::max(static_cast<float>(std::sqrt(size / before)), most / most_before);
+        safety * std::max(static_cast<float>(std::sqrt(size / before)), greatest / greatest_before);
     const auto factor = static_cast<float>(1.0 / std::sqrt(size));
     for (int i = 0; i < Components; ++i)
       for (std::int32_t v = 0; v < level.nodes(); ++v)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The coarsest level is solved by a dense factorisation.
+// Dense factorisation of the coarsest level.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,9 @@
 
 namespace tilth::multigrid {
 
-/// LU factors with row interchanges. Entries come from single precision: a pivot that is smaller
-/// than their round-off tells nothing, and its unknown becomes zero. Coarse nodes from which the
-/// same free unknowns are interpolated have such.
+/// LU factors with row interchanges. Entries have single precision: where a pivot is smaller than
+/// their round-off, the unknown is set to zero. This occurs for coarse nodes from which the same
+/// free unknowns are interpolated.
 class DenseFactors {
  public:
   template <int Components>
@@ -44,7 +44,7 @@ class DenseFactors {
       for (std::int64_t i = k + 1; i < n_; ++i)
         if (std::abs(factor_[i * n_ + k]) > std::abs(factor_[pivot * n_ + k])) pivot = i;
       const bool regular = std::abs(factor_[pivot * n_ + k]) > round_off * largest[k];
-      if (!regular) pivot = k;  // the row of the same unknown, which then tells nothing either
+      if (!regular) pivot = k;  // the row of the same unknown, which is then singular too
       pivot_[k] = pivot;
       if (pivot != k)
         for (std::int64_t j = 0; j < n_; ++j)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vectors of a level in single precision, a piece of memory per component, so that neighbouring
-// nodes are handled by one instruction.
+// Vectors of a level in single precision, stored component by component, so that one instruction
+// handles several adjacent nodes.
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ std::int64_t bytes_of(const Vectors&... vectors) {
       (0 + ... + (vectors.capacity() * sizeof(typename Vectors::value_type))));
 }
 
-/// `Components` numbers per node. Up to `margin` places before the first node and behind the last
+/// `Components` numbers per node. Up to `margin` entries before the first node and after the last
 /// one may be read; they are zero.
 template <int Components>
 class Field {

@@ -16,15 +16,15 @@ namespace tilth::multigrid {
 inline constexpr std::int64_t coarsest_unknowns = 200;
 inline constexpr int first_power_iterations = 10, later_power_iterations = 4;
 
-/// What the binding sees, whatever the dimension and the number of components.
+/// Interface for the bindings, for any dimension and number of components.
 class Hierarchy {
  public:
   virtual ~Hierarchy() = default;
 
-  /// Forgets all matrices: what follows has the same bits as with a new hierarchy.
+  /// Discards all matrices; later results are identical to those of a new hierarchy.
   virtual void begin() = 0;
 
-  /// Takes a matrix of the pattern: blocks (entries, components, components).
+  /// Sets the matrix: blocks (entries, components, components).
   virtual void fill(const double* blocks) = 0;
 
   /// approximate <- one V-cycle for `residual`, zero for constrained unknowns.
@@ -37,23 +37,23 @@ class Hierarchy {
   virtual std::int64_t bytes() const = 0;
 };
 
-/// Of a lattice of dimension `Dim` whose nodes have `Components` unknowns each. The dimension only
-/// enters into the coarse matrices.
+/// Hierarchy on a lattice of dimension `Dim` with `Components` unknowns per node. The dimension
+/// only enters the coarse matrices.
 template <int Dim, int Components>
 class HierarchyOf final : public Hierarchy {
  public:
-  /// `place` sorted along z, y, x; `constrained` (nodes * components) marks prescribed unknowns.
-  HierarchyOf(std::vector<Place> place, std::vector<std::int64_t> row_start,
+  /// `lattice` sorted along z, y, x; `constrained` (nodes * components) marks prescribed unknowns.
+  HierarchyOf(std::vector<LatticeIndex> lattice, std::vector<std::int64_t> row_start,
               std::vector<std::int32_t> column, const bool* constrained)
-      : constrained_(constrained, constrained + place.size() * Components) {
-    level_.push_back(std::make_unique<Level<Components>>(Lattice(std::move(place))));
+      : constrained_(constrained, constrained + lattice.size() * Components) {
+    level_.push_back(std::make_unique<Level<Components>>(Lattice(std::move(lattice))));
     level_[0]->set_pattern(std::move(row_start), std::move(column));
     while (level_.back()->unknowns() > coarsest_unknowns) {
       Level<Components>& fine = *level_.back();
       auto coarse = std::make_unique<Level<Components>>(fine.lattice.coarser());
       if (coarse->nodes() >= fine.nodes()) break;
       link(fine, coarse->lattice);
-      couple<Dim>(fine, *coarse);
+      set_coarse_pattern<Dim>(fine, *coarse);
       level_.push_back(std::move(coarse));
     }
     begin();
@@ -89,13 +89,13 @@ class HierarchyOf final : public Hierarchy {
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
         level_[l]->mask = Field<Components>(level_[l]->nodes(), 1.0f);
-        multiply_out<Dim>(*level_[l - 1], *level_[l]);
+        fill_coarse_matrix<Dim>(*level_[l - 1], *level_[l]);
       }
       if (l + 1 == level_.size()) break;
       invert_diagonal(*level_[l]);
       const Level<Components>& level = *level_[l];
       level_[l]->strips.set_values(
-          level.row_start, level.alone,
+          level.row_start, level.has_own_block,
           [&](std::int32_t v, Floats& buffer) { return level.row(v, buffer); });
       bound_eigenvalues(*level_[l], filled_ ? later_power_iterations : first_power_iterations);
     }

@@ -11,9 +11,9 @@
 
 namespace tilth::multigrid {
 
-/// The matrix that the finest level is filled with: node blocks (entries, Components, Components),
-/// and what makes them the level's. Rows are converted when they are asked for: a copy would take
-/// half as much memory as the matrix.
+/// The matrix of the finest level: node blocks (entries, Components, Components), with their scale
+/// and mask. Rows are converted to single precision on demand: a copy would take half as much
+/// memory as the matrix.
 struct Source {
   const double* blocks = nullptr;  // null except during `fill`, and on coarser levels
   double scale = 1.0;
@@ -35,7 +35,7 @@ struct Level {
         other(nodes()),
         eigenvector(nodes()) {}
 
-  /// Takes the pattern; diagonal blocks must be in it. The finest level has no `value`.
+  /// Sets the pattern, which must contain the diagonal blocks. The finest level has no `value`.
   void set_pattern(std::vector<std::int64_t> starts, std::vector<std::int32_t> columns) {
     row_start = std::move(starts), column = std::move(columns);
     diagonal.resize(nodes());
@@ -51,13 +51,13 @@ struct Level {
   bool threaded() const { return row_start.back() >= 8 * parallel_from; }
 
   float at(std::int32_t v, std::int64_t entry, int i, int j) const {
-    const std::int64_t place = ((row_start[v] + entry) * Components + i) * Components + j;
-    if (source.blocks == nullptr) return value[place];
-    const float number = static_cast<float>(source.scale * source.blocks[place]);
+    const std::int64_t index = ((row_start[v] + entry) * Components + i) * Components + j;
+    if (source.blocks == nullptr) return value[index];
+    const float number = static_cast<float>(source.scale * source.blocks[index]);
     return number * mask[i][v] * mask[j][column[row_start[v] + entry]];
   }
 
-  /// The blocks of a row; `buffer` is where they stand if the level does not keep them.
+  /// The blocks of a row; they are in `buffer` if the level does not store them.
   const float* row(std::int32_t v, Floats& buffer) const {
     constexpr int size = Components * Components;
     if (source.blocks == nullptr) return value.data() + row_start[v] * size;
@@ -80,7 +80,7 @@ struct Level {
     return lattice.bytes() + strips.bytes() + inverse.bytes() + mask.bytes() + right.bytes() +
            solution.bytes() + correction.bytes() + residual.bytes() + other.bytes() +
            eigenvector.bytes() +
-           bytes_of(row_start, column, diagonal, value, alone, shared_start, shared_node,
+           bytes_of(row_start, column, diagonal, value, has_own_block, shared_start, shared_node,
                     shared_inverse, parent_start, child_start, parent, child, parent_weight,
                     child_weight);
   }
@@ -92,7 +92,7 @@ struct Level {
   Source source;
   Strips<Components> strips;
   Field<Components * Components> inverse;  // of the diagonal blocks, zero for constrained unknowns
-  std::vector<char> alone;                 // whether a node has a block of its own
+  std::vector<char> has_own_block;         // whether a node shares no block
   std::vector<std::int64_t> shared_start;  // the other blocks: their nodes, and inverses
   std::vector<std::int32_t> shared_node;
   Floats shared_inverse;

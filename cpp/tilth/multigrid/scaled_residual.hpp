@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the smoother needs of the matrix: the residual, scaled by the inverses of diagonal blocks.
+// Residual scaled by the inverses of the diagonal blocks, for the smoother.
 #pragma once
 
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
 
-#include "diagonal.hpp"
+#include "diagonal_blocks.hpp"
 
 namespace tilth::multigrid {
 
 /// Calls `use(first, count, z)` with the components z[Components][widest] of inverse * (base - A x)
-/// for the nodes of each strip, zero on nodes that share a block, and then `add(i, v, z)` with each
-/// component of those. `base` may be null, for zero, and so may `x`.
+/// for the nodes of each strip, zero for nodes that share a block, and then `add(i, v, z)` with
+/// each component of these nodes. `base` may be null, for zero, and so may `x`.
 template <int Components, class Use, class Add>
 void for_scaled_residual(Level<Components>& level,
                          const std::type_identity_t<Field<Components>>* base,
@@ -28,7 +28,8 @@ void for_scaled_residual(Level<Components>& level,
         const float* inverse = level.inverse[i * Components + j] + first;
         for (int k = 0; k < widest; ++k) scaled[i][k] += inverse[k] * residual[j][k];
       }
-    if (std::memchr(level.alone.data() + first, 0, count))  // those that share need it below
+    if (std::memchr(level.has_own_block.data() + first, 0,
+                    count))  // needed below for shared blocks
       for (int i = 0; i < Components; ++i) store(residual[i], count, level.residual[i] + first);
     use(first, count, scaled);
   };
@@ -40,7 +41,7 @@ void for_scaled_residual(Level<Components>& level,
     for (std::int32_t first = 0; first < level.nodes(); first += widest)
       strip(first, std::min(widest, level.nodes() - first), zero);
   }
-  constexpr int column = most_in_a_block * Components;
+  constexpr int column = maximum_block_nodes * Components;
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
 #pragma omp parallel for schedule(static) if (level.threaded() && groups > 0)
   for (std::int64_t g = 0; g < groups; ++g) {

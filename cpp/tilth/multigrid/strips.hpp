@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The matrix of a level as its products read it. Up to 16 consecutive nodes form a strip: their
-// neighbours stand at the same distances in the numbering, so that one instruction serves eight
+// Storage of a level's matrix for products. Up to 16 consecutive nodes form a strip: their
+// neighbours are at the same distances in the numbering, so that one instruction handles eight
 // nodes without a gather. Coefficients have 16 bits, which halves the memory traffic that limits
-// products; rows of nodes that share a diagonal block keep all of theirs.
+// products; rows of nodes that share a diagonal block have single precision.
 #pragma once
 
 #include <algorithm>
@@ -43,8 +43,8 @@ inline void load(const std::int16_t* from, typename Vector::Reals& to) {
                                typename Vector::Reals);
 }
 
-/// The nearest integer, for numbers of less than 16 bits: what is added leaves no room for a
-/// fraction. No call of a library, so that loops over it become vector instructions.
+/// The nearest integer, for numbers of less than 16 bits: the added constant shifts the fraction
+/// out of the mantissa. Without a library call, so that loops over it are vectorised.
 inline std::int16_t rounded_to_short(float number) {
   constexpr float no_fraction = 0x1.8p23f;
   return static_cast<std::int16_t>(static_cast<std::int32_t>((number + no_fraction) - no_fraction));
@@ -62,14 +62,14 @@ struct Strip {
   std::int32_t first, count, width;      // its nodes, padded to `width`
   std::int64_t distance, distances = 0;  // where its list of distances begins, and their number
   std::int64_t value = 0;                // where its coefficients begin
-  bool whole = false;                    // whether they are kept in single precision
+  bool single = false;                   // whether they have single precision, not 16 bits
 };
 
 template <int Components>
 class Strips {
  public:
-  /// Takes the pattern. A node joins the strip before it if that costs fewer coefficients, zeros
-  /// included, than a strip of its own.
+  /// Sets the pattern. A node joins the preceding strip if that takes fewer coefficients, zeros
+  /// included, than a new strip.
   void set_pattern(const std::vector<std::int64_t>& row_start,
                    const std::vector<std::int32_t>& column) {
     const auto nodes = static_cast<std::int32_t>(row_start.size()) - 1;
@@ -107,16 +107,16 @@ class Strips {
     }
   }
 
-  /// Takes the rows of a level, row(v, buffer); `alone` (nodes): whether 16 bits are enough for
-  /// one.
+  /// Sets the rows of a level, row(v, buffer); `has_own_block` (nodes): whether 16 bits suffice for
+  /// the row.
   template <class Row>
-  void set_values(const std::vector<std::int64_t>& row_start, const std::vector<char>& alone,
-                  Row row) {
+  void set_values(const std::vector<std::int64_t>& row_start,
+                  const std::vector<char>& has_own_block, Row row) {
     std::int64_t shorts = 0, reals = 0;
     for (Strip& strip : strip_) {
-      const auto own = alone.begin() + strip.first;
-      strip.whole = std::find(own, own + strip.count, 0) != own + strip.count;
-      std::int64_t& total = strip.whole ? reals : shorts;
+      const auto own = has_own_block.begin() + strip.first;
+      strip.single = std::find(own, own + strip.count, 0) != own + strip.count;
+      std::int64_t& total = strip.single ? reals : shorts;
       strip.value = total;
       total += strip.distances * Components * Components * strip.width;
     }
@@ -130,7 +130,7 @@ class Strips {
 #pragma omp for schedule(static)
       for (std::size_t s = 0; s < strip_.size(); ++s) {
         const Strip& strip = strip_[s];
-        if (strip.whole)
+        if (strip.single)
           pack<true>(strip, row_start, row_of, real_.data() + strip.value);
         else
           pack<false>(strip, row_start, row_of, short_.data() + strip.value);
@@ -146,7 +146,7 @@ class Strips {
     for (std::size_t s = 0; s < strip_.size(); ++s) {
       const Strip& strip = strip_[s];
       alignas(64) float product[Components][widest];
-      if (strip.whole)
+      if (strip.single)
         multiply(strip, real_.data() + strip.value, x, product);
       else
         multiply(strip, short_.data() + strip.value, x, product);
@@ -172,7 +172,7 @@ class Strips {
     distance_.insert(distance_.end(), distances.begin(), distances.end());
   }
 
-  template <bool Whole, class Row, class T>
+  template <bool Single, class Row, class T>
   void pack(const Strip& strip, const std::vector<std::int64_t>& row_start, const Row& row,
             T* out) {
     std::fill_n(out, strip.distances * Components * Components * strip.width, T(0));
@@ -182,25 +182,26 @@ class Strips {
       const float* const begin = row(v);
       const float* const end = begin + (row_start[v + 1] - row_start[v]) * size;
       float largest[size] = {}, factor[size];
-      for (const float* block = begin; !Whole && block < end; block += size)
+      for (const float* block = begin; !Single && block < end; block += size)
         for (int n = 0; n < size; ++n) largest[n] = std::max(largest[n], std::abs(block[n]));
       for (int i = 0; i < Components; ++i) {
-        const float most =
+        const float largest_in_row =
             *std::max_element(largest + i * Components, largest + (i + 1) * Components);
-        scale_[i][v] = Whole ? 1.0f : most / 32767.0f;
-        std::fill_n(factor + i * Components, Components, most > 0.0f ? 32767.0f / most : 0.0f);
+        scale_[i][v] = Single ? 1.0f : largest_in_row / 32767.0f;
+        std::fill_n(factor + i * Components, Components,
+                    largest_in_row > 0.0f ? 32767.0f / largest_in_row : 0.0f);
       }
       const std::uint16_t* slot = slot_.data() + row_start[v];
       for (const float* block = begin; block < end; block += size, ++slot) {
         T rounded[size];
         for (int n = 0; n < size; ++n) {
-          if constexpr (Whole)
+          if constexpr (Single)
             rounded[n] = block[n];
           else
             rounded[n] = rounded_to_short(factor[n] * block[n]);
         }
-        T* place = out + std::int64_t{*slot} * size * strip.width + k;
-        for (int n = 0; n < size; ++n) place[n * strip.width] = rounded[n];
+        T* entry = out + std::int64_t{*slot} * size * strip.width + k;
+        for (int n = 0; n < size; ++n) entry[n * strip.width] = rounded[n];
       }
     }
   }

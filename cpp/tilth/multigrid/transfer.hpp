@@ -14,8 +14,8 @@ void link(Level<Components>& fine, const Lattice& coarse) {
   fine.parent.clear(), fine.parent_weight.clear();
   fine.child_start.assign(coarse.nodes() + 1, 0);
   for (std::int32_t v = 0; v < fine.nodes(); ++v) {
-    const Place& p = fine.lattice[v];
-    Place step;  // 1 along directions where the node is midway between two coarse ones
+    const LatticeIndex& p = fine.lattice[v];
+    LatticeIndex step;  // 1 along directions where the node is midway between two coarse ones
     float weight = 1.0f;
     for (int k = 0; k < 3; ++k) {
       step[k] = half_above(p[k]) - half_below(p[k]);
@@ -24,7 +24,7 @@ void link(Level<Components>& fine, const Lattice& coarse) {
     for (std::int32_t k = 0; k <= step[2]; ++k)
       for (std::int32_t j = 0; j <= step[1]; ++j)
         for (std::int32_t i = 0; i <= step[0]; ++i) {
-          const Place at{half_below(p[0]) + i, half_below(p[1]) + j, half_below(p[2]) + k};
+          const LatticeIndex at{half_below(p[0]) + i, half_below(p[1]) + j, half_below(p[2]) + k};
           fine.parent.push_back(coarse.find(at));
           fine.parent_weight.push_back(weight);
           ++fine.child_start[fine.parent.back() + 1];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// LU factors of a sparse matrix whose unknowns have an order with a narrow band: work for an
-// unknown is proportional to the square of the band's width.
+// LU factors of a sparse matrix, ordered for a narrow band: the work per unknown is proportional to
+// the square of the band's width.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace tilth::sparse {
 
-/// Of a matrix in compressed columns whose pattern is fixed. Rows are interchanged for the largest
-/// pivot (Golub and Van Loan, Matrix computations, section 4.3.3); column by column, so that a
-/// column stays in the fastest memory while all before it are taken off.
+/// Factors of a matrix in compressed columns with a fixed pattern. Partial pivoting (Golub and Van
+/// Loan, Matrix computations, section 4.3.3), column by column: a column stays in the cache while
+/// all columns before it are eliminated from it.
 class BandFactors {
  public:
   BandFactors(std::int64_t size, const std::int32_t* start, const std::int32_t* row)
@@ -40,29 +40,29 @@ class BandFactors {
       }
     std::inclusive_scan(end_.begin(), end_.end(), end_.begin(),
                         [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
-    for (std::int64_t& first : first_)  // an interchange may bring it up to here
+    for (std::int64_t& first : first_)  // row interchanges may extend it to here
       first = std::upper_bound(end_.begin(), end_.end(), first) - end_.begin();
     upper_ += lower_;  // for the same reason
-    place_.reserve(start[size]);
+    index_.reserve(start[size]);
     for (std::int64_t c = 0; c < size; ++c)
       for (std::int32_t e = start[c]; e < start[c + 1]; ++e)
-        place_.push_back(rank[c] * rows() + upper_ + rank[row[e]] - rank[c]);
+        index_.push_back(rank[c] * rows() + upper_ + rank[row[e]] - rank[c]);
   }
 
   std::int64_t size() const { return size_; }
-  /// Of the factors' band below and above the diagonal.
+  /// Widths of the factors' band below and above the diagonal.
   std::array<std::int64_t, 2> widths() const { return {lower_, upper_}; }
-  std::int64_t entries() const { return static_cast<std::int64_t>(place_.size()); }
+  std::int64_t entries() const { return static_cast<std::int64_t>(index_.size()); }
 
-  /// Takes the values of all entries; returns whether no pivot is zero.
+  /// Factorises the matrix with these entries; returns whether no pivot is zero.
   bool factorise(const double* value) {
     factor_.assign(size_ * rows(), 0.0);
-    for (std::size_t e = 0; e < place_.size(); ++e) factor_[place_[e]] += value[e];
+    for (std::size_t e = 0; e < index_.size(); ++e) factor_[index_[e]] += value[e];
     for (std::int64_t c = 0; c < size_; ++c) {
       double* column = at_diagonal(c) - c;  // column[i] is entry (i, c)
       for (std::int64_t k = first_[c]; k < c; ++k) {
         std::swap(column[k], column[pivot_[k]]);
-        take_off(k, column);
+        eliminate(k, column);
       }
       const std::int64_t end = end_[c];
       std::int64_t pivot = c;
@@ -77,13 +77,13 @@ class BandFactors {
     return true;
   }
 
-  /// Solves for one right side; both have one entry an unknown.
+  /// Solves for one right side; both have one entry per unknown.
   void solve(const double* right, double* solution) const {
     std::vector<double> x(size_);
     for (std::int64_t k = 0; k < size_; ++k) x[k] = right[order_[k]];
     for (std::int64_t k = 0; k < size_; ++k) {
       std::swap(x[k], x[pivot_[k]]);
-      take_off(k, x.data());
+      eliminate(k, x.data());
     }
     for (std::int64_t c = size_; c-- > 0;) {
       const double* column = at_diagonal(c) - c;
@@ -98,8 +98,8 @@ class BandFactors {
   double* at_diagonal(std::int64_t c) { return factor_.data() + c * rows() + upper_; }
   const double* at_diagonal(std::int64_t c) const { return factor_.data() + c * rows() + upper_; }
 
-  /// Takes the factors' column k, below the diagonal, times x[k] off x.
-  void take_off(std::int64_t k, double* x) const {
+  /// Subtracts the factors' column k, below the diagonal, times x[k] from x.
+  void eliminate(std::int64_t k, double* x) const {
     const double times = x[k];
     if (times == 0.0) return;
     const double* column = at_diagonal(k) - k;
@@ -113,7 +113,7 @@ class BandFactors {
   std::int64_t lower_ = 0, upper_ = 0;  // widths of the factors' band
   std::vector<std::int64_t> first_;     // row of each of the factors' columns that may not be 0,
   std::vector<std::int64_t> end_;       // and one past the last such row
-  std::vector<std::int64_t> place_;     // of each entry in factor_
+  std::vector<std::int64_t> index_;     // of each entry in factor_
   std::vector<double> factor_;          // column by column, rows() each
   std::vector<std::int64_t> pivot_;     // row that was interchanged with each
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The graph of a square sparse matrix: its connected parts, and an order of its unknowns with a
+// Graph of a square sparse matrix: its connected components, and an order of its unknowns with a
 // narrow band.
 #pragma once
 
@@ -18,7 +18,7 @@ class Graph {
   Graph(std::int64_t size, const Offset* start, const Number* neighbour)
       : size_(size), start_(start), neighbour_(neighbour) {}
 
-  /// Number of the connected part of each vertex, parts in the order of their first ones.
+  /// Number of the connected component of each vertex, in the order of their first vertices.
   std::vector<std::int64_t> parts() const {
     constexpr std::int64_t none = -2;
     std::vector<std::int64_t> part(size_, none), found;
@@ -32,8 +32,8 @@ class Graph {
   }
 
   /// The reverse of Cuthill and McKee's order (1969): vertices in the order of their distance from
-  /// an end of their part, the neighbours of each by their number of neighbours. The end is all
-  /// that is farthest from a vertex which is itself at an end (George and Liu 1979).
+  /// an end of their part, the neighbours of each by their number of neighbours. The end is
+  /// a pseudo-peripheral vertex (George and Liu 1979).
   std::vector<std::int64_t> narrow_order() const {
     std::vector<std::int64_t> order, found, end, mark(size_, 0);
     order.reserve(size_);
@@ -57,7 +57,7 @@ class Graph {
 
  private:
   struct Levels {
-    std::int64_t count, last;  // how many there are, and where the last one begins
+    std::int64_t count, last;  // number of levels, and start of the last one
   };
 
   static constexpr std::int64_t done = -1;
@@ -68,8 +68,8 @@ class Graph {
     };
   }
 
-  /// Extends `found` by all that can be reached from it, level by level, and gives it this mark;
-  /// what has the mark counts as found before. The neighbours of each vertex come by their degree.
+  /// Extends `found` by a breadth-first search and marks what it finds with `own`; vertices with
+  /// this mark are skipped. The neighbours of each vertex are visited by increasing degree.
   Levels visit(std::vector<std::int64_t>& found, std::vector<std::int64_t>& mark,
                std::int64_t own) const {
     for (const std::int64_t v : found) mark[v] = own;

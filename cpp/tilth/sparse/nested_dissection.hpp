@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Fill-reducing order of the nodes of a regular grid by geometric nested dissection (George 1973):
-// a separator of lattice planes as thick as the stencil's reach splits the longest direction, the
+// a separator of lattice planes as thick as the coupling distance splits the longest direction, the
 // two halves are ordered first, the separator last.
 #pragma once
 
@@ -13,8 +13,8 @@ namespace tilth::sparse {
 
 class NestedDissection {
  public:
-  NestedDissection(std::int64_t nodes, const std::int64_t* lattice, int reach)
-      : lattice_(lattice), reach_(reach), node_(nodes) {
+  NestedDissection(std::int64_t nodes, const std::int64_t* lattice, int coupling_distance)
+      : lattice_(lattice), coupling_distance_(coupling_distance), node_(nodes) {
     std::iota(node_.begin(), node_.end(), 0);
     dissect(0, nodes);
   }
@@ -37,20 +37,20 @@ class NestedDissection {
       }
       if (highest - lowest > longest) longest = highest - lowest, axis = k, low = lowest;
     }
-    if (longest < reach_ + 1) return;
-    const std::int64_t plane = low + (longest + 1 - reach_) / 2;
+    if (longest < coupling_distance_ + 1) return;
+    const std::int64_t plane = low + (longest + 1 - coupling_distance_) / 2;
     const auto first = node_.begin();
     const auto below = std::stable_partition(
         first + begin, first + end, [&](std::int64_t v) { return lattice_[3 * v + axis] < plane; });
     const auto above = std::stable_partition(below, first + end, [&](std::int64_t v) {
-      return lattice_[3 * v + axis] >= plane + reach_;
+      return lattice_[3 * v + axis] >= plane + coupling_distance_;
     });
     dissect(begin, below - first);
     dissect(below - first, above - first);
   }
 
   const std::int64_t* lattice_;
-  std::int64_t reach_;
+  std::int64_t coupling_distance_;
   std::vector<std::int64_t> node_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pattern of the node-block matrix: every pair of nodes that share a group, and where each group's
-// blocks stand in it. Nothing is assumed of the number of neighbours.
+// Pattern of the node-block matrix: every pair of nodes that share a group, and the positions of
+// each group's blocks in it, for any number of neighbours.
 #pragma once
 
 #include <omp.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The matrix of the free unknowns in compressed columns, in a given order of the nodes: its
-// structure, and for each entry the place of its value in the node-block matrix. Found once a
+// structure, and for each entry the index of its value in the node-block matrix. Found once a
 // step; every Newton iteration only gathers values.
 #pragma once
 
@@ -16,7 +16,7 @@ struct Restriction {
   std::vector<std::int64_t> unknown;  // (free) node * components + component of each column
   std::vector<std::int32_t> start;    // (free + 1)
   std::vector<std::int32_t> row;      // sorted within a column
-  std::vector<std::int64_t> place;    // in the array of blocks
+  std::vector<std::int64_t> source;   // of each entry, in the array of blocks
 };
 
 /// `order` lists all nodes; `constrained` (nodes * components) marks what is prescribed. The
@@ -32,12 +32,12 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
 
   Restriction result;
   std::vector<std::int32_t> first(nodes), free(nodes), rank(nodes);
-  for (std::int64_t place = 0; place < nodes; ++place) {
-    const std::int64_t v = order[place];
-    rank[v] = static_cast<std::int32_t>(place);
+  for (std::int64_t k = 0; k < nodes; ++k) {
+    const std::int64_t v = order[k];
+    rank[v] = static_cast<std::int32_t>(k);
     first[v] = static_cast<std::int32_t>(result.unknown.size());
-    for (int k = 0; k < components; ++k)
-      if (!constrained[v * components + k]) result.unknown.push_back(v * components + k);
+    for (int i = 0; i < components; ++i)
+      if (!constrained[v * components + i]) result.unknown.push_back(v * components + i);
     free[v] = static_cast<std::int32_t>(result.unknown.size()) - first[v];
   }
   result.start.assign(result.unknown.size() + 1, 0);
@@ -48,7 +48,7 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
   }
   for (std::size_t c = 0; c < result.unknown.size(); ++c) result.start[c + 1] += result.start[c];
   result.row.resize(result.start.back());
-  result.place.resize(result.start.back());
+  result.source.resize(result.start.back());
 
 #pragma omp parallel if (8 * nodes >= parallel_from)
   {
@@ -69,7 +69,7 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
             const std::int64_t row_component =
                 result.unknown[first[w] + i] - std::int64_t{w} * components;
             result.row[at] = first[w] + i;
-            result.place[at] =
+            result.source[at] =
                 (transposed[e] * components + row_component) * components + component;
           }
         }
@@ -79,11 +79,11 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
   return result;
 }
 
-/// value[i] = block[place[i]].
-inline void gather(std::int64_t entries, const std::int64_t* place, const double* block,
+/// value[i] = block[source[i]].
+inline void gather(std::int64_t entries, const std::int64_t* source, const double* block,
                    double* value) {
 #pragma omp parallel for schedule(static) if (entries >= 8 * parallel_from)
-  for (std::int64_t i = 0; i < entries; ++i) value[i] = block[place[i]];
+  for (std::int64_t i = 0; i < entries; ++i) value[i] = block[source[i]];
 }
 
 }  // namespace tilth::sparse

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What unknowns that belong to no node add to the node-block matrix: a border of few columns."""
+"""Border of the node-block matrix: the rows and columns of unknowns that belong to no node."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tilth.arrays import Floats
 class Border:
     """Columns B, rows C and corner D of m global unknowns g, as those of a rigid body's motion.
 
-    They stand beside the node-block matrix A: [[A, B], [C, D]] [x; g] = [r; s].
+    They extend the node-block matrix A to [[A, B], [C, D]] [x; g] = [r; s].
 
     Attributes:
         columns: derivative of the nodal residual with respect to each global unknown, shape
@@ -22,10 +22,11 @@ class Border:
         rows: derivative of the residual of each global unknown's equation with respect to the nodal
             unknowns, shape (m, nodes, components).
         corner: derivative of these residuals with respect to the global unknowns, shape (m, m).
-        scale: what makes a global unknown comparable with those of the nodes, shape (m,), positive:
-            the unknown times its scale has their unit, and the residual of its equation over the
-            scale has that of their residuals. Of a rotation [rad] it is a length, of a translation
-            1, of a Lagrange multiplier [force] a compliance [length/force].
+        scale: factors that make the global unknowns comparable with the nodal ones, shape (m,),
+            positive. Unknown times scale has the unit of the nodal unknowns; the residual of its
+            equation over the scale has that of the nodal residuals. For a rotation [rad] the scale
+            is a length, for a translation 1, for a Lagrange multiplier [force] a compliance
+            [length/force].
     """
 
     columns: Floats
@@ -39,7 +40,7 @@ class Border:
         return len(self.corner)
 
     def scaled(self) -> Border:
-        """Returns the border of the unknowns times their scale, whose scale is 1."""
+        """Returns the border of the scaled unknowns, whose scale is 1."""
         by = 1.0 / self.scale
         return Border(
             self.columns * by[:, None, None],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The domains of the material points: how they follow a step, and the limits of their size.
+"""Domains of the material points: their update in a step, and the limits of their size.
 
 Rules: docs/theory/domains.md; the arithmetic is in `cpp/tilth/kernel/advance.hpp`, `corners.hpp`.
 """
@@ -16,31 +16,31 @@ from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 
 LEAST_HALF_LENGTH = 1e-3
-"""Half lengths stay above this share of a cell; only a degenerate update comes so far."""
+"""Lower bound of half lengths, in cells; only a degenerate update reaches it."""
 
 LARGEST_HALF_LENGTH = 0.5
-"""Half lengths stay below this share of a cell, so that a point touches at most two per axis."""
+"""Upper bound of half lengths, in cells, so that a domain intersects at most two cells per axis."""
 
 
 _FOLDED = "the domain of a material point folded or inverted"
 _UNFOLDED = 'the domains of basis = "cpdi1" and "gimp" cannot fold: choose one of them for {!r}'
 
 MovedDomains = dict[int, tuple[Floats, Floats]]
-"""Of bodies whose corners move with the grid, by number: corners seen from the point, shape
-(n, 2^dim, dim), and the motion of the points, the centroids of their domains, (n, dim) [length]."""
+"""Number of a body whose corners move with the grid -> corners relative to the point, shape
+(n, 2^dim, dim), and displacement of the points, the domains' centroids, (n, dim) [length]."""
 
 
 def moved_domains(
     points: MaterialPoints, active: ActiveGrid, kind: str, displacement: Floats
 ) -> MovedDomains:
-    """Returns the domains of CPDI2 at the end of a step; changes nothing.
+    """Returns the domains of CPDI2 at the end of a step; the points keep theirs.
 
     displacement: of the nodes in the step [length], shape (nodes, dim).
 
     Raises:
         StepFailed: a domain folds or inverts.
     """
-    found = {}
+    moved_by_body = {}
     for number, body in enumerate(points.bodies):
         if body.basis != "cpdi2":
             continue
@@ -53,8 +53,8 @@ def moved_domains(
         if folded >= 0:
             remedy = _UNFOLDED.format(body.name)
             raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
-        found[number] = (moved, shift)
-    return found
+        moved_by_body[number] = (moved, shift)
+    return moved_by_body
 
 
 def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: Floats) -> None:
@@ -69,29 +69,29 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
 
 
 def update_domains(points: MaterialPoints, kind: str) -> None:
-    """Gives the domains that follow the deformation gradient their shape at the end of a step."""
+    """Updates the domains that follow the deformation gradient, at the end of a step."""
     for body in points.bodies:
         part = points.part(body)
         if body.has_corners:
-            if body.carried_by_gradient:
-                part.corner[:] = part.carried_corners()
+            if body.convected_by_gradient:
+                part.corner[:] = part.convected_corners()
                 if kind == "axisymmetric":
                     keep_off_axis(part)
             continue
-        # with the linear basis, which has no domains: the box that a point stands for in pictures
-        # and where boundaries look for soil
+        # the linear basis has no domains: the box serves for pictures and for the detection of
+        # contact with boundaries
         rule = body.domain_update or "right_stretch"
         if rule not in ("fixed", "corners"):
             _core.stretch_domains(
                 kind, rule, part.deformation_gradient, part.initial_half_length, part.half_length
             )
-    points.box_corners()
+    points.update_bounding_boxes()
 
 
 def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
     """Clips half lengths to [1e-3, 0.5] cells; returns how many points each bound applies to.
 
-    Keys: "floor" and "cap". Only bodies whose basis has a domain are looked at.
+    Keys: "floor" and "cap". Bodies whose basis has no domain are left out.
     """
     counts = {"floor": 0, "cap": 0}
     round_off = 1e-12
@@ -108,10 +108,10 @@ def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
 
 
 def keep_off_axis(part: MaterialPoints) -> None:
-    """Shrinks the domains of one body that F carried across the axis of symmetry.
+    """Shrinks the domains of one body that extend across the axis of symmetry.
 
-    Their corners' distances from the point, along the radius, are reduced in one proportion, so
-    that the domain ends at the axis: it stays a parallelogram with the point in its middle.
+    The radial distances of their corners from the point are scaled by one factor, so that the
+    domain ends at the axis and remains a parallelogram centred at the point.
     """
     radius, inwards = part.position[:, 0], -part.corner[:, :, 0].min(axis=1)
     across = inwards > radius
@@ -119,13 +119,14 @@ def keep_off_axis(part: MaterialPoints) -> None:
 
 
 def half_edges(points: MaterialPoints, chosen: Integers | None = None) -> Floats | None:
-    """Returns half the edges of parallelepipeds that stand for the domains, shape (n, dim, dim).
+    """Returns half the edges of parallelepipeds that represent the domains, shape (n, dim, dim).
 
-    Row k of a matrix is an edge, the one along x first [length]. Of CPDI1 they are the domain's
-    own; of CPDI2 their mean directions, so long that the ellipsoid through the corners of the
-    parallelepiped holds those of the domain. None if no body's basis has corners.
+    Row k of a matrix is an edge, the one along x first [length]. For CPDI1 they are the edges of
+    the domain; for CPDI2 they have its mean directions and are long enough that the ellipsoid
+    through the corners of the parallelepiped contains those of the domain. None if no body's
+    basis has corners.
 
-    chosen: numbers of the points, all if not given.
+    chosen: indices of the points, all if not given.
     """
     corners = points.all_corners()
     if corners is None:
@@ -134,13 +135,13 @@ def half_edges(points: MaterialPoints, chosen: Integers | None = None) -> Floats
         corners = corners[chosen]
     dim = corners.shape[2]
     edges = mean_half_edges(corners)
-    place = np.einsum("nci,nik->nck", corners, np.linalg.inv(edges))
-    farthest = np.sqrt((place**2).sum(axis=2).max(axis=1) / dim)
+    local = np.einsum("nci,nik->nck", corners, np.linalg.inv(edges))
+    farthest = np.sqrt((local**2).sum(axis=2).max(axis=1) / dim)
     return np.asarray(edges * np.maximum(farthest, 1.0)[:, None, None])
 
 
 def upper_edges(points: MaterialPoints) -> Floats:
     """Returns the greatest coordinates of the points' domains [length], shape (n, dim)."""
     corners = points.all_corners()
-    reach = points.half_length if corners is None else corners.max(axis=1)
-    return np.asarray(points.position + reach)
+    extent = points.half_length if corners is None else corners.max(axis=1)
+    return np.asarray(points.position + extent)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""F-bar: where the cells' centres of material are, and how much the cells stretch there.
+"""F-bar: centres of the material in the cells, and the volume change of the cells there.
 
 The volumetric part of a step's deformation gradient is that at the centre of the material points
 in the cell, not that at the point (de Souza Neto et al. 1996; Coombs et al. 2018;
-docs/theory/f_bar.md). What the points make of it is in `cpp/tilth/kernel/f_bar.hpp`.
+docs/theory/f_bar.md). Its use at the points is in `cpp/tilth/kernel/f_bar.hpp`.
 """
 
 from __future__ import annotations
@@ -18,46 +18,50 @@ from tilth.arrays import Floats, Integers
 from tilth.mpm.grid import ActiveGrid, Grid, Stencil
 from tilth.mpm.points import MaterialPoints
 
-FLOW = 0.03
-"""Plastic strain in which points of a cell forget by a factor e how their volumes differ [-]."""
+FORGETTING_STRAIN = 0.03
+"""Plastic strain that reduces differences of volumetric strain within a cell by a factor e [-]."""
 
-LEAST_RADIUS = 0.1
-"""Of a cell's centre, in radii of its outer edge: on the axis the hoop stretch would be 0 / 0."""
+LEAST_RELATIVE_RADIUS = 0.1
+"""Least radius of a cell's centre over that of its outer edge [-]: at radius 0 the hoop stretch is
+0 / 0."""
 
-BEYOND = 1e-6
-"""A cell lies beyond the axis if its outer edge is within this share of a cell of it."""
+AXIS_TOLERANCE = 1e-6
+"""A cell lies beyond the axis if its outer edge is less than this from it, in cells."""
 
 
 def _off_axis(centre: Floats, column: Integers, grid: Grid) -> Floats:
-    """Returns the places of the centres along the radius, in cells from the grid's origin, (n,).
+    """Returns the radial coordinates of the centres, in cells from the grid's origin, (n,).
 
-    Moved off the axis in cells that reach it or are cut by it; cells beyond it stay.
+    Centres of cells at or cut by the axis are moved off it; those of cells beyond it are kept.
     """
     axis = -grid.origin[0] / grid.cell_size[0]
     outer = column + 1.0 - axis
-    return np.where(outer > BEYOND, np.maximum(centre, axis + LEAST_RADIUS * outer), centre)
+    return np.where(
+        outer > AXIS_TOLERANCE, np.maximum(centre, axis + LEAST_RELATIVE_RADIUS * outer), centre
+    )
 
 
 @dataclass
 class Centres:
-    """The cells of one body's points in one step, and their stretch in the current iteration.
+    """Cells of one body's points in one step, and their volume change in the current iteration.
 
     Attributes:
         kind: "plane_strain", "axisymmetric" or "3d".
         group_start: first point of each group of the stencil, shape (groups + 1,).
-        count, cell_start, cell, share_start, share: which cells each group covers, and each
-            point's shares of them (kernel/f_bar.hpp).
-        corner_node: places of the corners of each group's cells in its list of nodes, shape
+        count, cell_start, cell, share_start, share: the cells of each group, and the shares of
+            each point's domain in them (kernel/f_bar.hpp).
+        corner_node: positions of the corners of each group's cells in its list of nodes, shape
             (cells of groups, 2^dim); empty where the nodes fill a box.
         node: corners of each cell, x fastest, shape (cells, 2^dim).
         value: shape functions at the centres [-], shape (cells, 2^dim).
         gradient: [1/length], shape (cells, 2^dim, dim).
         radius: of the centres [length], shape (cells,); used in axisymmetry.
-        before, after: det F / det F_bar of the points, at the start of the step and for the trial
-            displacement, shape (n,).
+        jacobian_ratio_before, jacobian_ratio: det F / det F_bar of the points, at the start of the
+            step and for the trial displacement, shape (n,).
         jacobian: J0 of the points in the step, shape (n,).
-        ratio: J0 - 1 of the cells, shape (cells,).
-        trace: derivative of ln J0 by the corners' displacement [1/length], (cells, 2^dim, dim).
+        volume_change: J0 - 1 of the cells, shape (cells,).
+        trace: derivative of ln J0 with respect to the corners' displacement [1/length], shape
+            (cells, 2^dim, dim).
     """
 
     kind: str
@@ -72,18 +76,18 @@ class Centres:
     value: Floats
     gradient: Floats
     radius: Floats
-    before: Floats
-    after: Floats
+    jacobian_ratio_before: Floats
+    jacobian_ratio: Floats
     jacobian: Floats
-    ratio: Floats
+    volume_change: Floats
     trace: Floats
 
     @classmethod
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:
-        """Finds the centres of one body's points (`points` holds no others).
+        """Returns the centres of one body's points (`points` contains only these).
 
-        The centre is that of the points in a cell, whatever their volume, as Coombs et al. (2018)
-        take it; of domains, that of their parts in the cell, by volume.
+        The centre is the mean position of the points in a cell, not weighted by volume, as in
+        Coombs et al. (2018); for domains it is the centroid of their parts in the cell.
         """
         grid, n = active.grid, len(points)
         weight = np.ones(n) if points.bodies[0].basis == "linear" else points.volume
@@ -122,34 +126,35 @@ class Centres:
             value=np.asarray(value),
             gradient=np.asarray(gradient),
             radius=grid.origin[0] + centre[:, 0] * grid.cell_size[0],
-            before=points.volume / (points.initial_volume * points.assumed_jacobian),
-            after=np.ones(n),
+            jacobian_ratio_before=points.volume / (points.initial_volume * points.assumed_jacobian),
+            jacobian_ratio=np.ones(n),
             jacobian=np.ones(n),
-            ratio=np.zeros(len(value)),
+            volume_change=np.zeros(len(value)),
             trace=np.zeros_like(gradient),
         )
 
     def update(self, displacement: Floats) -> None:
-        """Fills `ratio` and `trace` for the nodal displacement of the step, (nodes, dim)."""
+        """Updates `volume_change` and `trace` for the step's nodal displacement, (nodes, dim)."""
         _core.update_centres(
             self.kind, self.node, self.value, self.gradient, self.radius, displacement,
-            self.ratio, self.trace,
+            self.volume_change, self.trace,
         )  # fmt: skip
 
-    def smoothing(self, strain: Floats, volume: Floats, flow: Floats) -> Floats:
-        """Returns the change of the points' volumetric strain by the flow of a step, shape (n,).
+    def smoothing(self, strain: Floats, volume: Floats, plastic_increment: Floats) -> Floats:
+        """Returns the step's smoothing increment of the points' volumetric strain [-], shape (n,).
 
-        A cell's motion tells its points' volumes apart, F-bar strains them alike: differences of
-        their elastic volumetric strain meet no resistance, and none of them would ever leave.
-        Points that flow go towards their cells' mean, by 1 - exp(-flow / FLOW) of the way; the
-        sum of strain times volume stays in each cell. Without plastic flow nothing changes.
+        F-bar gives all points of a cell the same volumetric strain increment. So no stress opposes
+        differences of their elastic volumetric strain, and these would persist. The strain of
+        yielding points approaches the mean of their cells by the fraction
+        1 - exp(-plastic_increment / FORGETTING_STRAIN) of the difference. The sum of strain times
+        volume is conserved in each cell. Points that do not yield are not changed.
 
         Args:
             strain: elastic volumetric strain [-], shape (n,).
             volume: current volume, shape (n,).
-            flow: plastic strain in the step [-], >= 0, shape (n,).
+            plastic_increment: plastic strain in the step [-], >= 0, shape (n,).
         """
-        forget = -np.expm1(-flow / FLOW)
+        fraction = -np.expm1(-plastic_increment / FORGETTING_STRAIN)
         return np.asarray(
-            _core.smooth_strains(self.group_start, self, len(self.node), strain, volume, forget)
+            _core.smooth_strains(self.group_start, self, len(self.node), strain, volume, fraction)
         )

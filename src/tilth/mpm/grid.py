@@ -19,7 +19,7 @@ from tilth.mpm.points import MaterialPoints
 
 @dataclass(frozen=True)
 class Grid:
-    """Regular grid without extent: nodes stand at `origin` + lattice index * `cell_size`.
+    """Unbounded regular grid with nodes at `origin` + lattice index * `cell_size`.
 
     Attributes:
         origin: [length], shape (dim,).
@@ -51,15 +51,15 @@ class Stencil:
 
     Attributes:
         start: first point of each group, shape (groups + 1,).
-        first, count: lattice place of the first node and nodes per direction of the box around
-            each group's nodes, shape (groups, 3).
+        first, count: lattice index of the first node and nodes per direction of the bounding box
+            of each group's nodes, shape (groups, 3).
         cell_start, cell: keys of each group's cells; empty where they fill the box.
         node_key: keys of each group's nodes; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
-        value_start: where in `value` each group begins, shape (groups + 1,).
-        value: what is kept of each point's basis, flat (kernel/basis_values.hpp): of the linear one
-            the place in the cell, of others whose nodes fill a box the factors of the products over
-            the directions, else values and gradients.
+        value_start: first entry of each group in `value`, shape (groups + 1,).
+        value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear
+            basis the local coordinates in the cell; for others whose nodes fill a box the
+            one-dimensional factors; else values and gradients.
         hat_slope: slopes of the linear basis [1/length], shape (dim,); empty with others.
         dim: number of directions.
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
@@ -98,7 +98,7 @@ class Stencil:
 
 
 class Buffers:
-    """What steps reuse: memory, so that none has to ask the system for it, and the pattern.
+    """Memory and matrix pattern that steps reuse.
 
     Arrays taken for one step are overwritten by the next.
     """
@@ -120,24 +120,24 @@ class Buffers:
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
     ) -> Pattern:
-        """Returns the pattern of these: the last step's, the same object, where that serves."""
-        if self._pattern is None or not self._pattern.serves(key, groups, couplings):
+        """Returns the pattern of these nodes, groups and couplings; the last step's if equal."""
+        if self._pattern is None or not self._pattern.matches(key, groups, couplings):
             self._pattern = Pattern(key, groups, couplings)
         return self._pattern
 
 
 @dataclass(frozen=True)
 class ActiveGrid:
-    """The part of the grid that the points touch in one step; thrown away after it.
+    """Nodes and cells of the grid in the points' supports in one step; discarded after the step.
 
     Attributes:
         grid: the regular grid.
         key: sorted keys of the active nodes, shape (nodes,); x fastest.
         stencils: one per body, in the order of the bodies.
         points: the points that are located.
-        cell_keys: sorted keys of the cells that a point's support covers, each that of its lowest
-            node.
-        buffers: what the steps reuse.
+        cell_keys: sorted keys of the cells in the points' supports; the key of a cell is that of
+            its lowest node.
+        buffers: memory that the steps reuse.
         couplings: further nodes that the matrix couples: see `with_couplings`.
         owned: first and one past the last node that this process owns (all, in a serial run).
     """
@@ -158,7 +158,7 @@ class ActiveGrid:
 
     @cached_property
     def lattice(self) -> Integers:
-        """Lattice places of the active nodes, shape (nodes, 3)."""
+        """Lattice indices of the active nodes, shape (nodes, 3)."""
         return np.asarray(_core.lattice(self.key))
 
     @cached_property
@@ -168,19 +168,19 @@ class ActiveGrid:
 
     @cached_property
     def occupied(self) -> Integers:
-        """Sorted keys of the cells that hold a point's centre, each that of its lowest node.
+        """Sorted keys of the cells that contain a material point.
 
-        To be asked for before the points move.
+        It must be evaluated before the points move.
         """
-        place = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
-        return np.unique(lattice_keys(place.astype(np.int64)))
+        cell = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
+        return np.unique(lattice_keys(cell.astype(np.int64)))
 
     def find(self, lattice: Integers) -> Integers:
-        """Returns the numbers of the nodes at lattice places (n, 3); -1 where none is active."""
+        """Returns the numbers of the nodes at lattice indices (n, 3); -1 where none is active."""
         return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
 
     def with_couplings(self, couplings: Sequence[tuple[Integers, Shorts]]) -> ActiveGrid:
-        """Returns the same grid whose matrix couples the nodes of further elements, too.
+        """Returns the same grid whose matrix also couples the nodes of further elements.
 
         couplings: first entry of each element, shape (elements + 1,), among node numbers, shape
             (entries,).
@@ -188,10 +188,11 @@ class ActiveGrid:
         return replace(self, couplings=couplings)
 
     @property
-    def reach(self) -> int:
+    def coupling_distance(self) -> int:
         """Largest number of cells between two nodes that the matrix couples."""
-        of_groups = max(int(stencil.count.max()) for stencil in self.stencils) - 1
-        return max([of_groups, *(elements.reach for elements in self._pattern.elements)])
+        in_groups = max(int(stencil.count.max()) for stencil in self.stencils) - 1
+        of_elements = [elements.coupling_distance for elements in self._pattern.elements]
+        return max([in_groups, *of_elements])
 
     @cached_property
     def _pattern(self) -> Pattern:
@@ -210,7 +211,7 @@ class ActiveGrid:
 
     @property
     def block_positions(self) -> list[tuple[Integers, Shorts]]:
-        """Per body, where the blocks of its groups stand in the pattern: start, position."""
+        """Per body, positions of the blocks of its groups in the pattern: start, position."""
         return self._pattern.block_positions
 
     @property
@@ -220,11 +221,11 @@ class ActiveGrid:
 
     @property
     def elements(self) -> list[Elements]:
-        """Of each of `couplings`, where its blocks stand in the pattern."""
+        """The elements of each of `couplings`, with their blocks' positions in the pattern."""
         return self._pattern.elements
 
     def cells(self) -> Integers:
-        """Returns the nodes of every cell that a point's support covers, shape (cells, 2^dim).
+        """Returns the nodes of every cell in the points' supports, shape (cells, 2^dim).
 
         Node order is VTK's of a quadrilateral or hexahedron.
         """
@@ -232,29 +233,29 @@ class ActiveGrid:
         return self.corners(np.asarray(_core.lattice(self.cell_keys)))[:, vtk].astype(np.int64)
 
     def corners(self, lattice: Integers) -> Shorts:
-        """Returns the nodes of cells at lattice places (n, 3), x fastest, shape (n, 2^dim).
+        """Returns the nodes of cells at lattice indices (n, 3), x fastest, shape (n, 2^dim).
 
         Raises AssertionError if a cell has a node that is not active.
         """
         corner = cell_corners(self.grid.dim)
         node = self.find((lattice[:, None] + corner).reshape(-1, 3)).reshape(len(lattice), -1)
-        assert (node >= 0).all(), "a cell that is asked for is not active"
+        assert (node >= 0).all(), "a requested cell is not active"
         return node.astype(np.int32)
 
 
 def cell_corners(dim: int) -> Integers:
-    """Returns the corners of a cell from its lowest one, x fastest, shape (2^dim, 3)."""
+    """Returns the lattice offsets of a cell's corners, x fastest, shape (2^dim, 3)."""
     return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
 
 
 def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     """Sorts the points by support and returns the active grid with all basis values.
 
-    The basis values stand in `buffers` and are valid until these are used again.
+    The basis values are in `buffers` and valid until these are used again.
 
     Raises:
-        StepFailed: if a point is beyond the limits or the reach of the grid, or its domain
-            reaches over too many cells.
+        StepFailed: if a point is beyond the limits of the grid or the range of its keys, or its
+            domain extends over too many cells.
     """
     outside = grid.first_point_outside(points.position)
     if outside is not None:
@@ -278,19 +279,19 @@ def _union(keys: list[Integers]) -> Integers:
 
 
 def lattice_keys(lattice: Integers) -> Integers:
-    """Returns the keys of lattice places (n, dim), of cells those of their lowest nodes."""
+    """Returns the keys of lattice indices (n, dim); a cell has the key of its lowest node."""
     in_space = np.zeros((len(lattice), 3), dtype=np.int64)
     in_space[:, : lattice.shape[1]] = lattice
     return np.asarray(_core.node_keys(in_space))
 
 
-def find_keys(known: Integers, wanted: Integers) -> Integers:
-    """Returns where the keys `wanted` stand among the sorted keys `known`; -1 where they do not."""
-    if len(known) == 0:
-        return np.full(len(wanted), -1)
-    number = known.searchsorted(wanted)
-    number[number == len(known)] = 0
-    number[known[number] != wanted] = -1
+def find_keys(keys: Integers, sought: Integers) -> Integers:
+    """Returns the positions of the keys `sought` in the sorted `keys`; -1 for those not in it."""
+    if len(keys) == 0:
+        return np.full(len(sought), -1)
+    number = keys.searchsorted(sought)
+    number[number == len(keys)] = 0
+    number[keys[number] != sought] = -1
     return number
 
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Groups of points that share all their nodes: what a stencil is made of.
+"""Groups of points that share all their nodes; a stencil consists of such groups.
 
 The support of most bases is a box of nodes, described by its first node and the number of nodes
-per direction. That of a domain with corners (CPDI) is the nodes of the cells that hold a corner,
-kept in lists.
+per direction. The support of a domain with corners (CPDI) is the nodes of the cells that contain a
+corner, stored as a list.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tilth.mpm.grid import Grid
 
 
-_REACH, _WIDTH = -1, -2  # SupportFailure of kernel/corners.hpp
+_OUT_OF_RANGE, _TOO_WIDE = -1, -2  # SupportFailure of kernel/corners.hpp
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Groups:
 
     Attributes:
         start: first point of each group, shape (groups + 1,).
-        first: lattice place of the first node of the box around its nodes, shape (groups, 3).
+        first: lattice index of the first node of the bounding box of its nodes, shape (groups, 3).
         count: nodes per direction of this box, shape (groups, 3).
         cell_start, cell: keys of the cells of each group; empty where they fill the box.
         node_start, node_key: keys of the nodes of each group; empty where they fill the box.
@@ -68,17 +68,17 @@ def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
     """Sorts a body's points by support and returns their groups.
 
     Raises:
-        StepFailed: if a point is beyond the reach of the grid, or its domain reaches too far.
+        StepFailed: if a point is outside the range of the grid's keys, or its domain is too wide.
     """
     if body.has_corners:
         return _by_corners(points, body, grid)
     part = points.part(body)
     keys = np.empty(len(part), dtype=np.int64)
-    beyond = _core.support_keys(
+    outside = _core.support_keys(
         body.basis, part.position, part.half_length, grid.origin, grid.cell_size, keys
     )
-    if beyond:
-        _refuse(part, keys)
+    if outside:
+        _raise_first_failure(part, keys)
     if not (keys[1:] >= keys[:-1]).all():
         order = np.argsort(keys, kind="stable")
         points.permute(body, order)
@@ -89,24 +89,24 @@ def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
 
 def _by_corners(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
     part = points.part(body)
-    keys, words, failures = _core.corner_supports(
+    keys, codes, failures = _core.corner_supports(
         part.position, part.corner, grid.origin, grid.cell_size
     )
-    keys, words = np.asarray(keys), np.asarray(words)
+    keys, codes = np.asarray(keys), np.asarray(codes)
     if failures:
-        _refuse(part, keys)
-    order = np.lexsort((*words.T, keys))  # stable
+        _raise_first_failure(part, keys)
+    order = np.lexsort((*codes.T, keys))  # stable
     if (order[1:] < order[:-1]).any():
         points.permute(body, order)
-        keys, words = keys[order], words[order]
-    return Groups(*_core.group_corner_points(grid.dim, keys, words))
+        keys, codes = keys[order], codes[order]
+    return Groups(*_core.group_corner_points(grid.dim, keys, codes))
 
 
-def _refuse(part: MaterialPoints, keys: Integers) -> None:
+def _raise_first_failure(part: MaterialPoints, keys: Integers) -> None:
     first = int((keys < 0).argmax())
     reasons = {
-        _REACH: "a point is too far from the grid's origin",
-        _WIDTH: "the domain of a point reaches over more than "
+        _OUT_OF_RANGE: "a point is too far from the grid's origin",
+        _TOO_WIDE: "the domain of a point extends over more than "
         f"{256 if part.position.shape[1] == 2 else 32} cells",
     }
     raise StepFailed(reasons[int(keys[first])], point=int(part.point_id[first]))

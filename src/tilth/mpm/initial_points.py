@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The material points of a model before anything has moved."""
+"""Initial material points of a model."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def initial_points(model: Model) -> MaterialPoints:
         np.concatenate([part.corners() for part in parts]) if corners else None,
     )
     if model.analysis.kind == "axisymmetric":
-        for placed in bodies:
-            if placed.carried_by_gradient:
-                keep_off_axis(points.part(placed))
-        points.box_corners()
+        for point_range in bodies:
+            if point_range.convected_by_gradient:
+                keep_off_axis(points.part(point_range))
+        points.update_bounding_boxes()
     return points

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pattern of a step's node-block matrix, kept while the soil stays on the same nodes."""
+"""Sparsity pattern of a step's node-block matrix; reused while the active nodes stay the same."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Elements:
         node_start: first entry of each element in `node`, shape (elements + 1,).
         node: node numbers, shape (entries,).
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
-        block_start, block_position: where their blocks stand in the matrix (sparse/pattern.hpp).
-        reach: largest number of cells between two nodes of an element.
+        block_start, block_position: positions of their blocks in the matrix (sparse/pattern.hpp).
+        coupling_distance: largest number of cells between two nodes of an element.
     """
 
     node_start: Integers
@@ -31,7 +31,7 @@ class Elements:
     order: Integers
     block_start: Integers
     block_position: Shorts
-    reach: int
+    coupling_distance: int
 
 
 class Pattern:
@@ -39,8 +39,8 @@ class Pattern:
 
     Args:
         key: sorted keys of the active nodes, shape (nodes,).
-        groups: per body, first place of each group in the list of nodes, and this list.
-        couplings: per coupling, first place of each element in the list of nodes, and this list.
+        groups: per body, first entry of each group in the list of nodes, and this list.
+        couplings: per coupling, first entry of each element in the list of nodes, and this list.
 
     Attributes:
         row_start: first block of each row, shape (nodes + 1,).
@@ -65,21 +65,21 @@ class Pattern:
             np.concatenate([node for _, node in lists]),
         )
 
-    def serves(
+    def matches(
         self,
         key: Integers,
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
     ) -> bool:
-        """Returns whether it is the pattern of these nodes, groups and couplings, too."""
+        """Returns whether this is also the pattern of these nodes, groups and couplings."""
         own = self._groups + self._couplings
-        mine = [self._key, *(array for pair in own for array in pair)]
+        arrays = [self._key, *(array for pair in own for array in pair)]
         other = [key, *(array for pair in groups + couplings for array in pair)]
-        return len(mine) == len(other) and all(map(np.array_equal, mine, other))
+        return len(arrays) == len(other) and all(map(np.array_equal, arrays, other))
 
     @cached_property
     def block_positions(self) -> list[tuple[Integers, Shorts]]:
-        """Per body, where the blocks of its groups stand: start, position."""
+        """Per body, positions of the blocks of its groups in the matrix: start, position."""
         return [
             _core.block_positions(start, node, self.row_start, self.column)
             for start, node in self._groups
@@ -87,20 +87,20 @@ class Pattern:
 
     @cached_property
     def elements(self) -> list[Elements]:
-        """Of each coupling, in the order in which they were declared."""
+        """The elements of each coupling, in the order in which the couplings were declared."""
         lattice = np.asarray(_core.lattice(self._key))
         return [self._elements(start, node, lattice[node]) for start, node in self._couplings]
 
-    def _elements(self, start: Integers, node: Shorts, place: Integers) -> Elements:
+    def _elements(self, start: Integers, node: Shorts, index: Integers) -> Elements:
         positions = _core.block_positions(start, node, self.row_start, self.column)
         if len(node) == 0:
             first, last = np.zeros((2, len(start) - 1, 3), dtype=np.int64)
         else:
-            first = np.minimum.reduceat(place, start[:-1])
-            last = np.maximum.reduceat(place, start[:-1])
+            first = np.minimum.reduceat(index, start[:-1])
+            last = np.maximum.reduceat(index, start[:-1])
         count = (last - first + 1).astype(np.int32)
-        reach = int(count.max(initial=1)) - 1
-        return Elements(start, node, *_core.colour_groups(first, count), *positions, reach)
+        distance = int(count.max(initial=1)) - 1
+        return Elements(start, node, *_core.colour_groups(first, count), *positions, distance)
 
     @cached_property
     def diagonal(self) -> Integers:

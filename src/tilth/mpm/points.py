@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`MaterialPoints`: the whole state of the soil, as a structure of arrays."""
+"""`MaterialPoints`: the state of the soil, as a structure of arrays."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class PointRange:
         return self.basis in _core.corner_basis_names()
 
     @property
-    def carried_by_gradient(self) -> bool:
-        """Whether these are parallelepipeds carried by the deformation gradient (CPDI1)."""
+    def convected_by_gradient(self) -> bool:
+        """Whether the domains are parallelepipeds convected by the deformation gradient (CPDI1)."""
         return self.basis == "cpdi1"
 
 
@@ -97,13 +97,13 @@ class MaterialPoints:
         state: state variables of the laws, shape (n, columns): those of a point's law fill the
             first columns, see `state_variable`.
         initial_half_length, half_length: half the side lengths of the points' domains along
-            the grid's axes [length], shape (n, dim); with the linear basis, which does not use
-            them, of the box that a point stands for. Of a domain with corners `half_length` is
-            that of the least box around the point that holds it; its initial half lengths are
-            those along its own edges.
-        initial_half_edge: half the edges of the domains that F carries (CPDI1), before it did: an
-            edge in each row [length], shape (n, dim, dim); (n, 0, dim) if no body has such.
-        corner: corners of the points' domains, seen from the point, x fastest [length], shape
+            the grid's axes [length], shape (n, dim); with the linear basis, which has no domains,
+            those of a box of the point's volume. For a domain with corners `half_length` is that
+            of its bounding box centred at the point; its initial half lengths are along its own
+            edges.
+        initial_half_edge: half the initial edges of the domains convected by F (CPDI1), an edge in
+            each row [length], shape (n, dim, dim); (n, 0, dim) if no body has such domains.
+        corner: corners of the points' domains relative to the point, x fastest [length], shape
             (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
     """
 
@@ -137,15 +137,15 @@ class MaterialPoints:
     ) -> MaterialPoints:
         """Returns undeformed, stress-free points numbered in the order given.
 
-        corner: as the attribute, of all points if there are domains with corners, those of CPDI1
-            parallelepipeds; None for boxes with the half lengths.
+        corner: as the attribute, for all points if any body has domains with corners; those of
+            CPDI1 must be parallelepipeds. None for boxes with the half lengths.
         """
         n, dim = position.shape
         if not any(body.has_corners for body in bodies):
             corner = np.zeros((n, 0, dim))
         elif corner is None:
             corner = corner_signs(dim) * half_length[:, None]
-        carried = any(body.carried_by_gradient for body in bodies)
+        convected = any(body.convected_by_gradient for body in bodies)
         points = cls(
             bodies=bodies,
             point_id=np.arange(n),
@@ -163,30 +163,30 @@ class MaterialPoints:
             state=_initial_state(bodies, n),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
-            initial_half_edge=mean_half_edges(corner) if carried else np.zeros((n, 0, dim)),
+            initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
             corner=np.array(corner, dtype=np.float64, order="C"),
         )
-        points.box_corners()
+        points.update_bounding_boxes()
         return points
 
-    def box_corners(self) -> None:
-        """Gives domains that have corners the half lengths of the least box that holds them."""
+    def update_bounding_boxes(self) -> None:
+        """Sets the half lengths of domains with corners to those of their bounding boxes."""
         for body in self.bodies:
             if body.has_corners:
                 part = self.part(body)
                 part.half_length[:] = np.abs(part.corner).max(axis=1)
 
-    def carried_corners(self) -> Floats:
-        """Returns the corners of initial parallelepipeds carried by F, (n, 2^dim, dim)."""
+    def convected_corners(self) -> Floats:
+        """Returns the corners of the initial parallelepipeds convected by F, (n, 2^dim, dim)."""
         dim = self.position.shape[1]
         gradient = self.deformation_gradient[:, :dim, :dim]
         return parallelepiped(np.einsum("nij,nkj->nki", gradient, self.initial_half_edge))
 
     def all_corners(self) -> Floats | None:
-        """Returns the corners of all domains, seen from the points [length], (n, 2^dim, dim).
+        """Returns the corners of all domains relative to the points [length], (n, 2^dim, dim).
 
-        Of points whose domains have none, those of the box with their half lengths; None if no
-        body's basis has corners.
+        A domain without corners is the box with its half lengths. None if no body's basis has
+        corners.
         """
         if self.corner.shape[1] == 0:
             return None
@@ -206,7 +206,7 @@ class MaterialPoints:
         return [f.name for f in fields(cls) if f.name != "bodies"]
 
     def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Returns the per-point arrays by name: with `bodies`, all there is to store."""
+        """Returns the per-point arrays by name: with `bodies` they are the state to store."""
         return {name: getattr(self, name) for name in self.array_names()}
 
     def part(self, body: PointRange) -> MaterialPoints:
@@ -215,7 +215,7 @@ class MaterialPoints:
         return MaterialPoints(bodies=[body], **views)  # type: ignore[arg-type]
 
     def permute(self, body: PointRange, order: Integers) -> None:
-        """Reorders one body's points: `order[i]` says which point comes to place i."""
+        """Reorders one body's points: the point with index `order[i]` moves to index i."""
         for array in self.arrays().values():
             array[body.start : body.stop] = array[body.start : body.stop].take(order, axis=0)
 
@@ -243,7 +243,7 @@ class MaterialPoints:
         return list(dict.fromkeys([PLASTIC_STRAIN, *names]))
 
     def state_variable(self, name: str) -> Floats:
-        """Returns a state variable of the points, shape (n,); NaN where the law has none such.
+        """Returns a state variable of the points, shape (n,); NaN where the law does not have it.
 
         Units: `tilth.model.laws.state_units`.
         """
@@ -298,7 +298,7 @@ class MaterialPoints:
         return "3d" if self.position.shape[1] == 3 else "plane_strain"
 
     def index_of(self, point_ids: Integers) -> Integers:
-        """Returns where the points of these permanent numbers stand now."""
+        """Returns the current indices of the points with these permanent numbers."""
         where = np.empty(len(self), dtype=np.int64)
         where[self.point_id] = np.arange(len(self))
         return where[point_ids]

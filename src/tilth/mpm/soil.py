@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The soil's answer to a nodal displacement: stress update, internal force, stiffness.
+"""Response of the soil to a nodal displacement: stress update, internal force, stiffness.
 
-Every method loops over the bodies and hands flat arrays to a kernel of the core.
+Every method loops over the bodies and passes flat arrays to a kernel of the core.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _FAILURES = {
 
 @dataclass
 class _Trial:
-    """What a trial displacement makes of the points; each array has one row per point.
+    """Trial state of the points; each array has one row per point.
 
     Attributes:
         elastic: elastic left Cauchy-Green tensor less the identity [-].
         plastic, state: as those of `MaterialPoints`.
-        response: what forces and stiffness need (kernel/response.hpp).
+        response: data for forces and stiffness (kernel/response.hpp).
     """
 
     elastic: Floats
@@ -59,7 +59,7 @@ class Soil:
         points: the points; changed by `advance` only.
         active: the grid of the step.
         kind: "plane_strain", "axisymmetric" or "3d".
-        timers: where the time of the kernels is booked.
+        timers: takes the time of the kernels.
     """
 
     def __init__(
@@ -106,11 +106,11 @@ class Soil:
                     raise StepFailed(_FAILURES[status], point=number)
 
     def _volumes(self) -> list[Floats]:
-        """Returns what the Kirchhoff stress of each body's points acts on: V0 J / J_bar."""
+        """Returns the volumes of the Kirchhoff stress, V0 J / J_bar, shape (n,), of each body."""
         volumes = []
         for body, centres in zip(self.points.bodies, self._centres, strict=True):
             volume = self.points.initial_volume[body.start : body.stop]
-            volumes.append(volume if centres is None else volume * centres.after)
+            volumes.append(volume if centres is None else volume * centres.jacobian_ratio)
         return volumes
 
     def internal_force(self) -> Floats:
@@ -160,11 +160,11 @@ class Soil:
 
     @cached_property
     def nodal_volume(self) -> Floats:
-        """Volume that the points give each node at the start of the step, shape (nodes,)."""
+        """Sum of S_ap V_p at each node at the start of the step [volume], shape (nodes,)."""
         return self.scatter(self.points.volume)
 
     def yielding_nodes(self) -> Flags:
-        """Returns the nodes of points that yield in the trial state, shape (nodes,)."""
+        """Returns whether a point in a node's support yields in the trial state, (nodes,)."""
         yielding = self._trial.plastic[:, :1] > self.points.plastic[:, :1]
         if not yielding.any():
             return np.zeros(self.active.nodes, dtype=bool)
@@ -178,7 +178,7 @@ class Soil:
         return vector
 
     def moved_domains(self, displacement: Floats) -> MovedDomains:
-        """Returns the domains that the grid's motion carries with it.
+        """Returns the domains whose corners move with the grid, at the end of the step.
 
         Raises:
             StepFailed: a domain folds or inverts.
@@ -220,44 +220,44 @@ class Soil:
         body = self.points.bodies[number]
         s = slice(body.start, body.stop)
         self.points.assumed_jacobian[s] *= centres.jacobian
-        self.points.stress[s] *= centres.after[:, None]
+        self.points.stress[s] *= centres.jacobian_ratio[:, None]
         self._smooth_volumetric_strains(number, centres)
 
     def _smooth_volumetric_strains(self, number: int, centres: Centres) -> None:
-        """Lets the volumetric strains of points that flow go towards those of their cells."""
+        """Smooths the volumetric strains of yielding points towards the means of their cells."""
         body, stencil = self.points.bodies[number], self.active.stencils[number]
         s, points = slice(body.start, body.stop), self.points
         elastic, jacobian = self._trial.elastic[s], points.assumed_jacobian[s]
-        flow = self._trial.plastic[s, 0] - points.plastic[s, 0]
-        if not flow.any():
+        plastic_increment = self._trial.plastic[s, 0] - points.plastic[s, 0]
+        if not plastic_increment.any():
             return
         volume, volumetric = points.part(body).volume, _core.volumetric_strains(elastic)
         nodal = np.zeros((self.active.nodes, 2))
         _core.scatter(stencil, np.column_stack([volume, volume * volumetric]), nodal)
         smooth = np.empty((len(volume), 1))
         _core.interpolate(stencil, nodal[:, 1:] / np.maximum(nodal[:, :1], 1e-300), smooth)
-        correction = centres.smoothing(volumetric - smooth[:, 0], volume, flow)
-        moved = np.flatnonzero(correction)
-        if len(moved) == 0:
+        correction = centres.smoothing(volumetric - smooth[:, 0], volume, plastic_increment)
+        smoothed = np.flatnonzero(correction)
+        if len(smoothed) == 0:
             return
-        trial = elastic[moved]
+        trial = elastic[smoothed]
         identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        trial += np.expm1(2.0 / 3.0 * correction[moved])[:, None] * (trial + identity)
+        trial += np.expm1(2.0 / 3.0 * correction[smoothed])[:, None] * (trial + identity)
         # a law whose strength depends on the pressure returns the stress to its yield surface
         state, plastic = self._trial.state[s], self._trial.plastic[s]
-        returned, flown, stress = (
-            np.empty_like(a) for a in (trial, plastic[moved], points.stress[s][moved])
+        returned, plastic_after, stress = (
+            np.empty_like(a) for a in (trial, plastic[smoothed], points.stress[s][smoothed])
         )
-        state_after, good = state[moved], np.empty(len(moved), dtype=bool)
+        state_after, admissible = state[smoothed], np.empty(len(smoothed), dtype=bool)
         _core.return_to_law(
-            self.kind, body.law.name, body.parameters, trial, plastic[moved], state[moved],
-            returned, flown, state_after, stress, good,
+            self.kind, body.law.name, body.parameters, trial, plastic[smoothed], state[smoothed],
+            returned, plastic_after, state_after, stress, admissible,
         )  # fmt: skip
-        moved = moved[good]
-        elastic[moved], plastic[moved], state[moved] = (
-            returned[good],
-            flown[good],
-            state_after[good],
+        smoothed = smoothed[admissible]
+        elastic[smoothed], plastic[smoothed], state[smoothed] = (
+            returned[admissible],
+            plastic_after[admissible],
+            state_after[admissible],
         )
-        jacobian[moved] *= np.exp(correction[moved])
-        points.stress[s][moved] = stress[good] / jacobian[moved, None]
+        jacobian[smoothed] *= np.exp(correction[smoothed])
+        points.stress[s][smoothed] = stress[admissible] / jacobian[smoothed, None]

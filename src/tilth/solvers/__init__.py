@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Linear solvers: the direct ones of the list `SOLVERS`, and multigrid with one behind it."""
+"""Linear solvers: direct solvers, and multigrid with a direct solver as fallback."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tilth.solvers.system import LinearSystem
 
 _DIRECT: list[type[Solver]] = [Pardiso, SuperLU, BandedLU]
 SOLVERS = {solver.name: solver for solver in _DIRECT}
-"""Direct solvers by the name that stands in a case file, the preferred one first."""
+"""Direct solvers by their name in a case file, in the order of preference."""
 
 __all__ = [
     "SOLVERS",
@@ -32,18 +32,18 @@ __all__ = [
 ]
 
 
-SMALL = 20_000
-"""Number of points below which a threaded solver does not pay."""
+THREADED_FROM_POINTS = 20_000
+"""Number of points from which a threaded direct solver is faster."""
 
 
-MULTIGRID_FROM = {2: 10_000, 3: 4_000}
-"""Number of unknowns from which multigrid is quicker than sparse direct solvers, by dimension."""
+MULTIGRID_FROM_UNKNOWNS = {2: 10_000, 3: 4_000}
+"""Dimension -> number of unknowns from which multigrid is faster than sparse direct solvers."""
 
 
 def linear_solver(
     name: str, dimension: int, points: int, note: Callable[[str], None]
 ) -> LinearSolver:
-    """Returns what a step solves with; `note` is told when multigrid fails.
+    """Returns the linear solver of an analysis; `note` gets the reason if multigrid fails.
 
     Raises:
         BadInput: if the named solver is not installed.
@@ -52,17 +52,17 @@ def linear_solver(
         return LinearSolver(choose_solver("auto", points), 0, note)
     direct = choose_solver(name, points)
     if name == "auto":
-        return LinearSolver(direct, MULTIGRID_FROM[dimension], note, banded=BandedLU())
+        return LinearSolver(direct, MULTIGRID_FROM_UNKNOWNS[dimension], note, banded=BandedLU())
     return LinearSolver(direct, note=note)
 
 
-def choose_solver(name: str, points: int = SMALL) -> Solver:
+def choose_solver(name: str, points: int = THREADED_FROM_POINTS) -> Solver:
     """Returns a direct solver by name; "auto" takes SuperLU for few points.
 
     Raises:
         BadInput: if the named solver is not installed.
     """
-    if name == "auto" and points < SMALL:
+    if name == "auto" and points < THREADED_FROM_POINTS:
         return SuperLU()
     if name == "auto":
         return next(solver() for solver in SOLVERS.values() if solver.available())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""LU factors of a band matrix: the quickest way to solve for a slender body."""
+"""LU factorisation of a band matrix: the fastest direct solver for a slender body."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 class BandedLU:
     """LU factorisation with partial pivoting, in an order of the unknowns with a narrow band.
 
-    The order is the reverse of Cuthill and McKee's (1969); work for an unknown is proportional to
-    the square of the band's width.
+    The order is reverse Cuthill-McKee (1969); the work per unknown is proportional to the square
+    of the bandwidth.
     """
 
     name: ClassVar[str] = "banded"
@@ -28,11 +28,11 @@ class BandedLU:
 
     @classmethod
     def available(cls) -> bool:
-        """Returns True: it is a part of tilth's core."""
+        """Returns True: the solver is part of the core."""
         return True
 
     def setup(self, matrix: Matrix, near_null_space: Floats | None = None) -> None:
-        """Factorises `matrix`; `near_null_space` is not needed."""
+        """Factorises `matrix`; `near_null_space` is not used."""
         self._matrix = matrix
         same = np.array_equal(matrix.indptr, self._indptr)
         if not (same and np.array_equal(matrix.indices, self._indices)):

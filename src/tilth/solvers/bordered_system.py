@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Systems with unknowns that belong to no node (docs/decisions/0020-unknowns.md).
+"""Solution of systems with unknowns that belong to no node (docs/decisions/0020-unknowns.md).
 
 Of [[A, B], [C, D]] [x; g] = [r; s] a direct solver factorises the whole matrix. An iterative
-solver knows A only: g follows from the Schur complement S = D - C A^-1 B, which takes one solution
+solver has A only: g follows from the Schur complement S = D - C A^-1 B, which takes one solution
 with A for each global unknown.
 """
 
@@ -20,23 +20,23 @@ from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
 
 COLUMN_TOLERANCE = 1e-10
-"""Relative residual of A^-1 B, from which the Schur complement is made."""
+"""Relative residual of A^-1 B in the Schur complement."""
 
 LARGEST_CONDITION = 1e12
-"""Ratio of what cancels in the Schur complement to what is left, from which it counts as singular:
-so much in double precision leaves four digits."""
+"""Ratio of the terms of the Schur complement to their difference from which it counts as singular:
+four digits of double precision remain."""
 
-REFINEMENTS = 3
-"""Corrections of a condensed solution for its true residual."""
+MAXIMUM_REFINEMENTS = 3
+"""Maximum number of refinements of a condensed solution."""
 
 
 def factorise_bordered(solver: Solver, system: LinearSystem, border: Border) -> None:
-    """Sets a direct solver up with the whole matrix; its unknowns are `system.free`, then g.
+    """Factorises the whole matrix by a direct solver; its unknowns are `system.free`, then g.
 
     Args:
         solver: the direct solver.
-        system: has A.
-        border: has B, C and D, scaled.
+        system: contains A.
+        border: contains B, C and D, scaled.
 
     Raises:
         SolveFailed: if the matrix is singular or nearly so.
@@ -58,14 +58,14 @@ def _bordered_matrix(matrix: Matrix, border: Border, free: Integers) -> Matrix:
 
     unknowns = border.unknowns
     columns, rows = (part.reshape(unknowns, -1)[:, free] for part in (border.columns, border.rows))
-    number, place = np.nonzero((columns != 0.0) | (rows != 0.0))
+    number, index = np.nonzero((columns != 0.0) | (rows != 0.0))
     corner = np.indices((unknowns, unknowns)).reshape(2, -1)
     shape = (len(free), unknowns)
     whole = sp.bmat(
         [
-            [matrix.in_scipy(), sp.coo_matrix((columns[number, place], (place, number)), shape)],
+            [matrix.in_scipy(), sp.coo_matrix((columns[number, index], (index, number)), shape)],
             [
-                sp.coo_matrix((rows[number, place], (number, place)), shape[::-1]),
+                sp.coo_matrix((rows[number, index], (number, index)), shape[::-1]),
                 sp.coo_matrix((border.corner.ravel(), tuple(corner)), (unknowns, unknowns)),
             ],
         ],
@@ -87,8 +87,8 @@ def solve_condensed(
     """Solves by elimination of the nodal unknowns, and corrects for the true residual.
 
     Args:
-        system: has A, which must not be singular.
-        border: has B, C and D, scaled.
+        system: contains A, which must not be singular.
+        border: contains B, C and D, scaled.
         solve: returns A^-1 times a nodal vector, to a relative residual; zero where constrained.
         right_side: r, shape (nodes, components).
         global_right_side: s, scaled, shape (m,).
@@ -122,7 +122,7 @@ def solve_condensed(
     x, g = np.zeros_like(residual), np.zeros_like(of_border)
     whole = size(residual, of_border)
     relative = 1.0 if whole > 0.0 else 0.0
-    for _ in range(1 + REFINEMENTS):
+    for _ in range(1 + MAXIMUM_REFINEMENTS):
         if relative <= 2.0 * tolerance or not math.isfinite(relative):
             break
         correction = solve(residual, tolerance)
@@ -141,9 +141,9 @@ def solve_condensed(
 
 
 def _require_regular(inverse: Floats, terms: float, limit: float) -> None:
-    """Checks a Schur complement by its inverse (m, m) and the size of what cancels in it."""
+    """Raises SolveFailed for a singular Schur complement, by its inverse (m, m) and terms' size."""
     condition = float(np.abs(inverse).max()) * terms
-    if not condition < limit:  # not a number, too
+    if not condition < limit:  # also for NaN
         raise SolveFailed(
             f"the equations of the global unknowns are singular or nearly so "
             f"(condition {condition:.1e})"

@@ -2,7 +2,7 @@
 """Preconditioned Krylov methods: conjugate gradients, and GMRES for unsymmetric matrices.
 
 Saad, Iterative methods for sparse linear systems (2003): algorithms 9.1 and 9.6. Inner products
-are those of `tilth.comm`, which have the same bits for any number of threads.
+are those of `tilth.comm`, which are identical for any number of threads.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from tilth.comm import SERIAL, Communicator, advance, inner, norm, two_inner
 from tilth.solvers.protocol import Solution, SolveFailed
 
 Operator = Callable[[Floats, Floats], None]
-"""Fills its second argument with what it makes of the first."""
+"""Applies an operator to its first argument; writes the result to its second."""
 
 
 class NotDefinite(SolveFailed):
-    """Conjugate gradients met a direction without positive energy."""
+    """The matrix or the preconditioner of conjugate gradients is not positive definite."""
 
 
 RESTART = 100
-"""Iterations of GMRES after which it begins anew from the solution found.
+"""Iterations of GMRES after which it restarts from the current solution.
 
-Few systems need so many; those that do have single modes that the preconditioner misses (soil that
-flows), and forgetting them costs more than the memory of the directions.
+Few systems need so many. Those that do have single modes that the preconditioner does not reduce
+(yielding soil); a restart loses these modes, which costs more than the memory of the directions.
 """
 
 
@@ -43,8 +43,8 @@ def conjugate_gradients(
 ) -> Solution:
     """Solves A x = b for a symmetric positive definite matrix and preconditioner.
 
-    The direction is made conjugate by the change of the residual (Polak and Ribiere), which
-    forgives a preconditioner in single precision. That change is the last step's length times
+    The direction is made conjugate by the difference of the residuals (Polak and Ribiere), which
+    tolerates a preconditioner in single precision. That difference is the last step length times
     the last product.
 
     Raises:
@@ -74,7 +74,7 @@ def conjugate_gradients(
             if residual <= 2.0 * tolerance:
                 return Solution(x, iteration, residual)
             p[:] = 0.0
-    raise _too_slow(limit, norm(comm, r) / size)
+    raise _not_converged(limit, norm(comm, r) / size)
 
 
 def flexible_gmres(
@@ -85,7 +85,7 @@ def flexible_gmres(
     limit: int,
     comm: Communicator = SERIAL,
 ) -> Solution:
-    """Solves A x = b by GMRES, preconditioned from the right by what may vary.
+    """Solves A x = b by flexible GMRES, preconditioned from the right.
 
     Raises:
         SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.
@@ -99,8 +99,8 @@ def flexible_gmres(
         basis = [r / (residual * size)]
         directions: list[Floats] = []
         triangle = np.zeros((RESTART + 1, RESTART))
-        turns: list[tuple[float, float]] = []
-        rotated = [residual * size]  # the right side of the least squares, turned as the matrix
+        rotations: list[tuple[float, float]] = []
+        rotated = [residual * size]  # right side of the least-squares problem, rotated
         while len(directions) < RESTART and iterations < limit:
             k = len(directions)
             iterations += 1
@@ -113,7 +113,7 @@ def flexible_gmres(
                 _core.combine(-triangle[i, k], v, 1.0, w)
             length = norm(comm, w)
             column = triangle[:, k]
-            for i, (c, s) in enumerate(turns):
+            for i, (c, s) in enumerate(rotations):
                 column[i], column[i + 1] = (
                     c * column[i] + s * column[i + 1],
                     (c * column[i + 1] - s * column[i]),
@@ -121,19 +121,20 @@ def flexible_gmres(
             radius = math.hypot(column[k], length)
             if not (0.0 < radius < math.inf):
                 raise SolveFailed("the linear system is singular")
-            turns.append((column[k] / radius, length / radius))
+            rotations.append((column[k] / radius, length / radius))
             column[k] = radius
-            rotated.append(-turns[k][1] * rotated[k])
-            rotated[k] *= turns[k][0]
+            rotated.append(-rotations[k][1] * rotated[k])
+            rotated[k] *= rotations[k][0]
             if abs(rotated[-1]) <= tolerance * size or length == 0.0:
                 break
             basis.append(w / length)
         n = len(directions)
-        shares = np.zeros(n)
+        coefficients = np.zeros(n)
         for i in reversed(range(n)):
-            shares[i] = (rotated[i] - triangle[i, i + 1 : n] @ shares[i + 1 :]) / triangle[i, i]
-        for share, direction in zip(shares, directions, strict=True):
-            _core.combine(share, direction, 1.0, x)
+            solved = triangle[i, i + 1 : n] @ coefficients[i + 1 :]
+            coefficients[i] = (rotated[i] - solved) / triangle[i, i]
+        for coefficient, direction in zip(coefficients, directions, strict=True):
+            _core.combine(coefficient, direction, 1.0, x)
         product(x, w)
         r = right_side - w
         residual = norm(comm, r) / size
@@ -141,8 +142,8 @@ def flexible_gmres(
             return Solution(x, iterations, residual)
         if not math.isfinite(residual):
             break
-    raise _too_slow(iterations, residual)
+    raise _not_converged(iterations, residual)
 
 
-def _too_slow(iterations: int, residual: float) -> SolveFailed:
+def _not_converged(iterations: int, residual: float) -> SolveFailed:
     return SolveFailed(f"no solution in {iterations} iterations (relative residual {residual:.1e})")

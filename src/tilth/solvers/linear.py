@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The choice of the linear solver: direct, or multigrid with a direct one in reserve."""
+"""Choice of the linear solver: direct, or multigrid with a direct solver as fallback."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.comm import count
-from tilth.solvers.bordered_system import factorise_bordered, solve_condensed
+from tilth.solvers.border import factorise_bordered, solve_condensed
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.protocol import SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
 
 LARGEST_HALF_BANDWIDTH = 64
-"""Half the width of a band up to which its LU factors are found sooner than sparse ones."""
+"""Half bandwidth up to which band LU is faster than sparse LU."""
 
 
-def section(system: LinearSystem) -> float:
+def mean_cross_section(system: LinearSystem) -> float:
     """Returns the mean number of active nodes in a slice across the grid's longest side."""
     comm, lattice = system.comm, system.active.lattice
     sides = [comm.max(float(k.max())) + comm.max(float(-k.min())) for k in lattice.T]
@@ -27,13 +27,13 @@ def section(system: LinearSystem) -> float:
     return count(comm, last - first) / (max(sides) + 1.0)
 
 
-def size(system: LinearSystem) -> float:
-    """Returns the number of unknowns, of a slender body those of a square or cube as thick.
+def effective_size(system: LinearSystem) -> float:
+    """Returns the number of unknowns; for a slender body that of a square or cube as thick as it.
 
-    A direct solver's work for an unknown grows with the cross-section, not with the length.
+    A direct solver's work per unknown grows with the cross-section, not with the length.
     """
     dim = system.active.grid.dim
-    thick = system.components * section(system) ** (dim / (dim - 1))
+    thick = system.components * mean_cross_section(system) ** (dim / (dim - 1))
     first, last = system.active.owned
     return float(min(system.components * count(system.comm, last - first), thick))
 
@@ -43,7 +43,7 @@ class LinearSolver:
 
     Args:
         direct: the direct solver.
-        multigrid_from: least `size` of a system for multigrid; None for never.
+        multigrid_from: least `effective_size` of a system for multigrid; None for never.
         note: is called with the reason why multigrid failed.
         banded: replaces the direct solver if the matrix is a narrow band.
     """
@@ -65,11 +65,11 @@ class LinearSolver:
 
     def begin(self, system: LinearSystem) -> StepSolver:
         """Returns the solver of the systems of one step, whose matrices `system` has in turn."""
-        large = self._multigrid_from is not None and size(system) >= self._multigrid_from
+        large = self._multigrid_from is not None and effective_size(system) >= self._multigrid_from
         return StepSolver(self, system, self._direct_for(system), large)
 
     def _direct_for(self, system: LinearSystem) -> Solver:
-        half_band = system.components * section(system) * (system.active.reach + 1)
+        half_band = system.components * mean_cross_section(system) * (system.active.coupling_distance + 1)
         if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
             return self._banded
         return self._direct

@@ -12,26 +12,27 @@ from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, Communicator, count
 from tilth.mpm.grid import ActiveGrid
-from tilth.solvers.exact_part import ExactPart
 from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
 from tilth.solvers.protocol import Solution, SolveFailed
+from tilth.solvers.subdomain_correction import SubdomainCorrection
 
-ITERATIONS = 100
-"""Iterations after which a direct solver is quicker."""
+MAXIMUM_ITERATIONS = 100
+"""Iterations after which a direct solver is faster."""
 
-ITERATIONS_BEFORE_MORE = 50
-"""Iterations after which the equations of more nodes are solved exactly, where there are such."""
+ITERATIONS_WITH_FEWER = 50
+"""Iterations after which the equations of a larger set of nodes, if there is one, are solved
+directly."""
 
 EXACT_UNKNOWNS = {2: 5_000, 3: 2_500}
-"""Unknowns up to which the equations of chosen nodes are solved exactly, by dimension."""
+"""Dimension -> number of unknowns up to which a set of nodes is solved directly."""
 
-MOST_EXACT_UNKNOWNS = {2: 20_000, 3: 10_000}
-"""The same once a solution with fewer has failed in the step: the factors take a second or so."""
+INCREASED_EXACT_UNKNOWNS = {2: 20_000, 3: 10_000}
+"""The same after a solution with fewer has failed in the step: the factors take about a second."""
 
-SCATTERED = 100
-"""Grid lines of the box around all nodes, per node, up to which the levels list them all."""
+LARGEST_LINES_PER_NODE = 100
+"""Largest number of grid lines in the nodes' bounding box, per node: levels store all lines."""
 
-SYMMETRIC = 1e-10
+SYMMETRY_TOLERANCE = 1e-10
 """Relative asymmetry below which the matrix counts as symmetric."""
 
 
@@ -40,29 +41,27 @@ class Multigrid:
 
     Args:
         active: the active grid, which owns the pattern.
-        constrained: prescribed degrees of freedom, shape (nodes, components); its shape says how
-            many components the unknown field has, 1, 2 or 3, whatever the dimension of the grid.
+        constrained: prescribed degrees of freedom, shape (nodes, components): 1, 2 or 3
+            components, independent of the dimension of the grid.
         comm: the processes that share the grid.
 
     Raises:
-        SolveFailed: the nodes are scattered over a box that is far larger than they fill.
+        SolveFailed: the nodes are scattered over a box that is far too large for their number.
     """
 
     def __init__(self, active: ActiveGrid, constrained: Flags, comm: Communicator = SERIAL) -> None:
         lines = np.prod(np.ptp(active.lattice[:, 1:], axis=0) + 1.0)
-        if lines > SCATTERED * len(constrained):
+        if lines > LARGEST_LINES_PER_NODE * len(constrained):
             raise SolveFailed("the pieces of the active grid are too far apart")
         self._active = active
         self._comm = comm
         self._dim, self._components = active.grid.dim, constrained.shape[1]
         self._constrained = constrained.copy(order="C")
         self._pattern = (active.row_start, active.column)
-        angle = np.arange(
-            self._constrained.size, dtype=float
-        )  # no structure, the same on any machine
+        angle = np.arange(self._constrained.size, dtype=float)  # irregular, the same on any machine
         free = ~self._constrained.ravel()
         self._probes = [np.where(free, np.cos(k * angle), 0.0) for k in (1.3, 2.1)]
-        self._exact: ExactPart | None = None
+        self._exact: SubdomainCorrection | None = None
         self._limits = EXACT_UNKNOWNS
         self._hierarchy = _core.Multigrid(
             self._dim, self._components, active.lattice, *self._pattern, self._constrained
@@ -74,7 +73,7 @@ class Multigrid:
         return self._hierarchy.bytes()
 
     def begin(self, active: ActiveGrid, constrained: Flags) -> bool:
-        """Makes ready for another active grid and returns True if it has the same pattern."""
+        """Prepares the levels for another active grid; returns False if its pattern differs."""
         same = np.array_equal(constrained, self._constrained) and all(
             np.array_equal(getattr(active, name), getattr(self._active, name))
             for name in ("lattice", "row_start", "column")
@@ -86,26 +85,26 @@ class Multigrid:
         return same
 
     def fill(self, blocks: Floats, exact_nodes: Sequence[Flags] = ()) -> None:
-        """Takes the node blocks of a matrix, (entries of the pattern, components, components).
+        """Sets the node blocks of the matrix, (entries of the pattern, components, components).
 
-        On the nodes of one of the choices `exact_nodes`, shape (nodes,) each, the equations are
-        solved exactly before and after each cycle: on the first, from many to few, that has few
-        enough.
+        Before and after each cycle the equations of one set of nodes are solved directly. It is
+        the first of the sets `exact_nodes`, shape (nodes,) each, from many to few, that is within
+        the limit.
 
         Raises:
-            SolveFailed: if it has entries that are not numbers.
+            SolveFailed: if the matrix has entries that are not numbers.
         """
         self._blocks = blocks
         self._hierarchy.fill(blocks)
         self._asymmetry = self._measure_asymmetry()
         if not math.isfinite(self._asymmetry):
             raise SolveFailed("the matrix has entries that are not numbers")
-        counted = [(count(self._comm, int(chosen.sum())), chosen) for chosen in exact_nodes]
-        self._choices = [(nodes, chosen) for nodes, chosen in counted if nodes]
+        counted = [(count(self._comm, int(flags.sum())), flags) for flags in exact_nodes]
+        self._candidates = [(nodes, selected) for nodes, selected in counted if nodes]
         self._choose_exact()
 
     def _measure_asymmetry(self) -> float:
-        """Returns |u . A v - v . A u| / |A v| for two vectors u and v; 0 of no matrix."""
+        """Returns |u . A v - v . A u| / |A v| for two vectors u and v; 0 for a zero matrix."""
         sums = _core.asymmetry(
             self._components, *self._pattern, self._blocks, self._constrained, *self._probes
         )
@@ -113,36 +112,38 @@ class Multigrid:
         return 0.0 if square == 0.0 else abs(u_of_v - v_of_u) / math.sqrt(square)
 
     def _choose_exact(self) -> None:
-        most = self._limits[self._dim]
-        few = [choice for choice in self._choices if choice[0] * self._components <= most]
+        limit = self._limits[self._dim]
+        within = [each for each in self._candidates if each[0] * self._components <= limit]
         self._exact, self._exact_nodes = None, 0
-        if few:
-            self._exact_nodes, chosen = few[0]
-            self._exact = ExactPart(self._active, self._constrained, self._blocks, chosen)
+        if within:
+            self._exact_nodes, selected = within[0]
+            self._exact = SubdomainCorrection(
+                self._active, self._constrained, self._blocks, selected
+            )
 
     def solve(self, right_side: Floats, tolerance: float) -> Solution:
         """Solves for a nodal right side, shape (nodes, components); ignored where constrained.
 
         Raises:
-            SolveFailed: no solution to the relative `tolerance` within `ITERATIONS`.
+            SolveFailed: no solution to the relative `tolerance` within `MAXIMUM_ITERATIONS`.
         """
         free = np.where(self._constrained, 0.0, right_side).ravel()
-        more = MOST_EXACT_UNKNOWNS[self._dim] // self._components
-        if not any(self._exact_nodes < nodes <= more for nodes, _ in self._choices):
-            return self._iterate(free, tolerance, ITERATIONS)
+        limit = INCREASED_EXACT_UNKNOWNS[self._dim] // self._components
+        if not any(self._exact_nodes < nodes <= limit for nodes, _ in self._candidates):
+            return self._iterate(free, tolerance, MAXIMUM_ITERATIONS)
         try:
-            return self._iterate(free, tolerance, ITERATIONS_BEFORE_MORE)
+            return self._iterate(free, tolerance, ITERATIONS_WITH_FEWER)
         except SolveFailed:
-            self._limits = MOST_EXACT_UNKNOWNS
+            self._limits = INCREASED_EXACT_UNKNOWNS
             self._choose_exact()
-            return self._iterate(free, tolerance, ITERATIONS)
+            return self._iterate(free, tolerance, MAXIMUM_ITERATIONS)
 
     def _iterate(self, free: Floats, tolerance: float, limit: int) -> Solution:
         operators = (self._product, self._precondition)
-        if self._asymmetry < SYMMETRIC:
+        if self._asymmetry < SYMMETRY_TOLERANCE:
             try:
                 return conjugate_gradients(*operators, free, tolerance, limit, self._comm)
-            except NotDefinite:  # the bound of the smoother's eigenvalues may be a little low
+            except NotDefinite:  # the bound of the smoother's eigenvalues may be too low
                 pass
         return flexible_gmres(*operators, free, tolerance, limit, self._comm)
 
@@ -155,10 +156,10 @@ class Multigrid:
         if self._exact is None:
             self._hierarchy.cycle(residual, approximate)
             return
-        part = self._exact.solve(residual)
+        correction = self._exact.solve(residual)
         remaining = np.empty_like(residual)
-        self._product(part, remaining)
+        self._product(correction, remaining)
         _core.combine(1.0, residual, -1.0, remaining)
         self._hierarchy.cycle(remaining, approximate)
-        approximate += part
+        approximate += correction
         self._exact.improve(approximate, residual)

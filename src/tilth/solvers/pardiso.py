@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""MKL's PARDISO through the optional package pypardiso: threaded, the fastest direct solver."""
+"""MKL's PARDISO, by the optional package pypardiso: threaded, the fastest direct solver."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ REAL_UNSYMMETRIC = 11
 
 
 class Pardiso:
-    """Threaded sparse LU factorisation; picked up when `pip install "tilth[pardiso]"` was run."""
+    """Threaded sparse LU factorisation; installed by `pip install "tilth[pardiso]"`."""
 
     name: ClassVar[str] = "pardiso"
 
@@ -28,7 +28,7 @@ class Pardiso:
         self._pardiso = PyPardisoSolver(mtype=REAL_UNSYMMETRIC)
 
     def setup(self, matrix: Matrix, near_null_space: Floats | None = None) -> None:
-        """Factorises `matrix`; `near_null_space` is not needed."""
+        """Factorises `matrix`; `near_null_space` is not used."""
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         self._comm = matrix.comm

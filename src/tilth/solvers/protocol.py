@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a linear solver must offer."""
+"""Protocol of linear solvers, their matrix and solution."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Matrix:
         data: the entries, column by column, shape (entries,).
         indices: row of each entry, shape (entries,).
         indptr: first entry of each column, shape (n + 1,).
-        comm: the processes that share the vectors that it multiplies.
+        comm: the processes that share the vectors.
     """
 
     data: Floats
@@ -44,7 +44,7 @@ class Matrix:
         return product
 
     def in_scipy(self) -> sp.csc_matrix:
-        """Returns it as SciPy has it, without a copy."""
+        """Returns the matrix in SciPy's format, without a copy."""
         import scipy.sparse as sp  # takes 0.2 s: only where its solvers are used
 
         size = len(self.indptr) - 1
@@ -67,10 +67,10 @@ class Solution:
 
 
 class Solver(Protocol):
-    """A linear solver without memory beyond `setup`.
+    """A linear solver; its state is that of the last `setup`.
 
     Attributes:
-        name: that in a case file.
+        name: its name in a case file.
     """
 
     name: ClassVar[str]
@@ -92,13 +92,13 @@ class Solver(Protocol):
         """Solves for one right side, shape (n,).
 
         Raises:
-            SolveFailed: if the true residual stays above what round-off explains.
+            SolveFailed: if the true residual remains above the size of round-off.
         """
         ...
 
 
 LARGEST_RESIDUAL = 1e-8
-"""Relative residual above which a direct solution is refused: the matrix is singular."""
+"""Relative residual above which the matrix of a direct solution counts as singular."""
 
 
 def refined(
@@ -107,7 +107,7 @@ def refined(
     apply_inverse: Callable[[Floats], Floats],
     comm: Communicator = SERIAL,
 ) -> Solution:
-    """Solves with `apply_inverse`; improves by iterative refinement where that is needed.
+    """Solves with `apply_inverse` and, if needed, iterative refinement.
 
     Args:
         times: returns the matrix times a vector.

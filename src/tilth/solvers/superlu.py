@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""SciPy's SuperLU: always there; the unknowns come in a fill-reducing order already."""
+"""SciPy's SuperLU, always available; the unknowns are in a fill-reducing order already."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class SuperLU:
         return True
 
     def setup(self, matrix: Matrix, near_null_space: Floats | None = None) -> None:
-        """Factorises `matrix`; `near_null_space` is not needed."""
+        """Factorises `matrix`; `near_null_space` is not used."""
         from scipy.sparse.linalg import splu  # takes 0.2 s: only where it is used
 
         self._matrix = matrix

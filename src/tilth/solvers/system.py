@@ -19,21 +19,21 @@ class LinearSystem:
     """Node-block matrix with a pattern fixed over the step, and its restriction to free unknowns.
 
     Each node has as many unknowns as `constrained` has columns, 1, 2 or 3, whatever the dimension
-    of the grid. With a border the system has global unknowns g beside the nodal ones x:
+    of the grid. With a border the system has global unknowns g in addition to the nodal ones x:
     [[A, B], [C, D]] [x; g] = [r; s]. A may then be singular, if the whole matrix is not.
 
     Args:
         active: the active grid, which owns the pattern.
         constrained: prescribed degrees of freedom, shape (nodes, components).
-        memory: where the values stand, at least entries times components^2; its own if not given.
+        memory: for the values, at least entries times components^2 numbers; allocated if not given.
         comm: the processes that share the grid.
 
     Attributes:
         blocks: the values, shape (entries of the pattern, components, components).
         active, constrained, comm: see above.
-        border: what global unknowns add; None for no such unknowns.
-        exact_nodes: choices of nodes, shape (nodes,) each, from many to few, whose equations an
-            iterative solver may solve exactly, for it is slow there.
+        border: rows and columns of global unknowns; None without such unknowns.
+        exact_nodes: sets of nodes, shape (nodes,) each, from many to few, whose equations an
+            iterative solver may solve directly because it converges slowly there.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class LinearSystem:
         return int(self.constrained.shape[1])
 
     def times(self, vector: Floats) -> Floats:
-        """Returns the product of all of A with a nodal vector, shape (nodes, components)."""
+        """Returns A times a nodal vector, constrained rows included, shape (nodes, components)."""
         product = np.empty(vector.shape)
         _core.block_product(
             self.components, self.active.row_start, self.active.column, self.blocks,
@@ -68,7 +68,7 @@ class LinearSystem:
         return product
 
     def inner_products(self, rows: Floats, vector: Floats) -> Floats:
-        """Returns those of each row, (m, nodes, components), with a nodal vector, shape (m,)."""
+        """Returns the products of rows (m, nodes, components) with a nodal vector, shape (m,)."""
         own = slice(*self.active.owned)
         return np.array([inner(self.comm, row[own], vector[own]) for row in rows])
 
@@ -79,16 +79,16 @@ class LinearSystem:
 
     def matrix(self) -> Matrix:
         """Returns A on the free unknowns, in the fill-reducing order of `free`."""
-        _, start, row, place = self._restriction
-        values = np.empty(len(place))
-        _core.gather(place, self.blocks, values)
+        _, start, row, source = self._restriction
+        values = np.empty(len(source))
+        _core.gather(source, self.blocks, values)
         return Matrix(values, row, start, self.comm)
 
     @cached_property
     def _restriction(self) -> tuple[Integers, Shorts, Shorts, Integers]:
         active = self.active
-        order = np.asarray(_core.nested_dissection(active.lattice, active.reach))
-        free, start, row, place = _core.restrict_to_free(
+        order = np.asarray(_core.nested_dissection(active.lattice, active.coupling_distance))
+        free, start, row, source = _core.restrict_to_free(
             self.components, active.row_start, active.column, order, self.constrained
         )
-        return np.asarray(free), np.asarray(start), np.asarray(row), np.asarray(place)
+        return np.asarray(free), np.asarray(start), np.asarray(row), np.asarray(source)

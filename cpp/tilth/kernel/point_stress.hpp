@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stress update of single points: displacement gradient -> trial elastic strain -> return mapping
 // in principal logarithmic strains. The tensors of `lane_count` points are computed at a time; the
-// material is asked point by point.
+// constitutive law is evaluated point by point.
 // (Simo 1992; Charlton, Coombs & Augarde 2017; docs/theory/mechanics.md)
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace tilth::kernel {
 
-/// State of the points at the start of the step and what the trial displacement makes of it.
+/// State of the points at the start of the step and for the trial displacement.
 struct StressArrays {
   const double* position;        // (n, dim), for the radius
   const double* elastic_before;  // (n, 6) elastic left Cauchy-Green tensor less the identity
@@ -77,12 +77,12 @@ TILTH_FUNCTION T shear_stiffness(const T tau[3], const T tangent[3][3], const T 
          logarithm_divided_difference(strain[a], strain[b], beta_minus_one[a], beta_minus_one[b]);
 }
 
-/// Points whose displacement gradient is known and whose stress is not.
+/// Points that wait for their stress update, with their displacement gradients.
 struct Batch {
   int size = 0;
   std::int64_t point[lane_count];
   double gradient[3][3][lane_count];  // of the step; hoop part at [2][2]
-  double stretch[lane_count];         // F-bar's stretch less 1; 0 without
+  double stretch[lane_count];         // F-bar's stretch less 1; 0 without F-bar
 
   void add(std::int64_t p, const double h[3][3], double stretch_minus_one) {
     point[size] = p;
@@ -92,7 +92,7 @@ struct Batch {
     ++size;
   }
 
-  /// Repeats the last point in the lanes that have none.
+  /// Fills unused lanes with the last point.
   void fill() {
     for (int lane = size; lane < lane_count; ++lane) {
       point[lane] = point[size - 1];
@@ -120,15 +120,15 @@ inline void gather_lanes(const double* array, int count, const Batch& batch, Lan
   for (int e = 0; e < count; ++e) to[e] = Lanes::load(of_lanes[e]);
 }
 
-/// What the material makes of the trial strains of a batch, in principal axes.
+/// Result of the return mapping for the trial strains of a batch, in principal axes.
 struct Returned {
   Lanes elastic[3];            // elastic logarithmic strain
   Lanes deformation[3];        // exp(2 elastic) - 1
-  Mask flows;                  // where it is not the trial strain
+  Mask flows;                  // whether it differs from the trial strain
   unsigned failed, any_flows;  // by lanes
 };
 
-/// Asks the material of each lane that is `good` for stress, elastic strain and tangent.
+/// Evaluates the law in each lane of `good`: stress, elastic strain and tangent.
 template <class Material>
 Returned update_material(const Material& material, const Batch& batch, const Mask& good,
                          const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
@@ -185,8 +185,8 @@ inline void add_flow(const Lanes trial[3], const Lanes elastic[3], const Lanes t
   accumulated[1] += work;
 }
 
-/// Updates the points of a batch and empties it. Calls `fail(point, status)` for those that have no
-/// stress; what is written of them has no meaning.
+/// Updates the points of a batch and empties it. Calls `fail(point, status)` for points
+/// whose update failed; their results are undefined.
 template <class K, class Material, class Fail>
 void update_batch(const Material& material, Batch& batch, const StressArrays& arrays, bool f_bar,
                   Fail&& fail) {

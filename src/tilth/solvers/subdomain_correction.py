@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The exact solution on few nodes, which helps multigrid where its smoother does badly."""
+"""Direct solution of the equations of selected nodes, where the smoother of multigrid is slow."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import SolveFailed
 
 
-class ExactPart:
-    """The factors of the matrix of the free unknowns of some nodes, and those nodes' whole rows.
+class SubdomainCorrection:
+    """Factors of the matrix of selected nodes' free unknowns, and the whole rows of these nodes.
 
     Args:
         active: the active grid, which owns the pattern.
         constrained: prescribed degrees of freedom, shape (nodes, components).
         blocks: of the matrix, shape (entries of the pattern, components, components).
-        chosen: the nodes, shape (nodes,).
+        selected: whether a node is selected, shape (nodes,).
 
     Raises:
-        SolveFailed: if the part's matrix is singular.
+        SolveFailed: if the matrix of the selected nodes is singular.
     """
 
     def __init__(
-        self, active: ActiveGrid, constrained: Flags, blocks: Floats, chosen: Flags
+        self, active: ActiveGrid, constrained: Flags, blocks: Floats, selected: Flags
     ) -> None:
         import scipy.sparse as sp  # take 0.2 s: only where they are used
         from scipy.sparse.linalg import splu
 
         components = blocks.shape[1]
-        node = np.flatnonzero(chosen)
-        place = np.ascontiguousarray(active.lattice[node])
-        node = node[np.asarray(_core.nested_dissection(place, active.reach))]
+        node = np.flatnonzero(selected)
+        index = np.ascontiguousarray(active.lattice[node])
+        node = node[np.asarray(_core.nested_dissection(index, active.coupling_distance))]
         first, count = active.row_start[node], np.diff(active.row_start)[node]
         start = np.concatenate([[0], np.cumsum(count)])
         entry = np.repeat(first - start[:-1], count) + np.arange(start[-1])
@@ -53,15 +53,18 @@ class ExactPart:
                 options={"SymmetricMode": True},
             )
         except RuntimeError as error:
-            raise SolveFailed(f"the part's matrix is singular ({error})") from error
+            raise SolveFailed(f"the matrix of the selected nodes is singular ({error})") from error
 
     def solve(self, residual: Floats) -> Floats:
-        """Returns the correction that balances `residual` on the chosen nodes; zero elsewhere."""
+        """Returns the correction that removes `residual` on the selected nodes; zero elsewhere."""
         correction = np.zeros_like(residual)
         correction[self.unknown] = self._factors.solve(residual[self.unknown])
         return correction
 
     def improve(self, approximate: Floats, residual: Floats) -> None:
-        """Corrects an approximate solution for `residual` on the chosen nodes, in place."""
+        """Removes the residual of an approximate solution on the selected nodes, in place.
+
+        residual: that of the zero solution, shape (unknowns,).
+        """
         remaining = residual[self.unknown] - self._rows @ approximate
         approximate[self.unknown] += self._factors.solve(remaining)

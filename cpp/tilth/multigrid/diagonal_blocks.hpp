@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Inverses of the diagonal blocks that scale the smoother's operator. A node whose coupling to
-// another one is about as strong as its own stiffness, as that of the nodes to both sides of an
-// implicit boundary, shares a block with it: a penalty on what they have in common leaves the
-// rest of their motion to the soil, which a block per node would not see.
+// Inverses of the diagonal blocks that scale the smoother's operator. Nodes whose coupling is about
+// as strong as their own stiffness share a block, such as nodes on both sides of an implicit
+// boundary: a penalty constrains only their common motion, and the stiffness of their relative
+// motion is not visible in the blocks of single nodes.
 #pragma once
 
 #include <algorithm>
@@ -17,17 +17,17 @@ namespace tilth::multigrid {
 
 inline constexpr float strong = 0.25f;      // coupling over the geometric mean of own stiffnesses
 inline constexpr float very_strong = 0.6f;  // couplings that mark where blocks are shared
-inline constexpr int most_in_a_block = 8;   // nodes: the corners of a cell
-inline constexpr int bins = 32;             // of coupling strengths, to order them
+inline constexpr int maximum_block_nodes = 8;  // nodes: the corners of a cell
+inline constexpr int bins = 32;                // of coupling strengths, to order them
 
 /// Replaces a dense matrix (n, n) by its inverse in place, by Gauss and Jordan with row
-/// interchanges. Entries come from single precision: a pivot that is smaller than their round-off
-/// tells nothing, and its row becomes zero. Coarse nodes with the same children only have such.
+/// interchanges. Entries have single precision: where a pivot is smaller than their round-off, its
+/// row is set to zero. This occurs for coarse nodes that have the same children only.
 inline void invert(int n, double* matrix) {
-  constexpr int most = 3 * most_in_a_block;
+  constexpr int maximum_size = 3 * maximum_block_nodes;
   constexpr double round_off = 0x1p-23;
-  int pivot[most];
-  double largest[most] = {};
+  int pivot[maximum_size];
+  double largest[maximum_size] = {};
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < n; ++k) largest[k] = std::max(largest[k], std::abs(matrix[i * n + k]));
   for (int k = 0; k < n; ++k) {
@@ -53,10 +53,10 @@ inline void invert(int n, double* matrix) {
       for (int i = 0; i < n; ++i) std::swap(matrix[i * n + k], matrix[i * n + pivot[k]]);
 }
 
-/// Groups nodes by their strong couplings, the strongest first, around very strong ones only: what
-/// is alike everywhere the smoother deals with as it is, and blocks of one node are cheaper.
+/// Groups nodes by their strong couplings, the strongest first, and only near very strong ones:
+/// elsewhere blocks of one node are cheaper and suffice for the smoother.
 template <int Components>
-void group_nodes(Level<Components>& level) {
+void group_coupled_nodes(Level<Components>& level) {
   std::vector<float> own(level.nodes());
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v) {
@@ -108,18 +108,18 @@ void group_nodes(Level<Components>& level) {
         if (group[u] < 0)
           group[u] = static_cast<std::int32_t>(members.size()), members.push_back({u});
       auto &mine = members[group[v]], &other = members[group[w]];
-      if (group[v] == group[w] || mine.size() + other.size() > most_in_a_block) continue;
+      if (group[v] == group[w] || mine.size() + other.size() > maximum_block_nodes) continue;
       const std::int32_t into = group[v];
       for (const std::int32_t u : other) group[u] = into, mine.push_back(u);
       other.clear();
     }
-  level.alone.assign(level.nodes(), 1);
+  level.has_own_block.assign(level.nodes(), 1);
   level.shared_start.assign(1, 0);
   level.shared_node.clear();
   for (auto& nodes : members) {
     if (nodes.size() < 2) continue;
     std::sort(nodes.begin(), nodes.end());
-    for (const std::int32_t v : nodes) level.alone[v] = 0;
+    for (const std::int32_t v : nodes) level.has_own_block[v] = 0;
     level.shared_node.insert(level.shared_node.end(), nodes.begin(), nodes.end());
     level.shared_start.push_back(static_cast<std::int64_t>(level.shared_node.size()));
   }
@@ -130,7 +130,7 @@ template <int Components>
 void invert_own(Level<Components>& level, std::int32_t v) {
   double a[Components][Components], cofactor[Components][Components];
   bool free[Components];
-  for (int i = 0; i < Components; ++i) free[i] = level.alone[v] && level.mask[i][v] != 0.0f;
+  for (int i = 0; i < Components; ++i) free[i] = level.has_own_block[v] && level.mask[i][v] != 0.0f;
   for (int i = 0; i < Components; ++i)
     for (int j = 0; j < Components; ++j)
       a[i][j] = free[i] && free[j] ? level.at(v, level.diagonal[v], i, j) : double(i == j);
@@ -166,8 +166,8 @@ void constrain_unsupported(Level<Components>& level) {
 template <int Components>
 void invert_diagonal(Level<Components>& level) {
   constrain_unsupported(level);
-  group_nodes(level);
-  const auto inverse_of = [&](const std::int32_t* node, int nodes, auto place) {
+  group_coupled_nodes(level);
+  const auto inverse_of = [&](const std::int32_t* node, int nodes, auto inverse) {
     const int n = nodes * Components;
     std::vector<double> matrix(std::size_t(n) * n, 0.0);
     const auto free = [&](int i) {
@@ -187,11 +187,11 @@ void invert_diagonal(Level<Components>& level) {
     invert(n, matrix.data());
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j)
-        place[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
+        inverse[i * n + j] = free(i) && free(j) ? static_cast<float>(matrix[i * n + j]) : 0.0f;
   };
 #pragma omp parallel for schedule(static) if (level.threaded())
   for (std::int32_t v = 0; v < level.nodes(); ++v) invert_own(level, v);
-  constexpr int column = most_in_a_block * Components;  // padded: one length for all loops
+  constexpr int column = maximum_block_nodes * Components;  // padded: one length for all loops
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
   level.shared_inverse.assign(level.shared_node.size() * Components * column, 0.0f);
 #pragma omp parallel for schedule(static) if (level.threaded())

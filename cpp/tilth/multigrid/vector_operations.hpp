@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Double-precision products and sums of the Krylov methods, with the same bits for any number of
+// Double-precision vector operations of the Krylov methods; results are identical for any number of
 // threads.
 #pragma once
 
@@ -35,7 +35,7 @@ void block_product(std::int64_t nodes, const std::int64_t* row_start, const std:
   }
 }
 
-/// Calls `add(begin, end, sums)` for pieces of a fixed length and adds their `Count` sums in order.
+/// Calls `add(begin, end)` for pieces of a fixed length and adds their `Count` sums in order.
 template <int Count, class Add>
 std::array<double, Count> sum_in_pieces(std::int64_t n, Add add) {
   constexpr std::int64_t piece = 4096;
@@ -71,10 +71,10 @@ inline std::array<double, 2> two_inner(std::int64_t n, const double* a, const do
   });
 }
 
-/// y <- factor x + keep y.
-inline void combine(std::int64_t n, double factor, const double* x, double keep, double* y) {
+/// y <- a x + b y.
+inline void combine(std::int64_t n, double a, const double* x, double b, double* y) {
 #pragma omp parallel for simd schedule(static) if (n >= 8 * parallel_from)
-  for (std::int64_t i = 0; i < n; ++i) y[i] = factor * x[i] + keep * y[i];
+  for (std::int64_t i = 0; i < n; ++i) y[i] = a * x[i] + b * y[i];
 }
 
 /// A step of conjugate gradients: x <- x + length p, r <- r - length q; returns r . r.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the points' last displacement fields say of the nodes around them (analysis/predictor.py).
+// Extrapolation of the points' last displacement fields to the nodes (analysis/predictor.py).
 #pragma once
 
 #include "basis_values.hpp"

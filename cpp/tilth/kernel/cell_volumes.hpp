@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How full the cells of the grid are: the share of each point's domain in each cell that it
-// reaches. A standard point fills the cell it lies in; a GIMP domain is cut at the grid lines.
+// Volume of material in the cells of the grid, from the share of each point's domain in each cell
+// that it intersects. The volume of a standard point counts for the cell it lies in; a GIMP domain
+// is cut at the grid lines.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace tilth::kernel {
 
 /// Adds volume, and volume times the points' `weight`, to `filled` (cells, 2); `cell_keys` are the
-/// sorted keys of the cells' lowest nodes and hold every cell that a group's support covers.
+/// sorted keys of the cells' lowest nodes and contain every cell of the groups' supports.
 template <int Dim>
 void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                 const double* position, const double* half_length, const double* volume,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far the volumetric strains of points that flow go towards their cells' mean (f_bar.py).
+// Smoothing of the volumetric strains of yielding points towards their cells' mean (f_bar.py).
 #pragma once
 
 #include <cmath>
@@ -21,11 +21,12 @@ inline void volumetric_strains(std::int64_t points, const double* deformation, d
   }
 }
 
-/// Fills `change` with forget times (mean of the point's cells - strain), where the mean of a cell
-/// is weighted by share, volume and `forget`. `group_start` (groups + 1) are the groups' points.
+/// Fills `increment` with `fraction` times (mean of the point's cells - strain), where the mean of
+/// a cell is weighted by share, volume and `fraction`. `group_start` (groups + 1) are the groups'
+/// points.
 inline void smooth_strains(std::int64_t groups, const std::int64_t* group_start,
                            const Centres& centres, std::int64_t cells, const double* strain,
-                           const double* volume, const double* forget, double* change) {
+                           const double* volume, const double* fraction, double* increment) {
   std::vector<double> total(cells, 0.0), mean(cells, 0.0);
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int32_t* cell = centres.cell + centres.cell_start[g];
@@ -33,7 +34,7 @@ inline void smooth_strains(std::int64_t groups, const std::int64_t* group_start,
     const int n = centres.cells_of(g);
     for (std::int64_t p = group_start[g]; p < group_start[g + 1]; ++p, share += n)
       for (int c = 0; c < n; ++c) {
-        const double weight = share[c] * volume[p] * forget[p];
+        const double weight = share[c] * volume[p] * fraction[p];
         total[cell[c]] += weight;
         mean[cell[c]] += weight * strain[p];
       }
@@ -47,7 +48,7 @@ inline void smooth_strains(std::int64_t groups, const std::int64_t* group_start,
     for (std::int64_t p = group_start[g]; p < group_start[g + 1]; ++p, share += n) {
       double target = 0.0;
       for (int c = 0; c < n; ++c) target += share[c] * mean[cell[c]];
-      change[p] = forget[p] > 0.0 ? forget[p] * (target - strain[p]) : 0.0;
+      increment[p] = fraction[p] > 0.0 ? fraction[p] * (target - strain[p]) : 0.0;
     }
   }
 }

@@ -13,17 +13,17 @@ namespace tilth::kernel {
 /// Columns of a row whose length is a whole number of vector registers.
 constexpr int padded_columns(int columns) { return (columns + 3) / 4 * 4; }
 
-/// Where a product goes: to[a * stride + b], set if `fresh`, else added to what is there.
+/// Destination of a product: to[a * stride + b], overwritten if `overwrite`, else added to.
 struct Target {
   double* to;
   int stride;
-  bool fresh;
+  bool overwrite;
 };
 
 /// sum_t left[t][a] right[t][b] for a in [row, row + 4) and b in [column, column + 4 Width), both
 /// below n. Rows have `Capacity` columns, aligned, of which those from n to the next multiple of 4
-/// exist and are not used. Two sums, of the even and of the odd terms, where one would wait for
-/// itself.
+/// are padding. Narrow tiles have two sums, of the even and of the odd terms, so that consecutive
+/// additions are independent.
 template <int Capacity, int Width>
 void tile_product(int n, int terms, const double (*left)[Capacity], const double (*right)[Capacity],
                   int row, int column, const Target& out) {
@@ -47,12 +47,12 @@ void tile_product(int n, int terms, const double (*left)[Capacity], const double
       if constexpr (sums == 2) total += sum[1][a][v];
       if (n - column >= 4 * (v + 1)) {
         HalfLanes before = {};
-        if (!out.fresh) std::memcpy(&before, to, sizeof before);
+        if (!out.overwrite) std::memcpy(&before, to, sizeof before);
         total += before;
         std::memcpy(to, &total, sizeof total);
       } else {
         for (int b = 0; b < n - column - 4 * v; ++b)
-          to[b] = out.fresh ? total[b] : to[b] + total[b];
+          to[b] = out.overwrite ? total[b] : to[b] + total[b];
       }
     }
 }
