@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from tilth.model import HenckyElastic, VonMises
 from tilth.verification.closed_forms import (
-    HeldBall,
+    ConstrainedBall,
     Moduli,
     PlasticRing,
     PressurisedShell,
@@ -312,7 +312,7 @@ def test_widened_cylinder_is_in_equilibrium_in_its_widened_place():
 def test_held_ball_is_in_equilibrium_and_does_not_move_at_its_surface(poisson_ratio):
     """The stress of its strain is in balance with the body force, by central differences."""
     centre, force = np.array([0.3, -0.2, 0.1]), np.array([1.0, 2.0, -3.0])
-    ball = HeldBall(centre, 2.0, force, elastic(100.0, poisson_ratio))
+    ball = ConstrainedBall(centre, 2.0, force, elastic(100.0, poisson_ratio))
     moduli, step = Moduli.of(ball.material), 1e-2
 
     def stress(place):

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from tilth.verification.buried_pipe import bearing_factor
-from tilth.verification.curves import Curve, farthest
+from tilth.verification.curves import Curve, largest_difference
 
 
 def parabola(steps: int) -> Curve:
-    way = np.linspace(0.0, 2.0, steps + 1)[1:]
-    return Curve(way, way**2)
+    displacement = np.linspace(0.0, 2.0, steps + 1)[1:]
+    return Curve(displacement, displacement**2)
 
 
 def test_roughness_of_a_parabola():
@@ -25,19 +25,25 @@ def test_roughness_of_a_parabola():
 
 
 def test_a_straight_line_is_smooth_and_a_zigzag_is_not():
-    way = np.arange(1.0, 11.0)
-    assert Curve(way, 3.0 + way).roughness(10, 1.0) == pytest.approx(0.0, abs=1e-14)
+    displacement = np.arange(1.0, 11.0)
+    assert Curve(displacement, 3.0 + displacement).roughness(10, 1.0) == pytest.approx(
+        0.0, abs=1e-14
+    )
     zigzag = 1.0 + 0.1 * (-1.0) ** np.arange(10)
-    assert Curve(way, zigzag).roughness(10, 1.0) == pytest.approx(0.4)
+    assert Curve(displacement, zigzag).roughness(10, 1.0) == pytest.approx(0.4)
 
 
-def test_where_two_curves_are_farthest_apart():
+def test_largest_difference_of_two_curves():
     reference = parabola(40)
-    bump = np.where(np.isclose(reference.way, 1.5), 1.1, 1.01)
-    way, computed, exact = farthest(Curve(reference.way, reference.force * bump), reference, 0.5)
-    assert (way, computed, exact) == pytest.approx((1.5, 1.1 * 2.25, 2.25))
-    early = np.where(reference.way < 0.5, 2.0, 1.0)
-    _, computed, exact = farthest(Curve(reference.way, reference.force * early), reference, 0.5)
+    bump = np.where(np.isclose(reference.displacement, 1.5), 1.1, 1.01)
+    displacement, computed, exact = largest_difference(
+        Curve(reference.displacement, reference.force * bump), reference, 0.5
+    )
+    assert (displacement, computed, exact) == pytest.approx((1.5, 1.1 * 2.25, 2.25))
+    early = np.where(reference.displacement < 0.5, 2.0, 1.0)
+    _, computed, exact = largest_difference(
+        Curve(reference.displacement, reference.force * early), reference, 0.5
+    )
     assert computed == exact
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The case files `turned.toml` are the problems beside them, turned."""
+"""The case files `turned.toml` are the problems of `case.toml`, turned."""
 
 import pytest
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.comm import count
-from tilth.solvers.border import factorise_bordered, solve_condensed
+from tilth.solvers.bordered_system import factorise_bordered, solve_condensed
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.protocol import SolveFailed, Solver
 from tilth.solvers.system import LinearSystem

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
-from tilth.verification.curves import Curve, driven
+from tilth.verification.curves import Curve, reaction_curve
 
 PROBLEM = "buried_pipe"
 DIAMETER = 1.0
-"""Of the pipe [m]."""
-LEVEL = 0.03 * DIAMETER
-"""Lift from which on the clay flows [m]."""
+"""Diameter of the pipe [m]."""
+FLOW_LIFT = 0.03 * DIAMETER
+"""Lift from which on the clay yields at a constant force [m]."""
 COARSE, FINE = DIAMETER / 8.0, DIAMETER / 16.0
-"""Cells [m]."""
+"""Cell sizes [m]."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -27,38 +27,38 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     rough = [lift("rough.toml", h) for h in sizes]
     exact = bearing_factor(1.0)
     for h, curve, tolerance in zip(sizes, rough, (0.11, 0.06), strict=False):
-        factor = curve.after(LEVEL).force.max()
+        factor = curve.after(FLOW_LIFT).force.max()
         quantity = f"greatest F / (c D) from 0.03 D on, rough, {at(h)}"
         # a band of clay one cell thick moves with the pipe
         yield relative(quantity, factor, exact, tolerance, "2 pi + 4 sqrt(2)")
-        yield level(curve, f"rough, {at(h)}")
+        yield limit_load(curve, f"rough, {at(h)}")
     if long:
-        coarse, fine = (curve.after(LEVEL).force.mean() / exact - 1.0 for curve in rough)
+        coarse, fine = (curve.after(FLOW_LIFT).force.mean() / exact - 1.0 for curve in rough)
         quantity = f"order of the mean of F / (c D), rough, {at(COARSE)} and {at(FINE)}"
         yield at_least(quantity, math.log2(coarse / fine), 0.8, 0.0, "first order")
 
 
 def smooth(h: float) -> Iterator[Comparison]:
-    """Between the lower bound and little more than the best upper one, about 9.20."""
+    """The force is between the lower bound and slightly above the best upper one, about 9.20."""
     curve = lift("case.toml", h)
-    flow = curve.after(LEVEL).force
+    flow = curve.after(FLOW_LIFT).force
     exact = bearing_factor(0.0)
     quantity = f"least F / (c D) from 0.03 D on, smooth, {at(h)}"
     yield at_least(quantity, flow.min(), 9.0, 0.0, "lower bound 6 + pi = 9.142")
     quantity = f"greatest F / (c D) from 0.03 D on, smooth, {at(h)}"
     yield relative(quantity, flow.max(), exact, 9.45 / exact - 1.0, "6 + pi")
-    yield level(curve, f"smooth, {at(h)}")
+    yield limit_load(curve, f"smooth, {at(h)}")
 
 
-def level(curve: Curve, of: str) -> Comparison:
-    """The force is a limit load from a lift of 0.03 D on."""
-    flow = curve.after(LEVEL).force
+def limit_load(curve: Curve, of: str) -> Comparison:
+    """Compares the spread of the force from a lift of 0.03 D on with 0: it is a limit load."""
+    flow = curve.after(FLOW_LIFT).force
     spread = (flow.max() - flow.min()) / flow.mean()
     return vanishing(f"spread of F from 0.03 D to 0.1 D, {of}", spread, 0.02, "a limit load")
 
 
 def bearing_factor(adhesion: float) -> float:
-    """Returns F / (c D) of a deep pipe in clay that holds it all around [-].
+    """Returns F / (c D) of a deep pipe in contact with clay on its whole circumference [-].
 
     Randolph & Houlsby (1984): a lower bound, exact at adhesion 1.
 
@@ -74,11 +74,11 @@ def bearing_factor(adhesion: float) -> float:
 def lift(file: str, h: float) -> Curve:
     """Lifts the pipe of a case file on cells of `h` [m]; returns F / (c D) against the lift."""
     model = varied(example(PROBLEM, file), {"grid.cell_size": h})
-    curve = driven(model)
+    curve = reaction_curve(model)
     shear_strength = model.materials["clay"].parameter("yield_stress") / math.sqrt(3.0)
-    return Curve(curve.way, curve.force / (shear_strength * DIAMETER))
+    return Curve(curve.displacement, curve.force / (shear_strength * DIAMETER))
 
 
 def at(h: float) -> str:
-    """What the cells are called."""
+    """Returns the label of a cell size."""
     return f"h D/{round(DIAMETER / h)}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The case files of the examples, and variations of their models."""
+"""Case files of the examples, and variations of their models."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ BASES = tuple(_core.basis_names())
 def folder_of_cases() -> Path:
     """Returns the folder with one folder of case files for each example.
 
-    An installed tilth has it in its package: CMakeLists.txt installs the case files there. In a
-    source tree it is `examples`, where they are kept.
+    In an installed tilth it is in the package, where CMakeLists.txt installs the case files; in a
+    source tree it is `examples`.
     """
     installed = Path(__file__).with_name("case_files")
     return installed if installed.is_dir() else Path(__file__).parents[3] / "examples"
@@ -33,7 +33,7 @@ def example(problem: str, file: str = "case.toml") -> Model:
 def varied(model: Model, changes: Mapping[str, Any]) -> Model:
     """Returns the model with other values at dotted keys, such as `bodies.0.points_per_cell`.
 
-    The value None leaves the key out.
+    The value None removes the key.
     """
     entries = model.to_dict()
     for key, value in changes.items():

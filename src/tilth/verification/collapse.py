@@ -21,20 +21,20 @@ from tilth.verification.turned import ALIGNED, aligned, copies
 FIGURE = "AMPLE, figure"
 AMPLE = "AMPLE 1.1, run"
 HEIGHT = 8.0
-"""Of the block at the start [m]."""
+"""Initial height of the block [m]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Points in the order of their numbers: where they were and are [length], shape (n, 2).
+    """Initial and final positions of the points, by their numbers [length], shape (n, 2).
 
-    reach: upper right corners of their domains [length], shape (n, 2); volume_change: of the
-    whole body, relative.
+    upper_corner: upper right corners of their domains [length], shape (n, 2); volume_change: of
+    the whole body, relative [-].
     """
 
     initial: Floats
     final: Floats
-    reach: Floats
+    upper_corner: Floats
     volume_change: float
 
 
@@ -78,13 +78,13 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
         yield at_least(quantity, worst[0] / worst[1], 1.0, 0.0, "it falls with the cell")
 
 
-def rms(place: Floats, reference: Floats) -> float:
-    """Returns the root of the mean square of the points' distances, over the block's height."""
-    return float(np.sqrt(((place - reference) ** 2).sum(axis=1).mean())) / HEIGHT
+def rms(position: Floats, reference: Floats) -> float:
+    """Returns the RMS of the points' distances from the reference over the block's height [-]."""
+    return float(np.sqrt(((position - reference) ** 2).sum(axis=1).mean())) / HEIGHT
 
 
 def distances_to_ample(outcome: Outcome) -> Floats:
-    """Returns how far each point ends from AMPLE's point of the same origin [length], (n,)."""
+    """Returns each point's final distance from AMPLE's point of the same origin [length], (n,)."""
     reference = collapse_by_ample()
     ours, theirs = _by_origin(outcome.initial), _by_origin(reference.initial_position)
     return np.asarray(
@@ -93,35 +93,35 @@ def distances_to_ample(outcome: Outcome) -> Floats:
 
 
 def surface(model: Model, cell_size: float) -> Iterator[Comparison]:
-    """Run-out, symmetry axis, crest and dip; the figure reads to 0.1 m."""
+    """Run-out, symmetry axis, crest and dip; the figure can be read to 0.1 m."""
     outcome = solve(varied(model, {"grid.cell_size": cell_size}))
     at = f"h {cell_size:g} m"
-    reach = outcome.reach
-    yield relative(f"run-out, {at}", float(reach[:, 0].max()), 13.9, 0.03, FIGURE, "m")
+    upper_corner = outcome.upper_corner
+    yield relative(f"run-out, {at}", float(upper_corner[:, 0].max()), 13.9, 0.03, FIGURE, "m")
     axis = outcome.initial[:, 0] == outcome.initial[:, 0].min()
-    top = float(reach[axis, 1].max())
+    top = float(upper_corner[axis, 1].max())
     yield absolute(f"height at the symmetry axis, {at}", top, 5.25, 0.1, FIGURE, "m")
-    crest = reach[:, 1].argmax()
-    crest_x, crest_y = float(outcome.final[crest, 0]), float(reach[crest, 1])
+    crest = upper_corner[:, 1].argmax()
+    crest_x, crest_y = float(outcome.final[crest, 0]), float(upper_corner[crest, 1])
     yield absolute(f"height of the crest, {at}", crest_y, 6.3, 0.1, FIGURE, "m")
-    yield absolute(f"place of the crest, {at}", crest_x, 8.5, 0.1, FIGURE, "m")
+    yield absolute(f"position of the crest, {at}", crest_x, 8.5, 0.1, FIGURE, "m")
     upper = np.flatnonzero(outcome.initial[:, 1] == outcome.initial[:, 1].max())
-    dip = upper[reach[upper, 1].argmin()]
-    dip_x, dip_y = float(outcome.final[dip, 0]), float(reach[dip, 1])
+    dip = upper[upper_corner[upper, 1].argmin()]
+    dip_x, dip_y = float(outcome.final[dip, 0]), float(upper_corner[dip, 1])
     yield absolute(f"height of the dip, {at}", dip_y, 4.85, 0.1, FIGURE, "m")
-    yield absolute(f"place of the dip, {at}", dip_x, 5.8, 0.1, FIGURE, "m")
+    yield absolute(f"position of the dip, {at}", dip_x, 5.8, 0.1, FIGURE, "m")
     change = outcome.volume_change
     yield vanishing(f"change of the volume, {at}", change, 0.02, "elastic strain is small")
 
 
 def solve(model: Model) -> Outcome:
-    """Runs a collapse to its end."""
+    """Runs a collapse to its end; returns its outcome."""
     points = march(model).points
     order = np.argsort(points.point_id)
     return Outcome(
         initial=np.round(initial_position(points)[order], 9),
         final=points.position[order],
-        reach=(points.position + points.half_length)[order],
+        upper_corner=(points.position + points.half_length)[order],
         volume_change=float(points.volume.sum() / points.initial_volume.sum() - 1.0),
     )
 

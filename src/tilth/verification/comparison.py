@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`Comparison`: a computed number beside its reference, and how far apart they may be."""
+"""`Comparison`: a computed number, its reference, their error and its tolerance."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Comparison:
-    """A computed number beside its reference.
+    """A computed number with its reference and tolerance.
 
     Attributes:
-        quantity: what was computed, and on which grid.
+        quantity: name of the computed quantity, with its grid.
         unit: of `computed` and `reference`; "" if they have none.
         computed, reference: the two numbers.
-        error: how far apart they are, by the way of comparing that made it: see the functions
-            below. Never negative.
+        error: difference of the two numbers, >= 0, defined by the functions below.
         tolerance: the largest error that passes.
-        source: where the reference comes from.
+        source: source of the reference.
     """
 
     quantity: str
@@ -30,7 +29,7 @@ class Comparison:
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within its tolerance; not a number never is."""
+        """Whether the error is within its tolerance; NaN never is."""
         return bool(self.error <= self.tolerance)
 
 
@@ -68,6 +67,6 @@ def within_factor(
 def at_least(
     quantity: str, computed: float, reference: float, tolerance: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares by what `computed` falls short of the reference; more than it is no error."""
+    """Compares by max(0, reference - computed)."""
     error = max(0.0, reference - computed) if computed == computed else computed
     return Comparison(quantity, unit, computed, reference, error, tolerance, source)

@@ -19,7 +19,7 @@ PROBLEM = "cooks_membrane"
 CORNER = (48.0, 60.0)
 """Upper right corner before loading [mm]."""
 FULL, HALF = 6.93, 3.72
-"""How far it rises under the full and half the load [mm].
+"""Rise of the corner under the full and half the load [mm].
 
 Body-fitted quadratic elements of the same Hencky law: 6.767, 6.861 and 6.889 under the full load,
 3.647, 3.700 and 3.717 under half of it, with 16, 32 and 48 elements a side; the limit of the full
@@ -28,7 +28,7 @@ load is extrapolated, within 0.02, the other is the last number.
 SOURCE = "FE, quadratic, extrapolated"
 TOLERANCE = 0.02
 LOAD = 100.0
-"""Upwards on the right edge [N/mm]."""
+"""Upward load on the right edge [N/mm]."""
 FEW_STEPS = MappingProxyType({"schedule.steps": 6, "schedule.outputs": 1})
 NO_CHANGES: Mapping[str, Any] = MappingProxyType({})
 
@@ -85,8 +85,10 @@ def corner(cell_size: float, changes: Mapping[str, Any] = NO_CHANGES) -> dict[An
         surface = simulation.surfaces["membrane"]
         assert isinstance(surface, TrackedSurface)
         chain = surface.chains[0]
-        here = int(np.linalg.norm(chain.initial.points - CORNER, axis=1).argmin())
-        found[round(time, 6)] = float(chain.current.points[here, 1] - chain.initial.points[here, 1])
+        nearest = int(np.linalg.norm(chain.initial.points - CORNER, axis=1).argmin())
+        found[round(time, 6)] = float(
+            chain.current.points[nearest, 1] - chain.initial.points[nearest, 1]
+        )
         found["clamp"] = float(result.resultant("clamp")[1])
 
     march(model, after_step)

@@ -11,7 +11,7 @@ import numpy as np
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.model import BodyForce, Box, HenckyElastic, ImplicitBoundary, Model, SphereGeometry
 from tilth.verification.cases import example, varied
-from tilth.verification.closed_forms import HeldBall, Moduli
+from tilth.verification.closed_forms import ConstrainedBall, Moduli
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import initial_position, march
 
@@ -31,7 +31,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         quantity = f"reaction against the weight, relative, {basis}"
         yield vanishing(quantity, force, 1e-6, BALANCE)
         quantity = f"its moment against the weight's, relative, {basis}"
-        # what ghost stabilisation remembers has a moment of second order (decision 8)
+        # the stored forces of ghost stabilisation have a moment of second order (decision 8)
         yield vanishing(quantity, moment, 1e-5, BALANCE)
     ball = example("cube_on_inclined_plane", "ball_in_sphere.toml")
     sizes = (0.25, 0.125, 0.1) if long else (0.25, 0.125)
@@ -45,9 +45,9 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def unbalanced(cube: Model) -> tuple[float, float]:
-    """Returns the largest rest of forces and moments about the lower edge in any step, relative.
+    """Returns the largest residual force and moment about the lower edge in any step, relative.
 
-    The weight's moment is that of the points where they are.
+    The weight's moment is that of the points at their current positions.
     """
     plane, load, material = cube.boundaries[0], cube.loads[0], cube.materials["soil"]
     box = cube.bodies[0].shape
@@ -57,7 +57,7 @@ def unbalanced(cube: Model) -> tuple[float, float]:
     assert material.density is not None
     edge = np.array(box.lower) + (box.upper[0] - box.lower[0]) * np.array(box.axes[0])
     density, gravity = material.density, np.array(load.acceleration)
-    rests = []
+    residuals = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         points = simulation.points
@@ -66,15 +66,15 @@ def unbalanced(cube: Model) -> tuple[float, float]:
         total = weight.sum(axis=0)
         force = np.linalg.norm(result.resultant(plane.name) + total) / np.linalg.norm(total)
         moment = np.linalg.norm(result.moment(plane.name, edge) + turning)
-        rests.append((force, moment / np.linalg.norm(turning)))
+        residuals.append((force, moment / np.linalg.norm(turning)))
 
     march(cube, after_step)
-    force, moment = np.max(rests, axis=0)
+    force, moment = np.max(residuals, axis=0)
     return float(force), float(moment)
 
 
 def sag_error(ball: Model) -> float:
-    """Error of the displacement in the mean square of the points, relative."""
+    """Returns the relative RMS error of the points' displacement [-]."""
     load, material = ball.loads[0], ball.materials["soil"]
     assert isinstance(load, BodyForce)
     assert isinstance(material, HenckyElastic)
@@ -82,14 +82,14 @@ def sag_error(ball: Model) -> float:
     sphere = sphere_of(ball)
     weight = material.density * np.array(load.acceleration)
     points = march(ball).points
-    form = HeldBall(sphere.centre, sphere.radius, tuple(weight), material)
+    form = ConstrainedBall(sphere.centre, sphere.radius, tuple(weight), material)
     exact, volume = form.displacement(initial_position(points)), points.initial_volume
-    off = ((points.displacement - exact) ** 2).sum(axis=1) @ volume
-    return math.sqrt(off / ((exact**2).sum(axis=1) @ volume))
+    squared_error = ((points.displacement - exact) ** 2).sum(axis=1) @ volume
+    return math.sqrt(squared_error / ((exact**2).sum(axis=1) @ volume))
 
 
 def squeezed(ball: Model) -> Model:
-    """The ball without weight, its surface moved inwards in two steps, on a coarse grid."""
+    """Returns the ball without weight, its surface moved inwards in two steps, on a coarse grid."""
     changes = {
         "loads": [],
         "boundaries.0.radius_change": SQUEEZE,
@@ -103,7 +103,7 @@ def squeezed(ball: Model) -> Model:
 def pressure(ball: Model) -> tuple[float, float]:
     """Returns the mean pressure on a squeezed ball, computed and exact [stress].
 
-    The integral of traction times place is three times pressure times volume; the nodal forces
+    The integral of traction times position is three times pressure times volume; the nodal forces
     give it exactly.
     """
     sphere, shell, material = sphere_of(ball), ball.boundaries[0], ball.materials["soil"]
@@ -115,8 +115,8 @@ def pressure(ball: Model) -> tuple[float, float]:
     found = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        place = result.active.position + result.equilibrium.displacement
-        arm = place - np.array(sphere.centre)
+        position = result.active.position + result.equilibrium.displacement
+        arm = position - np.array(sphere.centre)
         found.append(-float((result.forces[shell.name] * arm).sum()) / (3.0 * volume))
 
     march(ball, after_step)
@@ -125,7 +125,7 @@ def pressure(ball: Model) -> tuple[float, float]:
 
 
 def sphere_of(ball: Model) -> SphereGeometry:
-    """The sphere around the ball."""
+    """Returns the sphere around the ball."""
     shell = ball.boundaries[0]
     assert isinstance(shell, ImplicitBoundary)
     assert isinstance(shell.geometry, SphereGeometry)

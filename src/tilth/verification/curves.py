@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Force of a driven boundary against the way that it has moved, and how two such curves compare."""
+"""Force-displacement curves of driven boundaries, their roughness and largest difference."""
 
 from __future__ import annotations
 
@@ -16,48 +16,50 @@ from tilth.verification.march import march
 
 @dataclass(frozen=True)
 class Curve:
-    """way: of the boundary, ascending, shape (n,); force: after each of n steps, shape (n,)."""
+    """displacement: of the boundary [length], ascending; force: in n steps; shape (n,) each."""
 
-    way: Floats
+    displacement: Floats
     force: Floats
 
-    def at(self, way: float | Floats) -> Floats:
-        """Returns the force at some way, linear between the steps."""
-        return np.asarray(np.interp(way, self.way, self.force))
+    def at(self, displacement: float | Floats) -> Floats:
+        """Returns the force at a displacement, linear between the steps."""
+        return np.asarray(np.interp(displacement, self.displacement, self.force))
 
     def after(self, start: float) -> Curve:
-        """Returns the part of the curve from a way on."""
-        kept = self.way >= start * (1.0 - 1e-9)
-        return Curve(self.way[kept], self.force[kept])
+        """Returns the part of the curve from the displacement `start` on."""
+        part = self.displacement >= start * (1.0 - 1e-9)
+        return Curve(self.displacement[part], self.force[part])
 
     def roughness(self, increments: int, start: float) -> float:
         """Returns the RMS of the second difference of the force over its mean [-].
 
         Args:
-            increments: equal ones of the whole way.
-            start: way from which on they count.
+            increments: number of equal increments of the whole displacement.
+            start: displacement from which on the curve is evaluated.
         """
-        even = np.linspace(0.0, self.way[-1], increments + 1)
+        even = np.linspace(0.0, self.displacement[-1], increments + 1)
         force = self.at(even)[even >= start * (1.0 - 1e-9)]
         return float(np.sqrt((np.diff(force, 2) ** 2).mean()) / force.mean())
 
 
-def farthest(curve: Curve, reference: Curve, start: float) -> tuple[float, float, float]:
-    """Returns where two curves are farthest apart, relative, and both forces there.
+def largest_difference(curve: Curve, reference: Curve, start: float) -> tuple[float, float, float]:
+    """Returns the displacement of the largest relative difference, and the two forces there.
 
-    start: way from which on they count; the steps of `curve` are compared up to the shorter way.
+    start: displacement from which on the curves are compared; the steps of `curve` are compared up
+    to the smaller of the two final displacements.
     """
     curve = curve.after(start)
-    common = curve.way <= reference.way[-1] * (1.0 + 1e-9)
-    exact = reference.at(curve.way[common])
+    common = curve.displacement <= reference.displacement[-1] * (1.0 + 1e-9)
+    exact = reference.at(curve.displacement[common])
     worst = int(np.abs(curve.force[common] / exact - 1.0).argmax())
-    return float(curve.way[worst]), float(curve.force[worst]), float(exact[worst])
+    return float(curve.displacement[worst]), float(curve.force[worst]), float(exact[worst])
 
 
-def driven(model: Model) -> Curve:
-    """Runs a model whose first tracked quantity is the reaction of the one boundary that moves.
+def reaction_curve(model: Model) -> Curve:
+    """Runs a model whose first tracked quantity is the reaction of its only moving boundary.
 
-    The way is that of its displacement [length]; the force has the scale of the tracked quantity.
+    The displacement is the magnitude of that of the boundary [length]; the force has the scale of
+    the tracked quantity.
     """
     track = model.track[0]
     moving = next(boundary for boundary in model.boundaries if boundary.name == track.boundary)
@@ -73,5 +75,5 @@ def driven(model: Model) -> Curve:
         rows.append((whole * model.load_curve(moving).factor(time), force))
 
     march(model, after_step)
-    way, force = np.array(rows).T
-    return Curve(way, force)
+    displacement, force = np.array(rows).T
+    return Curve(displacement, force)

@@ -38,10 +38,10 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def turned_copies(long: bool) -> Iterator[Comparison]:
-    """Turned against the grid, and on a grid that is shifted: how far the tip is off.
+    """Distance of the tip in turned copies, and on a shifted grid, from the aligned model.
 
-    A turned copy may be off by 0.005 of the length; the aligned ones of h 0.25 and 0.125 m are
-    0.0034 apart. On a shifted grid it may be as far off as with each quadrature point constrained.
+    A turned copy may differ by 0.005 of the length; the aligned ones of h 0.25 and 0.125 m differ
+    by 0.0034. On a shifted grid the limit is the distance with each quadrature point constrained.
     """
     worst = []
     for size, shift in SHIFTED.items() if long else [(0.25, SHIFTED[0.25])]:
@@ -50,7 +50,7 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
         quantity = f"largest distance of the tip over the length, h {size:g} m"
         distances = []
         for at, angle, copy in copies(model):
-            distance = off(tip_at(copy, angle), tip)
+            distance = largest_distance(tip_at(copy, angle), tip)
             tolerance = 0.005 if angle else shift
             yield vanishing(f"{quantity}, {at}", distance, tolerance, ALIGNED)
             if angle:
@@ -64,7 +64,7 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
 def tip_at(model: Model, angle: float) -> Floats:
     """Displacement of the tip of a copy turned by an angle [deg], turned back, (steps, 2).
 
-    It is that of the times of the declared steps, also where some were halved.
+    It is evaluated at the times of the declared steps, also where some were halved.
     """
     turn = rotation_matrix(angle, None, 2)
     fraction, tip = tip_curve(model, turn @ TIP)
@@ -74,7 +74,7 @@ def tip_at(model: Model, angle: float) -> Floats:
     return np.stack([np.interp(at, fraction, u) for u in (tip @ turn).T], axis=1)
 
 
-def off(tip: Floats, reference: Floats) -> float:
+def largest_distance(tip: Floats, reference: Floats) -> float:
     """Returns the largest distance of two curves of the tip over the length."""
     return float(np.linalg.norm(tip - reference, axis=1).max()) / LENGTH
 
@@ -97,12 +97,12 @@ def compare(cell_size: float, tolerance: float) -> Iterator[Comparison]:
         yield relative(quantity, float(computed), float(expected), 0.01, SOURCE, "m")
 
 
-def tip_curve(model: Model, place: npt.ArrayLike = TIP) -> tuple[Floats, Floats]:
+def tip_curve(model: Model, position: npt.ArrayLike = TIP) -> tuple[Floats, Floats]:
     """Returns load fraction (steps,) and displacement of the end face's middle (steps, 2).
 
-    place: of that middle at the start [length], shape (2,).
+    position: of that middle at the start [length], shape (2,).
     """
-    end = np.array(place, dtype=float)
+    end = np.array(position, dtype=float)
     initial = initial_points(model)
     near = nearest_points(initial, end, model.cell_size)
     start = initial.position[initial.index_of(near)]
@@ -110,25 +110,25 @@ def tip_curve(model: Model, place: npt.ArrayLike = TIP) -> tuple[Floats, Floats]
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         fraction.append(time)
-        tip.append(displacement_beyond(simulation.points, near, start, end))
+        tip.append(extrapolated_displacement(simulation.points, near, start, end))
 
     march(model, after_step)
     return np.array(fraction), np.array(tip)
 
 
-def displacement_beyond(
-    points: MaterialPoints, ids: npt.NDArray[np.int64], start: Floats, place: Floats
+def extrapolated_displacement(
+    points: MaterialPoints, ids: npt.NDArray[np.int64], start: Floats, position: Floats
 ) -> Floats:
-    """Displacement of a material place that no point stands at, from its nearest points.
+    """Returns the displacement of a material position X between the points [length], shape (dim,).
 
-    The points stand half their spacing inside the end face; each carries its surroundings along
-    with its deformation gradient, x(X) = x_p + F_p (X - X_p), and the mean over them is taken.
+    The nearest points are half their spacing inside the end face. Each extrapolates by its
+    deformation gradient, x(X) = x_p + F_p (X - X_p); the result is the mean over them.
 
     Args:
-        points: at the time of interest; `ids` of the nearest ones, `start` where they were.
-        place: the material place X in the undeformed body, shape (dim,).
+        points: at the time of interest; `ids` of the nearest ones, `start` their initial positions.
+        position: the material position X in the undeformed body, shape (dim,).
     """
     index = points.index_of(ids)
-    gradient = points.deformation_gradient[index, : len(place), : len(place)]
-    carried = points.position[index] + np.einsum("pij,pj->pi", gradient, place - start)
-    return np.asarray(carried.mean(axis=0) - place)
+    gradient = points.deformation_gradient[index, : len(position), : len(position)]
+    carried = points.position[index] + np.einsum("pij,pj->pi", gradient, position - start)
+    return np.asarray(carried.mean(axis=0) - position)

@@ -26,23 +26,23 @@ POLYLINE = "the same on a polyline"
 DIVISIONS: Mapping[float, tuple[int, ...]] = MappingProxyType(
     {0.1: (24, 48, 96), 0.05: (38, 95, 190)}
 )
-"""Cell size [m] -> numbers of points whose spans are cut into the facets of the circle itself."""
+"""Cell size [m] -> numbers of points for which the spline has the facets of the circle."""
 OTHER_FACETS = (20, 64, 128)
-"""Numbers of points for which the facets are others than the circle's."""
+"""Numbers of points for which the facets differ from those of the circle."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is compared: forces on the footing after each step, (steps, 2), and the points' state.
+    """Results of a pressed footing: forces after each step, and displacements of the points.
 
     Attributes:
-        force: on the footing [force per length].
-        moved: displacements of the material points [length], shape (n, 2), by their numbers.
-        depth: how far the deepest material point is behind the footing [length].
+        force: on the footing [force per length], shape (steps, 2).
+        displacement: displacements of the material points [length], shape (n, 2), by their numbers.
+        depth: largest penetration of a material point into the footing [length].
     """
 
     force: Floats
-    moved: Floats
+    displacement: Floats
     depth: float
 
 
@@ -57,9 +57,9 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def geometry_error(condition: str, h: float) -> Iterator[Comparison]:
-    """Where only the spline's geometry is another: its error, and the rate.
+    """Error of the spline's geometry alone, and its rate.
 
-    The normals are third order in the distance of the points, the places fourth.
+    The normals are third order in the distance of the points, the positions fourth.
     """
     reference = press(round_footing(circle(), condition, h))
     errors = []
@@ -67,7 +67,7 @@ def geometry_error(condition: str, h: float) -> Iterator[Comparison]:
         outcome = press(round_footing(spline(points), condition, h))
         at = f"{condition}, {points} points on the circle, h {h:g} m"
         yield force_row(f"force, change, {at}", outcome, reference, 2e-4)
-        errors.append(displacement_change(outcome, reference))
+        errors.append(displacement_difference(outcome, reference))
         yield vanishing(f"displacements, change, {at}", errors[-1], 5e-4, CIRCLE)
         behind = outcome.depth / h
         yield vanishing(f"deepest point behind it, in cells, {at}", behind, 0.03, "none passes")
@@ -77,7 +77,7 @@ def geometry_error(condition: str, h: float) -> Iterator[Comparison]:
 
 
 def other_facets(long: bool) -> Iterator[Comparison]:
-    """With quadrature points elsewhere the boundary's own error shows, as it does on circles."""
+    """Other quadrature points: the error of the boundary's own quadrature, as on circles."""
     for h in (0.1, 0.05) if long else (0.1,):
         reference = press(round_footing(circle(), "roller", h))
         outcomes = [press(round_footing(spline(n), "roller", h)) for n in OTHER_FACETS]
@@ -87,37 +87,37 @@ def other_facets(long: bool) -> Iterator[Comparison]:
 
 
 def keel() -> Iterator[Comparison]:
-    """An edge with corners that holds the soil and moves: straight between them, to round-off."""
+    """A moving edge with corners, in contact with soil: straight between them, to round-off."""
     model = example(PROBLEM, "keel.toml")
     geometry = dict(model.to_dict()["boundaries"][0]["geometry"])
     corners = {key: geometry[key] for key in ("vertices", "soil")}
     reference = press(varied(model, {"boundaries.0.geometry": {"type": "polyline", **corners}}))
     outcome = press(model)
     yield force_row("force on the keel, change", outcome, reference, 1e-10, POLYLINE)
-    change = displacement_change(outcome, reference)
+    change = displacement_difference(outcome, reference)
     yield vanishing("displacements around the keel, change", change, 1e-10, POLYLINE)
     smooth = press(varied(model, {"boundaries.0.geometry.corners": []}))
-    change = force_change(smooth, reference)
+    change = force_difference(smooth, reference)
     yield at_least("force on the keel without corners, change", change, 1e-3, 0.0, "a round keel")
 
 
 def force_row(
     quantity: str, outcome: Outcome, reference: Outcome, tolerance: float, source: str = CIRCLE
 ) -> Comparison:
-    """The greatest change of the force over the steps."""
-    return vanishing(quantity, force_change(outcome, reference), tolerance, source)
+    """Compares the largest relative difference of the forces with 0."""
+    return vanishing(quantity, force_difference(outcome, reference), tolerance, source)
 
 
-def force_change(outcome: Outcome, reference: Outcome) -> float:
-    """Returns the greatest change of the force in a step, over its size in that step."""
+def force_difference(outcome: Outcome, reference: Outcome) -> float:
+    """Returns the largest relative difference of the forces in a step [-]."""
     size = np.linalg.norm(reference.force, axis=1)
     return float((np.linalg.norm(outcome.force - reference.force, axis=1) / size).max())
 
 
-def displacement_change(outcome: Outcome, reference: Outcome) -> float:
-    """Returns the greatest change of a point's displacement over the greatest displacement."""
-    size = np.linalg.norm(reference.moved, axis=1).max()
-    return float(np.linalg.norm(outcome.moved - reference.moved, axis=1).max() / size)
+def displacement_difference(outcome: Outcome, reference: Outcome) -> float:
+    """Returns the points' largest difference of displacement over the largest displacement [-]."""
+    size = np.linalg.norm(reference.displacement, axis=1).max()
+    return float(np.linalg.norm(outcome.displacement - reference.displacement, axis=1).max() / size)
 
 
 def circle() -> dict[str, Any]:
@@ -128,8 +128,8 @@ def circle() -> dict[str, Any]:
 def spline(points: int) -> dict[str, Any]:
     """A closed spline through this number of points of the circle."""
     angle = 2.0 * np.pi * np.arange(points) / points
-    place = np.array(CENTRE) + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return {"type": "spline", "vertices": place.tolist(), "closed": True, "soil": "right"}
+    vertices = np.array(CENTRE) + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return {"type": "spline", "vertices": vertices.tolist(), "closed": True, "soil": "right"}
 
 
 def round_footing(geometry: Mapping[str, Any], condition: str, h: float) -> Model:
@@ -145,7 +145,7 @@ def round_footing(geometry: Mapping[str, Any], condition: str, h: float) -> Mode
 
 
 def press(model: Model) -> Outcome:
-    """Moves the first boundary of a model as it says."""
+    """Runs a model; returns the forces on its first boundary and the points' displacements."""
     name, forces = model.boundaries[0].name, []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
@@ -156,6 +156,6 @@ def press(model: Model) -> Outcome:
     footing = simulation.implicit[0]
     return Outcome(
         force=np.array(forces),
-        moved=points.displacement[np.argsort(points.point_id)],
+        displacement=points.displacement[np.argsort(points.point_id)],
         depth=footing.penetration(points.position, model.schedule.end),
     )

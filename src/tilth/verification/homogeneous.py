@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the problems of homogeneous deformation share: each basis, and the error of the stress."""
+"""Common parts of the problems of homogeneous deformation: bases, and the error of the stress."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def final_deformation_gradient(model: Model) -> Floats:
 
 
 def stress_error(points: MaterialPoints, exact: Floats) -> float:
-    """Largest difference of any stress component at any point, over the largest exact one.
+    """Returns the largest error of any stress component over the largest exact component [-].
 
     Args:
         exact: Cauchy stress, shape (3, 3), of all points.

@@ -21,9 +21,9 @@ from tilth.verification.reference import AMPLE_COLUMN_ERROR
 PROBLEM = "inclined_column"
 HEIGHT = 50.0
 OFFSETS = ((0.3, 0.4), (0.05, 0.95), (0.6, 0.4), (0.95, 0.05))
-"""Places of the column's lower left corner in its cell, the first that of the case files."""
-REST_FROM = 100
-"""Steps at constant weight before creep is measured: the state after the last load step settles."""
+"""Positions of the column's lower left corner in its cell; the first is that of the case files."""
+SETTLING_STEPS = 100
+"""Steps at constant weight before creep is measured, in which the last load step's state settles."""
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Outcome:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Aligned off the lines, on a line, turned, turned with domains that turn, held for long."""
+    """Aligned off the lines, on a line, turned, turned with CPDI, and at constant weight."""
     yield from aligned_off_the_lines()
     yield from on_a_line()
     yield from turned(long)
@@ -56,16 +56,16 @@ def aligned_off_the_lines() -> Iterator[Comparison]:
     model = example(PROBLEM, "aligned.toml")
     for cells in (8, 16, 32, 64):
         errors = [solve(placed(model, cells, offset)).stress_error for offset in OFFSETS]
-        quantity = f"axial stress error, aligned off the lines, worst of 4 places, {cells} cells"
+        quantity = f"axial stress error, aligned off the lines, worst of 4 positions, {cells} cells"
         bound = 1.5 * AMPLE_COLUMN_ERROR[cells]
         yield vanishing(quantity, max(errors), bound, "at most 1.5 times AMPLE, figure")
 
 
 def on_a_line() -> Iterator[Comparison]:
-    """Boundaries on grid lines do what elimination there does, but for a slip of order delta.
+    """Boundaries on grid lines agree with elimination there up to a slip of order delta.
 
     Where the soil at the base is compressed by the strain e, the surface penalty 4 E / (3 delta)
-    lets it slip by about 3/4 delta e; e is near 1 here.
+    allows a slip of about 3/4 delta e; e is near 1 here.
     """
     model = example(PROBLEM, "aligned.toml")
     cells = 16
@@ -82,7 +82,7 @@ def on_a_line() -> Iterator[Comparison]:
 
 
 def turned(long: bool) -> Iterator[Comparison]:
-    """Turned by 30 degrees GIMP stalls, for its domains do not turn; the reaction stays exact."""
+    """Turned by 30 degrees GIMP stops converging: its domains do not rotate; the reaction is exact."""
     model = example(PROBLEM)
     for cells in (16, 32, 64) if long else (16, 32):
         outcome = solve(placed(model, cells, OFFSETS[0]))
@@ -97,10 +97,10 @@ def turned(long: bool) -> Iterator[Comparison]:
 
 
 def turned_domains(basis: str, long: bool) -> Iterator[Comparison]:
-    """CPDI's domains turn with the body: within a factor 3 of the aligned column, and first order.
+    """CPDI's domains rotate with the body: at most 3 times the aligned error, and first order.
 
-    Short: at the place of the case files. Long: also the worst of the four places, which differ
-    by more when the column is turned: what is left there is the corners of the base.
+    Short: at the position of the case files. Long: also the worst of the four positions, which
+    differ by more when the column is turned: the remaining error is at the corners of the base.
     """
     aligned, turned_model = (
         with_basis(example(PROBLEM, file), basis) for file in ("aligned.toml", "case.toml")
@@ -110,14 +110,18 @@ def turned_domains(basis: str, long: bool) -> Iterator[Comparison]:
     for cells in grids:
         offsets = OFFSETS if long else OFFSETS[:1]
         outcomes = [solve(placed(turned_model, cells, offset)) for offset in offsets]
-        beside = [solve(placed(aligned, cells, offset)).stress_error for offset in offsets]
+        aligned_errors = [solve(placed(aligned, cells, offset)).stress_error for offset in offsets]
         at_case[cells] = outcomes[0].stress_error
         quantity = f"axial stress error, {basis}, turned by 30 degrees, {cells} cells"
-        yield vanishing(quantity, at_case[cells], 3.0 * beside[0], "at most 3 times aligned")
+        yield vanishing(
+            quantity, at_case[cells], 3.0 * aligned_errors[0], "at most 3 times aligned"
+        )
         if long:
             worst = max(outcome.stress_error for outcome in outcomes)
-            quantity += ", worst of 4 places"
-            yield vanishing(quantity, worst, 3.0 * max(beside), "at most 3 times aligned, worst")
+            quantity += ", worst of 4 positions"
+            yield vanishing(
+                quantity, worst, 3.0 * max(aligned_errors), "at most 3 times aligned, worst"
+            )
         quantity = f"reaction vector, {basis}, turned by 30 degrees, {cells} cells, worst step"
         reaction = max(outcome.reaction_error for outcome in outcomes)
         yield vanishing(quantity, reaction, 1e-8, "the weight")
@@ -128,17 +132,18 @@ def turned_domains(basis: str, long: bool) -> Iterator[Comparison]:
 
 
 def at_constant_weight(long: bool) -> Iterator[Comparison]:
-    """Held under its weight, the column does not creep through its boundaries."""
+    """At constant weight the column does not creep through its boundaries."""
     steps = 1000 if long else 200
     for name, file in (("aligned off the lines", "aligned.toml"), ("turned", "case.toml")):
         model = placed(example(PROBLEM, file), 8, OFFSETS[0])
-        position = solve(held_for(model, steps)).position
-        creep = float(np.abs(position[-1] - position[-1 - steps + REST_FROM]).max()) / HEIGHT
-        quantity = f"creep over the last {steps - REST_FROM} of {steps} steps held, {name}"
-        yield vanishing(quantity, creep, 1e-10, "rest, in heights")
+        position = solve(at_constant_weight_for(model, steps)).position
+        creep = float(np.abs(position[-1] - position[-1 - steps + SETTLING_STEPS]).max()) / HEIGHT
+        counted = steps - SETTLING_STEPS
+        quantity = f"creep over the last {counted} of {steps} steps at constant weight, {name}"
+        yield vanishing(quantity, creep, 1e-10, "no motion, in heights")
 
 
-def held_for(model: Model, steps: int) -> Model:
+def at_constant_weight_for(model: Model, steps: int) -> Model:
     """Returns the column under its full weight after further steps of the same size."""
     loading = model.schedule.number_of_steps
     end = 1.0 + steps / loading
@@ -177,8 +182,8 @@ def solve(model: Model, cells: int | None = None) -> Outcome:
     points = march(model, after_step).points
     xx, yy, xy = points.stress[:, [0, 1, 3]].T
     axial = up[0] ** 2 * xx + up[1] ** 2 * yy + 2.0 * up[0] * up[1] * xy
-    level = (initial_position(points) - np.array(shape.lower)) @ up
-    outcome.stress_error = exact.stress_error(axial, level, points.initial_volume)
+    elevation = (initial_position(points) - np.array(shape.lower)) @ up
+    outcome.stress_error = exact.stress_error(axial, elevation, points.initial_volume)
     return outcome
 
 
@@ -202,5 +207,5 @@ def placed(model: Model, cells: int, offset: tuple[float, float]) -> Model:
 
 
 def with_delta(delta: float) -> dict[str, float]:
-    """Returns the changes that give all three boundaries a band of this width [length]."""
+    """Returns the case-file changes for a band of this width [length] at all three boundaries."""
     return {f"boundaries.{i}.delta": delta for i in range(3)}

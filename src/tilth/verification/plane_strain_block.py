@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A block stretched, sheared and turned at once: elastic exact, von Mises first order in steps."""
+"""A block stretched, sheared and rotated: elastic exact, von Mises first order in steps."""
 
 from __future__ import annotations
 

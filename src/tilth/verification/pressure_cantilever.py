@@ -23,7 +23,7 @@ from tilth.verification.reference import pressure_cantilever
 PROBLEM = "pressure_cantilever"
 LENGTH = 10.0
 END_FACE = np.array([[10.0, 1.0], [10.0, 2.0]])
-"""Its middle and its top corner [m]: the places of the reference."""
+"""Middle and top corner of the end face [m]: the points of the reference."""
 ROOT_TOP = np.array([0.0, 2.0])
 """Upper corner of the root [m], where the pressure ends."""
 MODULI = (1e6, 5e5, 2.5e5)
@@ -32,27 +32,27 @@ COARSE_TOLERANCE = {1e6: 0.02, 5e5: 0.06, 2.5e5: 0.06}
 """Largest distances to the reference over the length on cells of 0.5 m, by Young's modulus."""
 TOLERANCE = 0.02
 """The same on cells of 0.25 m."""
-PAPER_GRID = 0.06
-"""The same on the paper's cells of 1.5 m, of which 1.3 span the depth: a guard, not a claim."""
+PAPER_GRID_TOLERANCE = 0.06
+"""The same on the paper's cells of 1.5 m, of which 1.3 span the depth: a regression bound only."""
 LINEAR_POINTS = 6
-"""Points per cell and direction of the linear basis: with four, those that cross cells spoil it."""
-SAME_TIME = 1e-9
-"""Times that differ by less are one."""
-BALANCE = 1e-4
+"""Points per cell and direction of the linear basis; four are too few for cell crossing."""
+TIME_TOLERANCE = 1e-9
+"""Load fractions that differ by less are equal."""
+BALANCE_TOLERANCE = 1e-4
 """Round-off while the surface is in cells with soil; in an empty cell the displacement is that of
 the nearest one, extrapolated, and jumps between two of them."""
-ORDER = 1.5
+LEAST_ORDER = 1.5
 """Least order between two grids of a second-order method."""
 SOURCE = "FE, nine-node"
 
 
 @dataclass(frozen=True)
 class Bending:
-    """How far a bent beam is from the reference.
+    """Differences of a bent beam from the reference.
 
     Attributes:
-        distance: largest one of the end face's two places at all loads of the reference, over the
-            length [-]; not a number if the beam was not at one of these loads.
+        distance: largest distance of the end face's two points at all loads of the reference, over
+            the length [-]; NaN if one of these loads was not computed.
         end: displacement of the middle of the end face under full load [m], shape (2,).
         reference_end: the same of the reference.
         balance: largest sum of root reaction and pressure on the top's chord, over the latter [-].
@@ -69,7 +69,7 @@ class Bending:
 
 def comparisons(long: bool) -> Iterator[Comparison]:
     """The paper's grid, cells of 0.5 m with all moduli, cells of 0.25 m with the softest beam."""
-    yield from compare("E 1000 kPa, h 1.5 m", bend(example(PROBLEM)), PAPER_GRID)
+    yield from compare("E 1000 kPa, h 1.5 m", bend(example(PROBLEM)), PAPER_GRID_TOLERANCE)
     coarse = {}
     for modulus in MODULI:
         coarse[modulus] = bend(finer(modulus, 0.5))
@@ -92,8 +92,8 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 def with_other(basis: str, long: bool) -> Iterator[Comparison]:
     """The softest beam with another basis: cells of 0.5 m, long of 0.25 m, and the order.
 
-    Standard points leave cells at the surface empty, where the displacement is extrapolated: no
-    row on their balance, and none on an order that they do not have.
+    Standard points leave cells at the surface empty, where the displacement is extrapolated: so
+    there is no row on their balance and none on the order.
     """
     modulus, other = MODULI[-1], basis != "linear"
     changes = {} if other else {"bodies.0.points_per_cell": LINEAR_POINTS}
@@ -112,7 +112,7 @@ def compare(at: str, bending: Bending, tolerance: float) -> Iterator[Comparison]
     """The beam's shape, and the balance of its forces."""
     yield from shape(at, bending, tolerance)
     quantity = f"root reaction less the pressure on the top's chord, over it, {at}"
-    yield vanishing(quantity, bending.balance, BALANCE, "equilibrium")
+    yield vanishing(quantity, bending.balance, BALANCE_TOLERANCE, "equilibrium")
 
 
 def shape(at: str, bending: Bending, tolerance: float) -> Iterator[Comparison]:
@@ -129,13 +129,15 @@ def shape(at: str, bending: Bending, tolerance: float) -> Iterator[Comparison]:
 
 
 def orders(at: str, coarse: Bending, fine: Bending) -> Iterator[Comparison]:
-    """Of what is between the beam and the reference, on cells half as large."""
+    """Order of the differences from the reference, with cells half as large."""
     order = float(np.log2(coarse.distance / fine.distance))
-    yield at_least(f"order of the end face's distance, {at}", order, ORDER, 0.0, "second order")
+    yield at_least(
+        f"order of the end face's distance, {at}", order, LEAST_ORDER, 0.0, "second order"
+    )
     for fraction, gap in fine.gap.items():
         order = float(np.log2(coarse.gap[fraction] / gap))
         quantity = f"order of the surface's distance, load {fraction:g}, {at}"
-        yield at_least(quantity, order, ORDER, 0.0, "second order")
+        yield at_least(quantity, order, LEAST_ORDER, 0.0, "second order")
 
 
 def finer(young_modulus: float, cell_size: float) -> Model:
@@ -159,14 +161,16 @@ def bend(model: Model) -> Bending:
         surface = simulation.surfaces["beam"]
         assert isinstance(surface, TrackedSurface)
         (beam,) = surface.chains
-        places = moved_places(beam.initial, beam.current)
+        points = moved_points(beam.initial, beam.current)
         # a step that was halved adds times that the reference does not have
-        end[np.isclose(reference.load_fraction, time, rtol=0.0, atol=SAME_TIME)] = places - END_FACE
-        force = model.load_curve(load).factor(time) * pressure * left(ROOT_TOP - places[1])
-        rest = np.linalg.norm(result.resultant("root") + force)
-        balance = max(balance, float(rest / np.linalg.norm(force)))
+        end[np.isclose(reference.load_fraction, time, rtol=0.0, atol=TIME_TOLERANCE)] = (
+            points - END_FACE
+        )
+        force = model.load_curve(load).factor(time) * pressure * left(ROOT_TOP - points[1])
+        residual = np.linalg.norm(result.resultant("root") + force)
+        balance = max(balance, float(residual / np.linalg.norm(force)))
         for fraction, outline in reference.outlines.items():
-            if abs(time - fraction) < SAME_TIME:
+            if abs(time - fraction) < TIME_TOLERANCE:
                 gap[fraction] = mean_distance(beam.current, outline) / LENGTH
 
     march(model, after_step)
@@ -174,8 +178,8 @@ def bend(model: Model) -> Bending:
     return Bending(float(distance), end[-1, 0], reference.displacement[-1, 0], balance, gap)
 
 
-def moved_places(initial: Chain, now: Chain) -> Floats:
-    """Returns where the end face's two places are now [m], shape (2, 2)."""
+def moved_points(initial: Chain, now: Chain) -> Floats:
+    """Returns the current positions of the end face's two points [m], shape (2, 2)."""
     at = NearestPoints(LocalCubicSpline(initial)).find(END_FACE)
     return LocalCubicSpline(now).position(at.segment, at.parameter)
 
@@ -183,7 +187,7 @@ def moved_places(initial: Chain, now: Chain) -> Floats:
 def mean_distance(surface: Chain, outline: Floats) -> float:
     """Returns the area between a spline and an outline over the outline's length [length].
 
-    The distances of the outline's places, shape (n, 2), are integrated along it by the trapezoidal
+    The distances of the outline's points, shape (n, 2), are integrated along it by the trapezoidal
     rule; for curves that are close to each other this is the area between them.
     """
     arm = NearestPoints(LocalCubicSpline(surface)).find(outline).offset

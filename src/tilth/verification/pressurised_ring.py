@@ -28,18 +28,18 @@ HILL = "Hill's elastic-plastic ring"
 INNER, OUTER = 1.0, 2.0
 """Radii of the elastic ring [m]."""
 WIDENING = 0.25
-"""Displacement of the inner face that the pressure belongs to [m]."""
+"""Displacement of the inner face under the pressure [m]."""
 STEP = 0.05
 """About the displacement of the inner face in one step [m]."""
 PAST_LIMIT = [[0.0, 0.0], [1.0, 0.5], [2.0, 0.7], [3.0, 0.9], [4.0, 0.95], [5.0, 1.0]]
 """Load factors that end above the limit pressure."""
-LEAST_STEP = 1.0 / 32.0
-"""Of the time between two of them: 0.00031 GPa between a pressure borne and one that is not."""
-FLOOR = 5e-4
+LEAST_TIME_STEP = 1.0 / 32.0
+"""Fraction of the time between two of them: resolves the limit pressure to 0.00031 GPa."""
+DISPLACEMENT_TOLERANCE = 5e-4
 """Error of the axisymmetric ring's displacement on any grid [-].
 
-From 5 to 40 cells it is 1.4e-4 to 3.1e-4, up and down with the places of the domains in their
-cells: no rate is to be seen there.
+From 5 to 40 cells it is 1.4e-4 to 3.1e-4 and varies with the positions of the domains in their
+cells, so no rate can be measured.
 """
 STIFFER = 100.0
 """Factor on Young's modulus that makes the change of the radii negligible."""
@@ -61,12 +61,14 @@ class Outcome:
 def comparisons(long: bool) -> Iterator[Comparison]:
     """Displacements and their rate; then the limit pressure, and the displacements below it."""
     yield from inflated("plane strain", (5, 10, 20) if long else (5, 10))
-    yield from inflated("axisymmetric", (5, 10, 20, 40) if long else (5, 10), FLOOR)
+    yield from inflated(
+        "axisymmetric", (5, 10, 20, 40) if long else (5, 10), DISPLACEMENT_TOLERANCE
+    )
     yield from to_the_limit(long)
 
 
 def inflated(kind: str, grids: Sequence[int], error: float | None = None) -> Iterator[Comparison]:
-    """Displacement on each grid, how far it is the same all around, and the rate.
+    """Displacement on each grid, its variation along the face, and the rate.
 
     error: below which the displacement's error must be on each grid, instead of a rate.
     """
@@ -88,7 +90,7 @@ def inflated(kind: str, grids: Sequence[int], error: float | None = None) -> Ite
 
 
 def to_the_limit(long: bool) -> Iterator[Comparison]:
-    """The largest pressure that the ring bears: as it is, and without its change of radii.
+    """The largest pressure of the ring: with the actual stiffness, and without change of radii.
 
     The ring of steel has widened by half a per cent when it yields throughout, which lowers its
     limit; one a hundred times as stiff has not.
@@ -100,10 +102,10 @@ def to_the_limit(long: bool) -> Iterator[Comparison]:
     for cells in (5, 10) if long else (5,):
         size = 100.0 / cells
         changes = {"grid.cell_size": size, "grid.origin": [-0.3 * size, -0.7 * size]}
-        borne = load_to_failure(varied(quarter, changes))[-1][0]
-        yield limit_row(f"plane strain, {cells} cells", borne, limit, 0.01)
-    borne = load_to_failure(plastic(steel))[-1][0]
-    yield limit_row("axisymmetric, 10 cells", borne, limit, 0.01)
+        sustained = load_to_failure(varied(quarter, changes))[-1][0]
+        yield limit_row(f"plane strain, {cells} cells", sustained, limit, 0.01)
+    sustained = load_to_failure(plastic(steel))[-1][0]
+    yield limit_row("axisymmetric, 10 cells", sustained, limit, 0.01)
     stiff = steel.model_copy(update={"young_modulus": STIFFER * steel.young_modulus})
     at = f"axisymmetric, 10 cells, E {STIFFER:g} times"
     rows, exact = load_to_failure(plastic(stiff)), PlasticRing(INNER, OUTER, stiff)
@@ -114,17 +116,17 @@ def to_the_limit(long: bool) -> Iterator[Comparison]:
         yield relative(quantity, outer, reference, 0.005, HILL, "m")
 
 
-def limit_row(at: str, borne: float, limit: float, tolerance: float) -> Comparison:
-    """The largest pressure that was borne."""
+def limit_row(at: str, sustained: float, limit: float, tolerance: float) -> Comparison:
+    """Compares the largest sustained pressure with the limit pressure."""
     source = "(2 / sqrt 3) sigma_y ln 2"
-    return relative(f"limit pressure, {at}", borne, limit, tolerance, source, "GPa")
+    return relative(f"limit pressure, {at}", sustained, limit, tolerance, source, "GPa")
 
 
 def refined(kind: str, cells: int) -> Model:
     """The elastic ring with this number of cells through its wall, a fifth of it high if a strip.
 
-    The strip keeps its height: its implicit ends yield by a share of a cell, which one that
-    became lower with the cells would feel alike on all grids.
+    The strip has the same height on all grids: its implicit ends yield by a share of a cell, and
+    in a strip as high as a cell this error would not decrease with the cells.
     """
     h = (OUTER - INNER) / cells
     steps = {"schedule.steps": round(WIDENING / STEP), "schedule.outputs": 1, "grid.cell_size": h}
@@ -175,10 +177,10 @@ def plastic(material: VonMises) -> Model:
 
 
 def load_to_failure(model: Model) -> list[tuple[float, float]]:
-    """Raises the pressure until there is no equilibrium any more.
+    """Raises the pressure until there is no equilibrium.
 
-    Returns the pressures borne, and the displacement [length] of the outermost boundary points
-    under each.
+    Returns the sustained pressures [GPa], and the displacement [length] of the outermost boundary
+    points under each.
     """
     load = model.loads[0]
     assert isinstance(load, SurfaceLoad)
@@ -187,7 +189,7 @@ def load_to_failure(model: Model) -> list[tuple[float, float]]:
         "schedule.end": PAST_LIMIT[-1][0],
         "schedule.steps": len(PAST_LIMIT) - 1,
         "schedule.outputs": 1,
-        "schedule.minimum_step": LEAST_STEP,
+        "schedule.minimum_step": LEAST_TIME_STEP,
     }
     model = varied(model, changes)
     rows: list[tuple[float, float]] = []
@@ -214,6 +216,6 @@ def boundary_points(simulation: Simulation) -> tuple[Floats, Floats]:
 
 
 def radius(model: Model, x: Floats) -> Floats:
-    """Distances of places (n, 2) from the ring's axis [length], shape (n,)."""
+    """Distances of points (n, 2) from the ring's axis [length], shape (n,)."""
     axisymmetric = model.analysis.kind == "axisymmetric"
     return np.asarray(x[:, 0] if axisymmetric else np.hypot(*x.T))

@@ -18,7 +18,7 @@ from tilth.verification.march import march
 PROBLEM = "pressurised_sphere"
 INNER, OUTER = 1.0, 2.0
 """Radii [m]."""
-SMALL = 1e-4
+SMALL_PRESSURE = 1e-4
 """Pressure over Young's modulus at which the closed form of small strains holds to 1e-4."""
 
 
@@ -44,7 +44,7 @@ def radial_displacement(h: float, part: str, radius: float) -> tuple[float, floa
     model = example(PROBLEM)
     material = model.materials["wall"]
     assert isinstance(material, HenckyElastic)
-    pressure = SMALL * material.young_modulus
+    pressure = SMALL_PRESSURE * material.young_modulus
     changes = {"grid.cell_size": h, "loads.0.pressure": pressure, "schedule.steps": 1}
     surface = march(varied(model, {**changes, "schedule.outputs": 1})).surfaces["shell"]
     assert isinstance(surface, TrackedSolidSurface)

@@ -30,7 +30,7 @@ MAXIMUM_SWITCHES = 100
 
 @dataclass(frozen=True)
 class Response:
-    """Stress along a path at the times asked for, n of them.
+    """Stress along a path at n given times.
 
     kirchhoff_stress, cauchy_stress: shape (n, 3, 3) [stress]; plastic_strain: equivalent plastic
     strain, shape (n,).
@@ -69,7 +69,7 @@ def von_mises_response(path: Path, times: Sequence[float], material: VonMises) -
     G stays fixed while the state is elastic; an eighth-order Runge-Kutta method integrates it while
     it is not, from the onset of yield to where n : d turns negative; stress and plastic strain are
     converged to 1e-10 of their size. Yielding that lasts less than a thousandth of the time is not
-    seen. Raises AnalysisFailed for a motion too rough to follow.
+    detected. Raises AnalysisFailed for a motion too rough to follow.
     """
     body = _Body(path, material)
     time, metric, hardening = 0.0, np.eye(3), 0.0
@@ -108,16 +108,16 @@ class _Body:
     ) -> float | None:
         """The first time of an elastic stretch at which the yield surface is reached, or None."""
         count = max(2, math.ceil((end - start) / step) + 1)
-        before = start
+        previous = start
         for time in np.linspace(start, end, count)[1:]:
             if self._excess(time, metric, hardening) > 0.0:
-                if self._excess(before, metric, hardening) >= 0.0:
+                if self._excess(previous, metric, hardening) >= 0.0:
                     raise _too_rough(time)
                 excess: Callable[..., float] = partial(
                     self._excess, metric=metric, hardening=hardening
                 )
-                return float(brentq(excess, before, time, xtol=1e-15, rtol=1e-15))
-            before = time
+                return float(brentq(excess, previous, time, xtol=1e-15, rtol=1e-15))
+            previous = time
         return None
 
     def flow(

@@ -44,7 +44,7 @@ def end_loaded_cantilever() -> CantileverCurve:
     """Mid-depth tip displacement of the end-loaded cantilever by finite elements.
 
     10 x 1 m, plane strain, Hencky elastic E 12 MPa, nu 0.2, dead load 100 kN spread over the end
-    face; 80 x 8 body-fitted nine-node elements. The head of the file says more.
+    face; 80 x 8 body-fitted nine-node elements. More is in the head of the file.
     """
     table = _table("end_loaded_cantilever_fe.csv")
     return CantileverCurve(table[:, 0], table[:, 1:])
@@ -61,8 +61,8 @@ class FootingCurve:
 def rigid_footing_elastic() -> FootingCurve:
     """Smooth rigid footing, half-width 1 m, on an elastic square of 3 m, plane strain, nu 0.3.
 
-    48 x 48 body-fitted nine-node elements; times 0.996 for the limit of fine meshes, as the head
-    of the file says. The nodes under the footing at the start stay under it.
+    48 x 48 body-fitted nine-node elements; times 0.996 for the limit of fine meshes, see the head
+    of the file. The nodes initially under the footing remain under it.
     """
     table = _table("rigid_footing_elastic_fe.csv")
     return FootingCurve(table[:, 0], 0.996 * table[:, 1])
@@ -79,7 +79,7 @@ class PressureCurve:
 def strip_footing(cell_size: float) -> PressureCurve:
     """Smooth strip footing, half-width 0.5 m, on 5 m of clay: elements of 0.1, 0.05 or 0.025 m.
 
-    Small strains, bilinear elements, B-bar. The head of the file says more.
+    Small strains, bilinear elements, B-bar. More is in the head of the file.
     """
     return _footing_on_clay("strip_footing_fe.csv", ("strip", 0.5, cell_size, "b_bar"))
 
@@ -118,12 +118,12 @@ def collapse_by_ample() -> CollapsePoints:
 
 @dataclass(frozen=True)
 class PressureCantilever:
-    """Under a follower pressure; places are those of (10, 1) and (10, 2) m in the end face.
+    """Response to a follower pressure at the points (10, 1) and (10, 2) m of the end face.
 
     Attributes:
         load_fraction: share of the full pressure, shape (n,).
-        displacement: of the two places, x and y [m], shape (n, 2, 2).
-        outlines: load fraction -> places along the bottom, the end face and the top [m], (m, 2).
+        displacement: of the two points, x and y [m], shape (n, 2, 2).
+        outlines: load fraction -> points along the bottom, the end face and the top [m], (m, 2).
     """
 
     load_fraction: Floats
@@ -135,7 +135,7 @@ def pressure_cantilever(young_modulus: float) -> PressureCantilever:
     """Cantilever 10 x 2 m, 1500 Pa normal to its top throughout, Young's modulus [Pa].
 
     Plane strain, Hencky elastic, nu 0.3, root face fixed; body-fitted nine-node elements, 40 or
-    80 along the beam, for the outlines 60 x 12. The heads of the files say more.
+    80 along the beam, for the outlines 60 x 12. More is in the heads of the files.
     """
     kilopascal = round(young_modulus / 1e3)
     table = _table(f"pressure_cantilever_fe_E{kilopascal}kPa.csv")

@@ -19,12 +19,12 @@ from tilth.verification.reference import FootingCurve, rigid_footing_elastic
 PROBLEM = "rigid_footing_elastic"
 SOURCE = "body-fitted elements"
 SIDE = 3.0
-GAP = 0.4
+GRID_OFFSET = 0.4
 """Distance of base and surface from the next grid line below, in cells."""
 TOLERANCE = 0.02
-"""Of the force up to 0.3 m."""
+"""Largest error of the force up to 0.3 m [-]."""
 LINEAR_POINTS = 6
-"""Points per cell and direction of the linear basis: with two, those that cross cells spoil it."""
+"""Points per cell and direction of the linear basis; two are too few for cell crossing."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -94,7 +94,7 @@ def far_down(long: bool) -> Iterator[Comparison]:
 
 
 def edge_in_cell(long: bool) -> Iterator[Comparison]:
-    """The face's edge at ten positions across a cell: a condition on part of it holds the whole.
+    """The face's edge at ten positions across a cell: a condition on a part acts on all its nodes.
 
     The spread is first order in the size of the cell; a grid that follows the edge has none.
     """
@@ -133,7 +133,7 @@ def press(
 ) -> tuple[Floats, Floats, float]:
     """Presses the footing to the settlement `end` on cells of about `h` [m].
 
-    share: how far its edge is beyond a grid line, in cells, unless the grid follows it.
+    share: distance of its edge from the grid line below, in cells, unless the grid follows it.
     points: material points per cell and direction.
 
     Returns the settlements [m], the forces over Young's modulus [m], and the greatest depth of a
@@ -142,7 +142,7 @@ def press(
     width = 1.024 * h  # neither 1 m nor 3 m is a multiple of it
     changes: dict[str, Any] = {
         "grid.cell_size": [width, h],
-        "grid.origin": [1.0 - share * width, -GAP * h],
+        "grid.origin": [1.0 - share * width, -GRID_OFFSET * h],
         "bodies.0.points": [points * round(SIDE / h)] * 2,
     }
     model = varied(model, changes)

@@ -9,17 +9,17 @@ import numpy as np
 
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
-from tilth.verification.curves import Curve, driven, farthest
+from tilth.verification.curves import Curve, largest_difference, reaction_curve
 
 PROBLEM = "rigid_sphere"
 DIAMETER = 1.0
 """Of the sphere [m]."""
 START = 0.1 * DIAMETER
-"""Way from which on curves are compared [m]."""
+"""Displacement from which on curves are compared [m]."""
 INCREMENTS = 30
-"""Of the whole way, for the roughness."""
+"""Number of increments of the whole displacement, for the roughness."""
 TOLERANCE = {"smooth": 0.06, "rough": 0.11}
-"""Between cells of an eighth and a twentieth of the diameter."""
+"""Largest difference between cells of an eighth and a twentieth of the diameter [-]."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -37,8 +37,10 @@ def refined(long: bool) -> Iterator[Comparison]:
         yield same(curves[0], curves[1], f"{name}, h D/8 and D/{fine}", TOLERANCE[name])
         if long:
             finest = press(file, 40)
-            way = np.linspace(START, curves[0].way[-1], 21)
-            errors = [np.abs(c.at(way) / finest.at(way) - 1.0).mean() for c in curves]
+            displacement = np.linspace(START, curves[0].displacement[-1], 21)
+            errors = [
+                np.abs(c.at(displacement) / finest.at(displacement) - 1.0).mean() for c in curves
+            ]
             order = float(np.log(errors[0] / errors[1]) / np.log(20.0 / 8.0))
             quantity = f"order of the mean difference from h D/40, {name}, h D/8 and D/20"
             yield at_least(quantity, order, 0.8, 0.0, "first order")
@@ -54,12 +56,12 @@ def three_dimensional() -> Iterator[Comparison]:
 
 
 def same(curve: Curve, reference: Curve, of: str, tolerance: float) -> Comparison:
-    """The force where two curves are farthest apart."""
-    way, computed, exact = farthest(curve, reference, START)
-    quantity = f"force at {way:.3g} m, the farthest apart from 0.1 D on, {of}"
+    """Compares the forces at the largest difference of two curves."""
+    displacement, computed, exact = largest_difference(curve, reference, START)
+    quantity = f"force at {displacement:.3g} m, the farthest apart from 0.1 D on, {of}"
     return relative(quantity, computed, exact, tolerance, "the other grid", "N")
 
 
 def press(file: str, cells: int) -> Curve:
     """Presses the sphere of a case file with this number of cells to its diameter."""
-    return driven(varied(example(PROBLEM, file), {"grid.cell_size": DIAMETER / cells}))
+    return reaction_curve(varied(example(PROBLEM, file), {"grid.cell_size": DIAMETER / cells}))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`tilth verify`: runs reference problems and reports computed beside reference numbers."""
+"""`tilth verify`: runs reference problems and reports computed and reference numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Row:
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
-        """Returns what `tilth verify --json` prints of it; null for what is not a number."""
+        """Returns the entries for `tilth verify --json`; None for numbers that are not finite."""
         entries = {"problem": self.problem, **asdict(self.comparison)}
         entries |= {"passed": self.comparison.passed, "seconds": round(self.seconds, 3)}
         return {
@@ -52,9 +52,9 @@ def run_verification(names: Iterable[str], *, long: bool, as_json: bool) -> int:
 
 
 def verified(names: Iterable[str], long: bool) -> Iterator[Row]:
-    """Runs problems one after the other and yields each row as soon as it is known.
+    """Runs problems one after the other and yields each row as soon as it is computed.
 
-    A problem whose analysis fails ends with a row that says so and did not pass.
+    If the analysis of a problem fails, its last row gives the reason and has not passed.
     """
     from tilth.verification.problems import PROBLEMS
 
@@ -89,7 +89,7 @@ def _print_json(rows: Iterator[Row]) -> list[Row]:
 
 
 def _print_table(rows: Iterator[Row]) -> list[Row]:
-    """Shows rows as they come on a terminal, the whole table at the end elsewhere."""
+    """Prints each row at once on a terminal, else the whole table at the end."""
     table = Table(show_edge=False, pad_edge=False)
     for heading in ("problem", "quantity"):
         table.add_column(heading, overflow="fold")

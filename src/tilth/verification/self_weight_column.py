@@ -42,7 +42,7 @@ BASES: dict[str, dict[str, str | None]] = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is compared of a column: errors relative to the base stress [-], height [length]."""
+    """Results of a column: errors relative to the base stress [-], heights [length]."""
 
     stress_error: float
     lateral_error: float
@@ -135,8 +135,8 @@ def von_mises(long: bool) -> Iterator[Comparison]:
 def assumed_strain(long: bool) -> Iterator[Comparison]:
     """F-bar, not needed here, changes less than the grid's own error.
 
-    In the column that yields both are off by about as much, in different places; there the errors
-    are compared.
+    In the column that yields both have errors of similar size at different points; there the
+    errors are compared.
     """
     for file, kind in (("case.toml", "elastic"), ("von_mises.toml", "von Mises")):
         for cells in (16, 64, 256) if long else (16, 64):
@@ -146,8 +146,8 @@ def assumed_strain(long: bool) -> Iterator[Comparison]:
                 for method in ("none", "f_bar")
             )
             volume, exact = without.initial_volume, closed_form(model)
-            level = initial_position(without)[:, 1]
-            of_grid = exact.stress_error(without.stress[:, 1], level, volume)
+            elevation = initial_position(without)[:, 1]
+            of_grid = exact.stress_error(without.stress[:, 1], elevation, volume)
             stress = with_it.stress[with_it.index_of(without.point_id), 1]
             apart = np.abs(stress - without.stress[:, 1]) @ volume
             change = float(apart / (exact.base_stress * volume.sum()))
@@ -155,13 +155,13 @@ def assumed_strain(long: bool) -> Iterator[Comparison]:
                 quantity = f"vertical stress, {kind}, {cells} cells, change by F-bar"
                 yield vanishing(quantity, change, of_grid, "the error without")
             else:
-                error = exact.stress_error(stress, level, volume)
+                error = exact.stress_error(stress, elevation, volume)
                 quantity = f"vertical stress error, {kind}, {cells} cells, F-bar"
                 yield vanishing(quantity, error, 1.1 * of_grid, "1.1 times that without")
 
 
 def every_basis(long: bool) -> Iterator[Comparison]:
-    """As in the case file but for the basis: what fills the material converges, the others stop.
+    """Other bases: those whose domains fill the material converge, the errors of others stagnate.
 
     In a compression along the grid's axes four of GIMP's rules are exact, and CPDI's domains are
     the same boxes. Domains of fixed size overlap, those of the determinant overlap and leave gaps.
@@ -211,11 +211,11 @@ def solve(model: Model, cells: int) -> Outcome:
     points = simulation.points
     exact = closed_form(model)
     up = model.dimension - 1
-    level, volume = initial_position(points)[:, up], points.initial_volume
-    lateral = points.stress[:, 0] - exact.lateral_stress(level)
-    plastic = points.plastic[:, 0] - exact.plastic_strain(level)
+    elevation, volume = initial_position(points)[:, up], points.initial_volume
+    lateral = points.stress[:, 0] - exact.lateral_stress(elevation)
+    plastic = points.plastic[:, 0] - exact.plastic_strain(elevation)
     return Outcome(
-        stress_error=exact.stress_error(points.stress[:, up], level, volume),
+        stress_error=exact.stress_error(points.stress[:, up], elevation, volume),
         lateral_error=float(np.abs(lateral) @ volume / (exact.base_stress * volume.sum())),
         plastic_strain_error=float(np.abs(plastic) @ volume / volume.sum()),
         height=float((points.position[:, up] + points.half_length[:, up]).max()),

@@ -45,8 +45,8 @@ class Press:
         settlement: after each step [m], shape (steps,).
         pressure: load over nominal area and shear strength [-], shape (steps,).
         iterations: Newton iterations of each step, shape (steps,).
-        column: minor principal stress over the shear strength [-] of the points that stood nearest
-            to the axis at the start, from the footing down, shape (points,).
+        column: minor principal stress over the shear strength [-] of the points initially nearest
+            to the axis, from the footing down, shape (points,).
     """
 
     settlement: Floats
@@ -98,7 +98,7 @@ def as_published() -> Iterator[Comparison]:
 
 
 def a_limit_load(run: Press, name: str) -> Iterator[Comparison]:
-    """The load does not rise any more."""
+    """Compares the final slope of the load with 0: the load is a limit load."""
     slope = relative_slope(run.settlement, run.pressure)
     quantity = f"slope at 2 mm over that at the start, P / c = {run.pressure[-1]:.3f}, {name}"
     yield vanishing(quantity, slope, PLATEAU, "a limit load")
@@ -162,8 +162,8 @@ def spread_over_a_cell(h: float, changes: Mapping[str, Any]) -> float:
     """Returns (greatest - least) / mean of P / c at 2 mm, four positions of the grid."""
     limits = []
     for share in np.arange(4) / 4.0:
-        place = [0.5 - h * share] * 2
-        changed = {**changes, **FEW_STEPS, "grid.origin": [*place, 0.0]}
+        corner = [0.5 - h * share] * 2
+        changed = {**changes, **FEW_STEPS, "grid.origin": [*corner, 0.0]}
         limits.append(footing(0.5, h, changed, side=2.5).pressure[-1])
     return float(np.ptp(limits) / np.mean(limits))
 

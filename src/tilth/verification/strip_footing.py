@@ -15,15 +15,23 @@ from tilth.verification.cases import BASES, example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march
 from tilth.verification.reference import strip_footing
-from tilth.verification.turned import ALIGNED, ANGLE, ANGLES, aligned, off, reactions, turned
+from tilth.verification.turned import (
+    ALIGNED,
+    ANGLE,
+    ANGLES,
+    aligned,
+    reaction_difference,
+    reactions,
+    turned,
+)
 
 PROBLEM = "strip_footing"
 LIMIT = 2.0 + np.pi
 """Pressure of a rigid strip footing on weightless clay over its shear strength (Prandtl) [-]."""
 HALF_WIDTH = 0.5
-"""Of the footing [m]."""
+"""Half-width of the footing [m]."""
 SETTLEMENT = 0.002
-"""Of the footing at the end [m]."""
+"""Final settlement of the footing [m]."""
 PLATEAU = 0.01
 """Largest slope at the end that is a limit load, over the slope at the start [-]."""
 TOLERANCE = 0.07
@@ -60,13 +68,13 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def turned_copies(long: bool) -> Iterator[Comparison]:
-    """Turned, on a grid that follows the footing's edge: what each boundary bears at the end."""
+    """Turned, on a grid that follows the footing's edge: the final reaction of each boundary."""
     for size, tolerance in ((0.1, 0.15), (0.05, 0.08)) if long else ((0.1, 0.15),):
         model = varied(aligned(PROBLEM, size), FEW_STEPS)
         reference = reactions(model)
         quantity = f"greatest change of a reaction's component over the footing's, h {size:g} m"
         for angle in ANGLES if long else (ANGLE,):
-            change = off(reactions(turned(model, angle), angle), reference)
+            change = reaction_difference(reactions(turned(model, angle), angle), reference)
             at = f"turned by {angle:g} degrees"
             yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
 
@@ -95,7 +103,7 @@ def limit_load(
 
 
 def against_elements(settlement: Floats, pressure: Floats, of: str = "") -> Iterator[Comparison]:
-    """The curve on cells of 0.1 m against elements of the same size, and its worst place."""
+    """The curve on cells of 0.1 m against elements of the same size, at its largest error."""
     reference = strip_footing(0.1)
     exact = np.interp(settlement, reference.settlement, reference.pressure)
     worst = int(np.abs(pressure / exact - 1.0).argmax())
@@ -115,9 +123,9 @@ def standard_formulation(limit: float) -> Iterator[Comparison]:
 
 
 def surface_in_cell(flush: float) -> Iterator[Comparison]:
-    """The surface hardly above a grid line.
+    """The surface slightly above a grid line.
 
-    Stabilisation of hardly filled cells must not bear load where the soil yields: `flush` is P / c
+    Stabilisation of partly filled cells must not carry load where the soil yields: `flush` is P / c
     with the surface on a grid line.
     """
     height = example(PROBLEM, "implicit.toml").cell_size[1]
@@ -131,7 +139,7 @@ def surface_in_cell(flush: float) -> Iterator[Comparison]:
 def edge_in_cell(long: bool) -> Iterator[Comparison]:
     """The footing's edge at positions across a cell, on fixed grids and one that follows it.
 
-    A condition on part of a cell reaches into the whole cell: the spread falls with its size.
+    A condition on part of a cell acts on all of its nodes: the spread falls with the cell size.
     """
     h, count = 0.1, 10 if long else 4
     loads = over_a_cell(h, count)
@@ -150,8 +158,8 @@ def edge_in_cell(long: bool) -> Iterator[Comparison]:
     quantity = "spread of P / c on a grid that follows the edge, h 0.1 m"
     followed = over_a_cell(h, count, follow=True)
     # the declared origin still decides where the walls' quadrature points are
-    rest = float(np.ptp(followed) / followed.mean())
-    yield vanishing(quantity, rest, 1e-3, "no edge inside a cell")
+    spread = float(np.ptp(followed) / followed.mean())
+    yield vanishing(quantity, spread, 1e-3, "no edge inside a cell")
 
 
 def over_a_cell(h: float, count: int, *, follow: bool = False) -> Floats:

@@ -24,16 +24,16 @@ from tilth.verification.march import march
 PROBLEM = "submerged_block"
 SOURCE = "Archimedes"
 ROUND_OFF = 1e-13
-"""Of forces that the quadrature has exactly, relative to the buoyancy."""
+"""Error of forces that the quadrature integrates exactly, relative to the buoyancy."""
 POSITIONS = 25
-"""Of the grid, from a reproducible sequence."""
+"""Number of positions of the grid, from a reproducible sequence."""
 LEVELS = 60
-"""Of the water over the cylinder, likewise."""
+"""Number of water levels over the cylinder, likewise."""
 NO_CHANGES: Mapping[str, Any] = MappingProxyType({})
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """A block under water at rest and pulled through the grid; water rising past a cylinder."""
+    """A block under water, fixed and pulled through the grid; water rising past a cylinder."""
     yield from anywhere_over_the_grid()
     yield from pulled(24)
     if long:
@@ -44,14 +44,14 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def anywhere_over_the_grid() -> Iterator[Comparison]:
-    """The force of the water on the block at rest, the grid at any position, against the area."""
+    """Force of the water on the undeformed block against its area, for any position of the grid."""
     worst = 0.0
     for share in positions(POSITIONS, 2):
         origin = (0.25 * share).tolist()
         simulation = Simulation(varied(example(PROBLEM), {"grid.origin": origin}))
         buoyancy = unit_weight(simulation.model) * enclosed(simulation, "block")
-        off = water(simulation, 1.0) - [0.0, buoyancy]
-        worst = max(worst, float(np.abs(off).max()) / buoyancy)
+        error = water(simulation, 1.0) - [0.0, buoyancy]
+        worst = max(worst, float(np.abs(error).max()) / buoyancy)
     quantity = f"force of water on the block less its buoyancy, worst of {POSITIONS} positions"
     yield vanishing(quantity, worst, ROUND_OFF, SOURCE)
 
@@ -59,9 +59,9 @@ def anywhere_over_the_grid() -> Iterator[Comparison]:
 def pulled(steps: int, points_per_cell: int = 6) -> Iterator[Comparison]:
     """The block is pulled 2 m down over 8 cells and loses 3 % of its area on its way.
 
-    Where the surface runs through a cell without soil it moves with the nearest one, and not quite
-    with the pieces beside it: the force in equilibrium is that on a curve with gaps. The more
-    points, the fewer such places.
+    Where the surface crosses an empty cell it moves with the nearest filled one, and not exactly
+    with the adjacent pieces: the force in equilibrium is that on a curve with gaps. More points
+    give fewer such gaps.
     """
     changes = {"schedule.steps": steps, "bodies.0.points_per_cell": points_per_cell}
     model = varied(example(PROBLEM), changes)
@@ -70,7 +70,7 @@ def pulled(steps: int, points_per_cell: int = 6) -> Iterator[Comparison]:
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         if time < 0.5 - 1e-9:
-            return  # water and weight are not whole yet
+            return  # water and weight are not complete yet
         volume = simulation.points.volume.sum()
         weight = gravity * simulation.points.initial_volume.sum()  # density 1
         area = enclosed(simulation, "block")
@@ -109,7 +109,7 @@ def rising_water() -> Iterator[Comparison]:
 
 
 def level_inside_segments(spacings: tuple[float, ...]) -> Iterator[Comparison]:
-    """The kink of the pressure at the water's level stands inside a piece of the spline.
+    """The kink of the pressure at the water level lies inside a segment of the spline.
 
     Mean square error of the buoyancy over levels and positions of the grid, for distances of the
     boundary points down to a twentieth of a cell.
@@ -130,7 +130,7 @@ def kink_error(spacing: float) -> float:
         origin = [1.0 + 0.25 * shift[0], 0.25 * shift[1]]
         changes = {
             "grid.origin": origin,
-            "boundaries.0.at": origin[0],  # on a grid line; it holds nothing here
+            "boundaries.0.at": origin[0],  # on a grid line; without effect here
             "bodies.0.surface.spacing": spacing,
             "loads.0.hydrostatic.level": level,
         }
@@ -142,7 +142,7 @@ def kink_error(spacing: float) -> float:
 
 
 def water(simulation: Simulation, time: float) -> Floats:
-    """Returns the force of the water on a body where its surface is now [force], shape (2,)."""
+    """Returns the force of the water on a body at its current surface [force], shape (2,)."""
     active = locate(simulation.points, simulation.grid, Buffers())
     loads = SurfaceLoads(
         declared_loads(simulation.model), simulation.kind, simulation.surfaces, active, time, time
@@ -180,7 +180,7 @@ def whole_area(model: Model) -> float:
 
 
 def positions(number: int, dim: int) -> Floats:
-    """Returns places in the unit cube that fill it evenly, shape (number, dim).
+    """Returns points that fill the unit cube evenly, shape (number, dim).
 
     Kronecker's sequence of the roots of 2, 3 and 5.
     """

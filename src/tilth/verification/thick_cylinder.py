@@ -25,7 +25,7 @@ UNIFORM = "uniform strain"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is compared of a cylinder.
+    """Results of a cylinder.
 
     Attributes:
         displacement_error, stress_error: relative, in the mean square of the points [-].
@@ -85,8 +85,8 @@ def solid_cylinder(basis: str, cells: int) -> Iterator[Comparison]:
 
     With r_p the middle of a domain from r_1 to r_2, CPDI's force of a uniform stress on a node is
     r_p (N_2 - N_1) + (r_2 - r_1) (N_1 + N_2) / 2 = r_2 N_2 - r_1 N_1, and these differences cancel
-    from domain to domain. GIMP has the mean of N for (N_1 + N_2) / 2: where a grid line cuts the
-    domain that is something else.
+    from domain to domain. GIMP has the mean of N for (N_1 + N_2) / 2, which differs where a grid
+    line cuts the domain.
     """
     model = with_basis(example("thick_cylinder"), basis)
     displacement_error, stress_error = solve_solid(model, cells)
@@ -100,7 +100,7 @@ def assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> Iterator[C
     """F-bar, not needed at nu 0.3, changes less than the grid's own error.
 
     The inner pressure with GIMP is left out: its error is six times smaller with F-bar and of the
-    other sign, so that the two are farther apart than either is off.
+    other sign, so that their difference is larger than either error.
     """
     for cells in grids:
         without, with_it = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Copies of a plane model that are turned in the grid: the same problem, other cut cells."""
+"""Copies of a plane model turned against the grid: the same problem with other cut cells."""
 
 from __future__ import annotations
 
@@ -16,43 +16,43 @@ from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
 ANGLE = 30.0
-"""By which the problems of the files `turned.toml` are turned against those beside them [deg]."""
+"""Angle of the files `turned.toml` against the `case.toml` in the same folder [degrees]."""
 ANGLES = (17.0, 30.0, 45.0)
-"""That the reference problems are solved at [deg]."""
-SHIFT = 0.37
-"""Of the grid along both axes, in cells, for copies that are not turned."""
-HINGE = 0.02
-"""Width of the short boundary that holds what a node holds in a case file [length]."""
+"""Angles at which the reference problems are solved [degrees]."""
+GRID_SHIFT = 0.37
+"""Shift of the grid along both axes, in cells, for copies that are not turned."""
+HINGE_WIDTH = 0.02
+"""Width of the short boundary that replaces the condition on a node [length]."""
 ALIGNED = "the same along the grid"
 
-PLACES = ("point", "centre", "place", "at")
-DIRECTIONS = ("normal", "direction", "acceleration", "force")
-CHANGES: dict[str, dict[str, Any]] = {
+POSITION_KEYS = ("point", "centre", "place", "at")
+DIRECTION_KEYS = ("normal", "direction", "acceleration", "force")
+MODIFICATIONS: dict[str, dict[str, Any]] = {
     "strip_footing": {
         "bodies.0.basis": "gimp",
         "grid.follow": {"boundary": "footing", "place": [0.5, 5.0], "axes": ["x", "y"]},
     }
 }
-"""Problem -> what else is other than in its `case.toml`: the footing's edge inside a cell."""
+"""Problem -> further changes of its `case.toml`: the footing's edge inside a cell."""
 
 
 def aligned(problem: str, cell_size: float | None = None) -> Model:
     """Returns the problem of an example with implicit boundaries on its grid lines.
 
-    cell_size: [length]; that of its `case.toml` if not given. The origin keeps its place in the
-    cell.
+    cell_size: [length]; that of its `case.toml` if not given. The origin keeps its position
+    in the cell.
     """
     model = example(problem)
     changes = {}
     if cell_size is not None:
         origin = np.array(model.origin) * (cell_size / model.cell_size[0])
         changes = {"grid.cell_size": cell_size, "grid.origin": origin.tolist()}
-    return varied(implicit(varied(model, changes)), CHANGES.get(problem, {}))
+    return varied(implicit(varied(model, changes)), MODIFICATIONS.get(problem, {}))
 
 
 def shifted(model: Model) -> Model:
-    """Returns a model whose grid is moved by `SHIFT` cells along each axis."""
-    origin = np.add(model.origin, SHIFT * np.array(model.cell_size))
+    """Returns a model whose grid is moved by `GRID_SHIFT` cells along each axis."""
+    origin = np.add(model.origin, GRID_SHIFT * np.array(model.cell_size))
     return varied(model, {"grid.origin": origin.tolist()})
 
 
@@ -60,9 +60,9 @@ def implicit(model: Model) -> Model:
     """Returns a plane model with implicit boundaries for its conditions on grid lines and nodes.
 
     The soil is on the side of the first body. A condition on a part of a line, which must begin on
-    a line of symmetry, is that of a footing. A node becomes a hinge: a footing of width `HINGE`
-    that holds what is along its face; the roller that it lies on holds the rest. Tracked quantities
-    are left out.
+    a line of symmetry, is that of a footing. A node becomes a hinge: a footing of width
+    `HINGE_WIDTH` that constrains the motion along its face; its roller constrains the normal
+    motion. Tracked quantities are left out.
     """
     box = model.bodies[0].shape
     assert isinstance(box, Box)
@@ -77,7 +77,7 @@ def implicit(model: Model) -> Model:
             inwards = centre - boundary.at
             normal = np.where(np.abs(inwards) == np.abs(inwards).max(), np.sign(inwards), 0.0)
             geometry = {"type": "footing", "centre": list(boundary.at), "normal": normal.tolist()}
-            constrained = {"geometry": geometry | {"width": HINGE}, "condition": "tangential"}
+            constrained = {"geometry": geometry | {"width": HINGE_WIDTH}, "condition": "tangential"}
         else:
             assert isinstance(boundary, ImplicitBoundary), boundary.name
             constrained = entries
@@ -87,19 +87,19 @@ def implicit(model: Model) -> Model:
 
 def _on_plane(boundary: PlaneBoundary, centre: Floats) -> dict[str, Any]:
     axis = "xy".index(boundary.axis)
-    place, normal = np.zeros(2), np.zeros(2)
-    place[axis], normal[axis] = boundary.at, np.sign(centre[axis] - boundary.at)
+    point, normal = np.zeros(2), np.zeros(2)
+    point[axis], normal[axis] = boundary.at, np.sign(centre[axis] - boundary.at)
     entries: dict[str, Any] = {"condition": "roller"}
     geometry: dict[str, Any]
     if boundary.range is None:
         assert boundary.condition == "roller", boundary.name
-        geometry = {"type": "plane", "point": place.tolist()}
+        geometry = {"type": "plane", "point": point.tolist()}
     else:
         assert boundary.displacement is not None
         assert set(boundary.displacement) == {boundary.axis}, boundary.name
         ((along, (lower, upper)),) = boundary.range.items()
-        place["xy".index(along)] = lower
-        geometry = {"type": "footing", "centre": place.tolist()}
+        point["xy".index(along)] = lower
+        geometry = {"type": "footing", "centre": point.tolist()}
         geometry["width"] = 2.0 * (upper - lower)
         entries |= {"displacement": dict(boundary.displacement), "factor": boundary.factor}
     return {**entries, "geometry": {**geometry, "normal": normal.tolist()}}
@@ -108,8 +108,8 @@ def _on_plane(boundary: PlaneBoundary, centre: Floats) -> dict[str, Any]:
 def turned(model: Model, angle: float) -> Model:
     """Returns a plane model whose soil, boundaries and loads are turned about (0, 0).
 
-    The grid stays, but for a place that it follows. For bodies that are boxes, implicit boundaries
-    on planes and footings that rest or are displaced, body forces and point forces.
+    The grid is not turned, except the point that it follows. Supported are bodies that are boxes,
+    implicit boundaries on planes and footings, fixed or displaced, body forces and point forces.
 
     angle: [degrees], anticlockwise.
     """
@@ -127,8 +127,8 @@ def turned(model: Model, angle: float) -> Model:
         _turn(boundary["geometry"], turn)
         _turn(boundary, turn)
         if (moved := boundary.get("displacement")) is not None:
-            way = turn @ [moved.get(axis, 0.0) for axis in "xy"]
-            boundary["displacement"] = dict(zip("xy", way.tolist(), strict=True))
+            displacement = turn @ [moved.get(axis, 0.0) for axis in "xy"]
+            boundary["displacement"] = dict(zip("xy", displacement.tolist(), strict=True))
     for load in entries["loads"]:
         _turn(load, turn)
     if (follow := entries["grid"].get("follow")) is not None:
@@ -137,17 +137,17 @@ def turned(model: Model, angle: float) -> Model:
 
 
 def copies(model: Model) -> Iterator[tuple[str, float, Model]]:
-    """Yields the copies that a plane model is compared with: what, by which angle [deg], the copy.
+    """Yields the copies that a plane model is compared with: label, angle [degrees], model.
 
     Those turned by `ANGLES`, then the one that is not turned, on a shifted grid.
     """
     for angle in ANGLES:
         yield f"turned by {angle:g} degrees", angle, turned(model, angle)
-    yield f"grid shifted by {SHIFT:g} cells", 0.0, shifted(model)
+    yield f"grid shifted by {GRID_SHIFT:g} cells", 0.0, shifted(model)
 
 
 def _turn(table: dict[str, Any], turn: Floats) -> None:
-    for key in (*PLACES, *DIRECTIONS):
+    for key in (*POSITION_KEYS, *DIRECTION_KEYS):
         if table.get(key) is not None:
             table[key] = (turn @ table[key]).tolist()
 
@@ -155,7 +155,7 @@ def _turn(table: dict[str, Any], turn: Floats) -> None:
 def reactions(model: Model, angle: float = 0.0) -> Floats:
     """Runs a copy to its end; returns the forces of its boundaries on the soil, turned back.
 
-    angle: that it is turned by [degrees]. Returns [force/length], shape (boundaries, 2).
+    angle: by which the copy is turned [degrees]. Returns [force/length], shape (boundaries, 2).
     """
     forces: list[list[Floats]] = []
 
@@ -166,6 +166,6 @@ def reactions(model: Model, angle: float = 0.0) -> Floats:
     return np.asarray(np.array(forces[-1]) @ rotation_matrix(angle, None, 2))
 
 
-def off(found: Floats, reference: Floats) -> float:
-    """Returns the greatest change of a component of `reactions`, over the last boundary's force."""
+def reaction_difference(found: Floats, reference: Floats) -> float:
+    """Returns the largest difference of `reactions`, over the last boundary's force [-]."""
     return float(np.abs(found - reference).max() / np.abs(reference[-1]).max())

@@ -16,23 +16,31 @@ from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.curves import Curve
 from tilth.verification.march import march
-from tilth.verification.turned import ALIGNED, aligned, copies, implicit, off, reactions
+from tilth.verification.turned import (
+    ALIGNED,
+    aligned,
+    copies,
+    implicit,
+    reaction_difference,
+    reactions,
+)
 
 PROBLEM = "upsetting"
-YIELDED = 0.05
-"""Part of the way from which on the block flows: compressed by 2 %, twice the yield strain."""
-SMOOTH = 0.01
+YIELDING_FROM = 0.05
+"""Fraction of the displacement from which on the block yields: compression by 2 %, twice the yield
+strain."""
+LARGEST_ROUGHNESS = 0.01
 """Largest roughness of a smooth curve [-]."""
-TIMES = 5.0
-"""How many times rougher the curve of the standard method is at least."""
+LEAST_ROUGHNESS_RATIO = 5.0
+"""Least ratio of the standard method's roughness to that with F-bar [-]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is compared of a pressed block.
+    """Results of a pressed block.
 
     Attributes:
-        roughness: of the force on equal increments from `YIELDED` on, see `Curve` [-].
+        roughness: of the force on equal increments from `YIELDING_FROM` on, see `Curve` [-].
         force: on the platen at the end [force/length].
         balance: sum of the forces of both platens over the force of one, at the end [-].
         compression: decrease of the volume over the volume [-].
@@ -51,9 +59,11 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     smooth, standard = press("case.toml"), press("standard.toml")
     quantity = "RMS of the second difference of the force over its mean"
     source = "a smooth curve"
-    yield vanishing(quantity, smooth.roughness, SMOOTH, source)
+    yield vanishing(quantity, smooth.roughness, LARGEST_ROUGHNESS, source)
     ratio = standard.roughness / smooth.roughness
-    yield at_least(f"{quantity}, standard over F-bar", ratio, TIMES, 0.0, "it locks")
+    yield at_least(
+        f"{quantity}, standard over F-bar", ratio, LEAST_ROUGHNESS_RATIO, 0.0, "it locks"
+    )
     quantity = "force of the standard method over that with F-bar"
     yield at_least(quantity, standard.force / smooth.force, 1.3, 0.0, "it locks")
     quantity = "decrease of volume"
@@ -66,7 +76,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def turned_copies(long: bool) -> Iterator[Comparison]:
-    """Turned against the grid, and on a grid that is shifted: what each boundary bears at the end.
+    """Turned against the grid, and on a grid that is shifted: the final reaction of each boundary.
 
     On the shifted grid the platens' edges lie inside cells.
     """
@@ -75,7 +85,7 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
         reference = reactions(model)
         quantity = f"greatest change of a reaction's component over the platen's, h {size:g} m"
         for at, angle, copy in copies(model):
-            change = off(reactions(copy, angle), reference)
+            change = reaction_difference(reactions(copy, angle), reference)
             yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
 
 
@@ -83,7 +93,7 @@ def finer(coarse: Outcome) -> Iterator[Comparison]:
     """Cells half as large; twice as many steps of half the size, on the same increments."""
     fine = press("case.toml", {"grid.cell_size": 0.05, "grid.origin": [0.0, -0.015]})
     quantity = "RMS of the second difference of the force over its mean, h 0.05 m"
-    yield vanishing(quantity, fine.roughness, SMOOTH, "a smooth curve")
+    yield vanishing(quantity, fine.roughness, LARGEST_ROUGHNESS, "a smooth curve")
     yield relative("force at the end, h 0.1 and 0.05 m", coarse.force, fine.force, 0.02, "h 0.05 m")
     short = press("case.toml", {"schedule.steps": 160})
     quantity = "force at the end, 80 and 160 steps"
@@ -91,24 +101,24 @@ def finer(coarse: Outcome) -> Iterator[Comparison]:
 
 
 def where_conditions_meet(long: bool) -> Iterator[Comparison]:
-    """What each boundary bears where fixed platens meet a roller, against the nodes' reactions.
+    """Reactions of boundaries where fixed platens meet a roller, against those of nodes.
 
-    The nodes of grid lines hold the same there; a corner's reaction belongs to the symmetry line,
-    since the platen's shear vanishes in it. The clay is stiffer, so that it flows before the platen
-    has left its line.
+    The nodes of grid lines have the same conditions; a corner's reaction belongs to the symmetry
+    line, since the platen's shear vanishes in it. The clay is stiffer, so that it yields before the
+    platen has left its line.
     """
     sizes = ((0.1, 0.02, 0.05), (0.05, 0.01, 0.03)) if long else ((0.1, 0.02, 0.05),)
     for size, on_lines, elsewhere in sizes:
         nodes, model = meeting(size)
         reference = reactions(nodes)
         quantity = f"greatest difference of a reaction from elimination's, h {size:g} m"
-        rest = off(reactions(model), reference)
+        difference = reaction_difference(reactions(model), reference)
         yield vanishing(
-            f"{quantity}, on the same lines", rest, on_lines, "constrained on grid lines"
+            f"{quantity}, on the same lines", difference, on_lines, "constrained on grid lines"
         )
         for at, angle, copy in copies(model):
-            rest = off(reactions(copy, angle), reference)
-            yield vanishing(f"{quantity}, {at}", rest, elsewhere, "constrained on grid lines")
+            difference = reaction_difference(reactions(copy, angle), reference)
+            yield vanishing(f"{quantity}, {at}", difference, elsewhere, "constrained on grid lines")
 
 
 def meeting(size: float) -> tuple[Model, Model]:
@@ -148,14 +158,14 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outco
         rows.append((model.load_curve(upper).factor(time), -above, above + below))
 
     points = march(model, after_step).points
-    part, force, rest = np.array(rows).T
+    part, force, residual = np.array(rows).T
     material, volume = model.materials["clay"], points.volume
     bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
     pressure = -points.stress[:, :3].mean(axis=1) @ volume / volume.sum()
     return Outcome(
-        roughness=Curve(part, force).roughness(increments, YIELDED),
+        roughness=Curve(part, force).roughness(increments, YIELDING_FROM),
         force=float(force[-1]),
-        balance=float(rest[-1] / force[-1]),
+        balance=float(residual[-1] / force[-1]),
         compression=float(1.0 - volume.sum() / points.initial_volume.sum()),
         elastic=float(pressure / bulk),
     )

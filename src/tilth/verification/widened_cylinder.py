@@ -184,7 +184,7 @@ def elastic(model: Model) -> HenckyElastic:
 
 @cache
 def closed_form(material: HenckyElastic, widening: float) -> WidenedCylinder:
-    """The closed form, kept: the same ones are asked for again and again."""
+    """Returns the closed form; cached, as each is used many times."""
     return WidenedCylinder(INNER, OUTER, widening, material)
 
 
@@ -254,7 +254,7 @@ def state(simulation: Simulation, result: StepResult, widening: float) -> Outcom
 
     moved, volume = exact.radial_displacement(at), points.initial_volume
     off = (now - at - moved) ** 2 @ volume / (moved**2 @ volume)
-    # the face has no point: a parabola through those of the last two cells
+    # no point lies on the face: a parabola through those of the last two cells
     last = at > OUTER - 2.0 * float(result.active.grid.cell_size[0])
     parabola = np.polyfit(at[last] - OUTER, now[last] - at[last], 2)
     traction = 0.0

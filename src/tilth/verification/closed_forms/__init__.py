@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Closed forms that the analyses are compared with, each with its derivation."""
 
-from tilth.verification.closed_forms.ball import HeldBall, PressurisedShell
+from tilth.verification.closed_forms.ball import ConstrainedBall, PressurisedShell
 from tilth.verification.closed_forms.column import SelfWeightColumn
 from tilth.verification.closed_forms.cylinder import ThickCylinder
 from tilth.verification.closed_forms.homogeneous import (
@@ -16,7 +16,7 @@ from tilth.verification.closed_forms.plastic_ring import PlasticRing
 from tilth.verification.closed_forms.widened_cylinder import WidenedCylinder
 
 __all__ = [
-    "HeldBall",
+    "ConstrainedBall",
     "Moduli",
     "PlasticRing",
     "PressurisedShell",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""An elastic ball constrained all around that sags a little under its weight."""
+"""Elastic ball with a fixed surface under its weight, and hollow sphere under pressure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tilth.verification.closed_forms.moduli import Moduli
 
 
 @dataclass(frozen=True)
-class HeldBall:
+class ConstrainedBall:
     """Ball whose surface does not move, under a uniform body force; small strain.
 
     With w constant and r the distance from the centre, u = (a^2 - r^2) w vanishes at r = a, its
@@ -26,7 +26,7 @@ class HeldBall:
         centre: shape (3,) [length].
         radius: a [length].
         body_force: b [force/length^3], shape (3,).
-        material: its density does not count.
+        material: its density is not used.
     """
 
     centre: Sequence[float]
@@ -34,10 +34,10 @@ class HeldBall:
     body_force: Sequence[float]
     material: HenckyElastic
 
-    def displacement(self, place: npt.ArrayLike) -> Floats:
-        """Returns the displacement at places in the ball [length], shape (n, 3)."""
+    def displacement(self, position: npt.ArrayLike) -> Floats:
+        """Returns the displacement at positions in the ball, (n, 3) [length], shape (n, 3)."""
         moduli = Moduli.of(self.material)
-        arm = np.asarray(place, dtype=float) - np.asarray(self.centre)
+        arm = np.asarray(position, dtype=float) - np.asarray(self.centre)
         height = self.radius**2 - (arm**2).sum(axis=1)
         force = np.asarray(self.body_force) / (2.0 * (moduli.lame + 4.0 * moduli.shear))
         return np.asarray(height[:, None] * force)
@@ -54,7 +54,7 @@ class PressurisedShell:
     Attributes:
         inner, outer: radii a and b [length].
         pressure: p [stress].
-        material: its density does not count.
+        material: its density is not used.
     """
 
     inner: float
@@ -66,5 +66,5 @@ class PressurisedShell:
         """Returns the radial displacement at distances from the centre [length]."""
         moduli, r = Moduli.of(self.material), np.asarray(radius, dtype=float)
         bulk = moduli.lame + 2.0 / 3.0 * moduli.shear
-        share = self.pressure * self.inner**3 / (self.outer**3 - self.inner**3)
-        return np.asarray(share * (r / (3.0 * bulk) + self.outer**3 / (4.0 * moduli.shear * r**2)))
+        factor = self.pressure * self.inner**3 / (self.outer**3 - self.inner**3)
+        return np.asarray(factor * (r / (3.0 * bulk) + self.outer**3 / (4.0 * moduli.shear * r**2)))

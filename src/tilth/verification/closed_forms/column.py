@@ -22,7 +22,7 @@ class SelfWeightColumn:
     height: initial height l0 [length]; gravity: g > 0 [acceleration], downwards.
     material: declared material with its density rho0.
 
-    The strain is uniaxial, so the section stays what it was, the vertical Cauchy stress equals
+    The strain is uniaxial, so the cross-section is constant, the vertical Cauchy stress equals
     the nominal one, and equilibrium over the initial height Y gives, whatever the material,
     sigma_yy(Y) = -T(Y), T = rho0 g (l0 - Y). With e = -ln(stretch) >= 0 the Kirchhoff stress is
     tau_yy = -(a + b e), where
@@ -34,8 +34,8 @@ class SelfWeightColumn:
       so that a = 2 mu Y0 / (3 mu + H), b = K + 4 mu H / (3 (3 mu + H)).
 
     T = (a + b e) exp(e) is solved by e = W(exp(a/b) T / b) - a/b with Lambert's function W, and
-    the place of the level Y follows from dy = exp(-e) dY and exp(-e) dT = (a + b + b e) de:
-    rho0 g y(Y) is the difference, base less level, of M (e + e^2/2) on the elastic branch,
+    the position of the elevation Y follows from dy = exp(-e) dY and exp(-e) dT = (a + b + b e) de:
+    rho0 g y(Y) is the difference, base less elevation, of M (e + e^2/2) on the elastic branch,
     continued by (a + b) e + b e^2/2 on the plastic one.
 
     The elastic column is that of Coombs and Augarde, AMPLE: A Material Point Learning
@@ -56,19 +56,19 @@ class SelfWeightColumn:
         """Height of the compressed column [length]."""
         return float(self.position(self.height))
 
-    def vertical_stress(self, level: npt.ArrayLike) -> Floats:
-        """Cauchy stress sigma_yy [stress], tension positive, at the initial heights `level`."""
-        return -self._load(level)
+    def vertical_stress(self, elevation: npt.ArrayLike) -> Floats:
+        """Cauchy stress sigma_yy [stress], tension positive, at the initial heights `elevation`."""
+        return -self._load(elevation)
 
-    def lateral_stress(self, level: npt.ArrayLike) -> Floats:
-        """Cauchy stress sigma_xx = sigma_zz [stress] at the initial heights `level`."""
-        e, moduli = self.compression(level), Moduli.of(self.material)
-        mises = 2.0 * moduli.shear * e - 3.0 * moduli.shear * self.plastic_strain(level)
+    def lateral_stress(self, elevation: npt.ArrayLike) -> Floats:
+        """Cauchy stress sigma_xx = sigma_zz [stress] at the initial heights `elevation`."""
+        e, moduli = self.compression(elevation), Moduli.of(self.material)
+        mises = 2.0 * moduli.shear * e - 3.0 * moduli.shear * self.plastic_strain(elevation)
         return np.asarray(-(moduli.bulk * e - mises / 3.0) * np.exp(e))
 
-    def compression(self, level: npt.ArrayLike) -> Floats:
-        """Compressive logarithmic strain e = -ln(stretch) at the initial heights `level`."""
-        load = self._load(level)
+    def compression(self, elevation: npt.ArrayLike) -> Floats:
+        """Compressive logarithmic strain e = -ln(stretch) at the initial heights `elevation`."""
+        load = self._load(elevation)
         log_load = np.log(load, where=load > 0.0, out=np.full_like(load, -np.inf))
 
         def on_branch(a: float, b: float) -> Floats:
@@ -78,30 +78,30 @@ class SelfWeightColumn:
         e = on_branch(0.0, Moduli.of(self.material).constrained)
         return np.where(e > self._yield_strain, on_branch(*self._plastic_branch()), e)
 
-    def stretch(self, level: npt.ArrayLike) -> Floats:
-        """Vertical stretch, current over initial length, at the initial heights `level`."""
-        return np.exp(-self.compression(level))
+    def stretch(self, elevation: npt.ArrayLike) -> Floats:
+        """Vertical stretch, current over initial length, at the initial heights `elevation`."""
+        return np.exp(-self.compression(elevation))
 
-    def plastic_strain(self, level: npt.ArrayLike) -> Floats:
-        """Equivalent plastic strain at the initial heights `level`; zero if elastic."""
+    def plastic_strain(self, elevation: npt.ArrayLike) -> Floats:
+        """Equivalent plastic strain at the initial heights `elevation`; zero if elastic."""
         if isinstance(self.material, HenckyElastic):
-            return np.zeros_like(self._load(level))
+            return np.zeros_like(self._load(elevation))
         shear, hardening = Moduli.of(self.material).shear, self.material.hardening_modulus
-        excess = 2.0 * shear * self.compression(level) - self.material.initial_yield_stress
+        excess = 2.0 * shear * self.compression(elevation) - self.material.initial_yield_stress
         return np.maximum(excess, 0.0) / (3.0 * shear + hardening)
 
-    def position(self, level: npt.ArrayLike) -> Floats:
-        """Heights y [length], after compression, of the levels that were at `level`."""
+    def position(self, elevation: npt.ArrayLike) -> Floats:
+        """Heights y [length], after compression, of points at the initial heights `elevation`."""
         base = self._potential(self.compression(0.0))
-        return (base - self._potential(self.compression(level))) / self._weight
+        return (base - self._potential(self.compression(elevation))) / self._weight
 
-    def stress_error(self, vertical_stress: Floats, level: Floats, volume: Floats) -> float:
+    def stress_error(self, vertical_stress: Floats, elevation: Floats, volume: Floats) -> float:
         """AMPLE's error: volume-weighted mean |sigma_yy - exact| over the base stress [-].
 
-        vertical_stress, level, volume: Cauchy stress, initial height and initial volume of the
+        vertical_stress, elevation, volume: Cauchy stress, initial height and initial volume of the
         material points, shape (n,) each.
         """
-        difference = np.abs(vertical_stress - self.vertical_stress(level))
+        difference = np.abs(vertical_stress - self.vertical_stress(elevation))
         return float(difference @ volume / (self.base_stress * volume.sum()))
 
     @property
@@ -125,8 +125,8 @@ class SelfWeightColumn:
         a = 2.0 * moduli.shear * self.material.initial_yield_stress / both
         return a, moduli.bulk + 4.0 * moduli.shear * hardening / (3.0 * both)
 
-    def _load(self, level: npt.ArrayLike) -> Floats:
-        return self._weight * (self.height - np.asarray(level, dtype=float))
+    def _load(self, elevation: npt.ArrayLike) -> Floats:
+        return self._weight * (self.height - np.asarray(elevation, dtype=float))
 
     def _potential(self, e: Floats) -> Floats:
         """Integral of exp(-e) dT from no load to the compression e."""

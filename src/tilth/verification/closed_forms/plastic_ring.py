@@ -53,7 +53,7 @@ class PlasticRing:
         a, b = self.inner_radius, self.outer_radius
 
         def excess(c: float) -> float:
-            borne = self._strength * (math.log(c / a) + 0.5 * (1.0 - c**2 / b**2))
-            return borne - pressure
+            sustained = self._strength * (math.log(c / a) + 0.5 * (1.0 - c**2 / b**2))
+            return sustained - pressure
 
         return float(brentq(excess, a, b, xtol=1e-12 * b))

@@ -26,9 +26,9 @@ class WidenedCylinder:
     r(a) = a + u_a and P(b) = 0. Solved as a boundary value problem to 1e-9 by collocation.
 
     Attributes:
-        inner_radius, outer_radius: at rest [length].
+        inner_radius, outer_radius: initial [length].
         displacement: of the inner face, outwards [length], > 0.
-        material: its density does not count.
+        material: its density is not used.
     """
 
     inner_radius: float
@@ -81,9 +81,9 @@ class WidenedCylinder:
         for _ in range(50):
             tau = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * radial
             slope = moduli.lame + 2.0 * moduli.shear - nominal * np.exp(radial)
-            change = (nominal * np.exp(radial) - tau) / slope
-            radial = radial + change
-            if np.abs(change).max() < 1e-14:
+            correction = (nominal * np.exp(radial) - tau) / slope
+            radial = radial + correction
+            if np.abs(correction).max() < 1e-14:
                 break
         tau_hoop = moduli.lame * (radial + hoop) + 2.0 * moduli.shear * hoop
         nominal_slope = -(nominal - tau_hoop * at / state[0]) / at
