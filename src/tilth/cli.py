@@ -65,7 +65,7 @@ def cli() -> None:
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Folder of the results; beside the case file and named after it if not given.",
+    help="Folder of the results; default: next to the case file and named after it.",
 )
 @_THREADS
 @_UNTIL
@@ -112,7 +112,7 @@ def run(
     "--picture",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE.png",
-    help="Picture of the set-up; CASE.setup.png beside the case file if not given.",
+    help="Picture of the set-up; default: CASE.setup.png next to the case file.",
 )
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up."""

@@ -42,7 +42,7 @@ class BandedLU:
             raise SolveFailed("the linear system is singular (a pivot is zero)")
 
     def solve(self, right_side: Floats) -> Solution:
-        """Solves for one right side, shape (n,)."""
+        """Returns the solution for one right side, shape (n,)."""
         matrix = self._matrix
         return refined(matrix.times, right_side, self._apply_inverse, matrix.comm)
 

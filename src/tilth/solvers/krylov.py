@@ -41,7 +41,7 @@ def conjugate_gradients(
     limit: int,
     comm: Communicator = SERIAL,
 ) -> Solution:
-    """Solves A x = b for a symmetric positive definite matrix and preconditioner.
+    """Returns the solution of A x = b, for a symmetric positive definite matrix and preconditioner.
 
     The direction is made conjugate by the difference of the residuals (Polak and Ribiere), which
     tolerates a preconditioner in single precision. That difference is the last step length times
@@ -85,7 +85,7 @@ def flexible_gmres(
     limit: int,
     comm: Communicator = SERIAL,
 ) -> Solution:
-    """Solves A x = b by flexible GMRES, preconditioned from the right.
+    """Returns the solution of A x = b by flexible GMRES, preconditioned from the right.
 
     Raises:
         SolveFailed: more than `limit` iterations to ||b - A x|| <= tolerance ||b||.

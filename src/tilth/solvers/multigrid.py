@@ -122,7 +122,7 @@ class Multigrid:
             )
 
     def solve(self, right_side: Floats, tolerance: float) -> Solution:
-        """Solves for a nodal right side, shape (nodes, components); ignored where constrained.
+        """Returns the solution for a right side (nodes, components), ignored where constrained.
 
         Raises:
             SolveFailed: no solution to the relative `tolerance` within `MAXIMUM_ITERATIONS`.

@@ -39,7 +39,7 @@ class Pardiso:
             raise SolveFailed(f"the linear system is singular ({error})") from error
 
     def solve(self, right_side: Floats) -> Solution:
-        """Solves for one right side, shape (n,)."""
+        """Returns the solution for one right side, shape (n,)."""
         return refined(
             lambda x: self._matrix @ x,
             right_side,

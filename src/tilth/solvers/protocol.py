@@ -89,7 +89,7 @@ class Solver(Protocol):
         ...
 
     def solve(self, right_side: Floats) -> Solution:
-        """Solves for one right side, shape (n,).
+        """Returns the solution for one right side, shape (n,).
 
         Raises:
             SolveFailed: if the true residual remains above the size of round-off.

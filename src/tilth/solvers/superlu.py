@@ -35,6 +35,6 @@ class SuperLU:
             raise SolveFailed(f"the linear system is singular ({error})") from error
 
     def solve(self, right_side: Floats) -> Solution:
-        """Solves for one right side, shape (n,)."""
+        """Returns the solution for one right side, shape (n,)."""
         matrix = self._matrix
         return refined(matrix.times, right_side, self._factors.solve, matrix.comm)

@@ -18,8 +18,8 @@ from tilth.solvers.protocol import Matrix
 class LinearSystem:
     """Node-block matrix with a pattern fixed over the step, and its restriction to free unknowns.
 
-    Each node has as many unknowns as `constrained` has columns, 1, 2 or 3, whatever the dimension
-    of the grid. With a border the system has global unknowns g in addition to the nodal ones x:
+    Each node has as many unknowns as `constrained` has columns, 1, 2 or 3, for any dimension of
+    the grid. With a border the system has global unknowns g in addition to the nodal ones x:
     [[A, B], [C, D]] [x; g] = [r; s]. A may then be singular, if the whole matrix is not.
 
     Args:

@@ -51,7 +51,7 @@ def smooth(h: float) -> Iterator[Comparison]:
 
 
 def limit_load(curve: Curve, of: str) -> Comparison:
-    """Compares the spread of the force from a lift of 0.03 D on with 0: it is a limit load."""
+    """Returns a row: the spread of the force from a lift of 0.03 D on, 0 for a limit load."""
     flow = curve.after(FLOW_LIFT).force
     spread = (flow.max() - flow.min()) / flow.mean()
     return vanishing(f"spread of F from 0.03 D to 0.1 D, {of}", spread, 0.02, "a limit load")

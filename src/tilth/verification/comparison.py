@@ -36,7 +36,7 @@ class Comparison:
 def relative(
     quantity: str, computed: float, reference: float, tolerance: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares by |computed - reference| / |reference|."""
+    """Returns a comparison by the error |computed - reference| / |reference|."""
     error = abs(computed - reference) / abs(reference)
     return Comparison(quantity, unit, computed, reference, error, tolerance, source)
 
@@ -44,7 +44,7 @@ def relative(
 def absolute(
     quantity: str, computed: float, reference: float, tolerance: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares by |computed - reference|; error and tolerance have the unit of the quantity."""
+    """Returns a comparison by |computed - reference|, in the unit of the quantity."""
     error = abs(computed - reference)
     return Comparison(quantity, unit, computed, reference, error, tolerance, source)
 
@@ -52,14 +52,14 @@ def absolute(
 def vanishing(
     quantity: str, computed: float, tolerance: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares a number that should be zero, such as a distance: the error is its magnitude."""
+    """Returns a comparison with zero; the error is the magnitude, in the unit of the quantity."""
     return absolute(quantity, computed, 0.0, tolerance, source, unit)
 
 
 def within_factor(
     quantity: str, computed: float, reference: float, factor: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares positive numbers by the larger over the smaller, less 1."""
+    """Returns a comparison of positive numbers by the larger over the smaller, less 1."""
     error = max(computed / reference, reference / computed) - 1.0
     return Comparison(quantity, unit, computed, reference, error, factor - 1.0, source)
 
@@ -67,6 +67,6 @@ def within_factor(
 def at_least(
     quantity: str, computed: float, reference: float, tolerance: float, source: str, unit: str = ""
 ) -> Comparison:
-    """Compares by max(0, reference - computed)."""
+    """Returns a comparison by max(0, reference - computed)."""
     error = max(0.0, reference - computed) if computed == computed else computed
     return Comparison(quantity, unit, computed, reference, error, tolerance, source)

@@ -56,10 +56,10 @@ def largest_difference(curve: Curve, reference: Curve, start: float) -> tuple[fl
 
 
 def reaction_curve(model: Model) -> Curve:
-    """Runs a model whose first tracked quantity is the reaction of its only moving boundary.
+    """Returns the curve of a model's only moving boundary, whose reaction is tracked first.
 
-    The displacement is the magnitude of that of the boundary [length]; the force has the scale of
-    the tracked quantity.
+    Runs the model. The displacement is the magnitude of that of the boundary [length]; the force
+    has the scale of the tracked quantity.
     """
     track = model.track[0]
     moving = next(boundary for boundary in model.boundaries if boundary.name == track.boundary)

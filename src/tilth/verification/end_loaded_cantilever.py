@@ -62,7 +62,7 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
 
 
 def tip_at(model: Model, angle: float) -> Floats:
-    """Displacement of the tip of a copy turned by an angle [deg], turned back, (steps, 2).
+    """Returns the tip displacement of a copy turned by `angle` [degrees], turned back, (steps, 2).
 
     It is evaluated at the times of the declared steps, also where some were halved.
     """

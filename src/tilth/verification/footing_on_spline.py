@@ -69,8 +69,10 @@ def geometry_error(condition: str, h: float) -> Iterator[Comparison]:
         yield force_row(f"force, change, {at}", outcome, reference, 2e-4)
         errors.append(displacement_difference(outcome, reference))
         yield vanishing(f"displacements, change, {at}", errors[-1], 5e-4, CIRCLE)
-        behind = outcome.depth / h
-        yield vanishing(f"deepest point behind it, in cells, {at}", behind, 0.03, "none passes")
+        penetration = outcome.depth / h
+        yield vanishing(
+            f"deepest point behind it, in cells, {at}", penetration, 0.03, "none passes"
+        )
     rate = math.log(errors[0] / errors[-1]) / math.log(DIVISIONS[h][-1] / DIVISIONS[h][0])
     quantity = f"rate of the displacements, {condition}, h {h:g} m"
     yield at_least(quantity, rate, 3.0, 0.0, "the spline's normals")
@@ -104,7 +106,7 @@ def keel() -> Iterator[Comparison]:
 def force_row(
     quantity: str, outcome: Outcome, reference: Outcome, tolerance: float, source: str = CIRCLE
 ) -> Comparison:
-    """Compares the largest relative difference of the forces with 0."""
+    """Returns a row: the largest relative difference of the forces against 0."""
     return vanishing(quantity, force_difference(outcome, reference), tolerance, source)
 
 
@@ -121,19 +123,19 @@ def displacement_difference(outcome: Outcome, reference: Outcome) -> float:
 
 
 def circle() -> dict[str, Any]:
-    """The implicit circle."""
+    """Returns the geometry of the circle."""
     return {"type": "circle", "centre": CENTRE, "radius": RADIUS, "soil": "outside"}
 
 
 def spline(points: int) -> dict[str, Any]:
-    """A closed spline through this number of points of the circle."""
+    """Returns a closed spline through this number of points of the circle."""
     angle = 2.0 * np.pi * np.arange(points) / points
     vertices = np.array(CENTRE) + RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return {"type": "spline", "vertices": vertices.tolist(), "closed": True, "soil": "right"}
 
 
 def round_footing(geometry: Mapping[str, Any], condition: str, h: float) -> Model:
-    """The round footing with another geometry, condition and cell size [m]."""
+    """Returns the round footing with another geometry, condition and cell size [m]."""
     changes = {
         "boundaries.0.geometry": dict(geometry),
         "boundaries.0.condition": condition,

@@ -188,7 +188,7 @@ def driven(model: Model) -> Outcome:
 
 
 def domain_volume(points: MaterialPoints) -> Floats:
-    """Volume of the domains of one body's points in plane strain [length^2], shape (n,).
+    """Returns the volumes of one body's domains in plane strain [length^2], shape (n,).
 
     That of a quadrilateral is half the cross product of its diagonals.
     """

@@ -23,7 +23,7 @@ HEIGHT = 50.0
 OFFSETS = ((0.3, 0.4), (0.05, 0.95), (0.6, 0.4), (0.95, 0.05))
 """Positions of the column's lower left corner in its cell; the first is that of the case files."""
 SETTLING_STEPS = 100
-"""Steps at constant weight before creep is measured, in which the last load step's state settles."""
+"""Steps at constant weight before creep is measured, in which the last load step settles."""
 
 
 @dataclass
@@ -82,7 +82,7 @@ def on_a_line() -> Iterator[Comparison]:
 
 
 def turned(long: bool) -> Iterator[Comparison]:
-    """Turned by 30 degrees GIMP stops converging: its domains do not rotate; the reaction is exact."""
+    """Turned by 30 degrees GIMP stops converging (fixed axes of domains); the reaction is exact."""
     model = example(PROBLEM)
     for cells in (16, 32, 64) if long else (16, 32):
         outcome = solve(placed(model, cells, OFFSETS[0]))
@@ -157,7 +157,7 @@ def at_constant_weight_for(model: Model, steps: int) -> Model:
 
 
 def solve(model: Model, cells: int | None = None) -> Outcome:
-    """Solves a column; cells: over its height, one wide, for the model of `self_weight_column`."""
+    """Returns the outcome of a column; cells: over its height, for that of `self_weight_column`."""
     if cells is not None:
         size = HEIGHT / cells
         changes = {"grid.cell_size": size, "bodies.0.shape.upper": [size, HEIGHT]}

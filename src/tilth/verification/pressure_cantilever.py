@@ -147,7 +147,7 @@ def finer(young_modulus: float, cell_size: float) -> Model:
 
 
 def bend(model: Model) -> Bending:
-    """Bends a beam, comparing with the reference of its Young's modulus."""
+    """Bends a beam; returns its differences from the reference of its Young's modulus."""
     reference = pressure_cantilever(model.materials["rubber"].parameter("young_modulus"))
     load = model.loads[0]
     assert isinstance(load, SurfaceLoad)

@@ -79,8 +79,8 @@ def inflated(kind: str, grids: Sequence[int], error: float | None = None) -> Ite
         yield relative(f"inner displacement, {at}", mean, WIDENING, 0.01, ELASTIC, "m")
         spread = float(np.ptp(outcome.inner)) / WIDENING
         yield vanishing(f"its spread along the face, {at}", spread, 0.05 / cells, ELASTIC)
-        off = outcome.displacement_error
-        yield vanishing(f"displacement error, {at}", off, error or 0.01, ELASTIC)
+        difference = outcome.displacement_error
+        yield vanishing(f"displacement error, {at}", difference, error or 0.01, ELASTIC)
     if error is not None:
         return
     errors = [outcome.displacement_error for outcome in outcomes]
@@ -117,13 +117,13 @@ def to_the_limit(long: bool) -> Iterator[Comparison]:
 
 
 def limit_row(at: str, sustained: float, limit: float, tolerance: float) -> Comparison:
-    """Compares the largest sustained pressure with the limit pressure."""
+    """Returns a row: the largest sustained pressure against the limit pressure."""
     source = "(2 / sqrt 3) sigma_y ln 2"
     return relative(f"limit pressure, {at}", sustained, limit, tolerance, source, "GPa")
 
 
 def refined(kind: str, cells: int) -> Model:
-    """The elastic ring with this number of cells through its wall, a fifth of it high if a strip.
+    """Returns the elastic ring, this many cells through its wall; a strip is a fifth of it high.
 
     The strip has the same height on all grids: its implicit ends yield by a share of a cell, and
     in a strip as high as a cell this error would not decrease with the cells.
@@ -140,19 +140,19 @@ def refined(kind: str, cells: int) -> Model:
 
 
 def inflate(model: Model) -> Outcome:
-    """Loads an elastic ring by its pressure."""
+    """Loads an elastic ring by its pressure; returns its displacements."""
     simulation = march(model)
     points = simulation.points
     exact = closed_form(model)
     at, now = (radius(model, x) for x in (initial_position(points), points.position))
     moved, volume = exact.radial_displacement(at), points.initial_volume
-    off = (now - at - moved) ** 2 @ volume / (moved**2 @ volume)
+    squared_error = (now - at - moved) ** 2 @ volume / (moved**2 @ volume)
     before, displaced = boundary_points(simulation)
-    return Outcome(displaced[before < INNER * (1.0 + 1e-6)], math.sqrt(off))
+    return Outcome(displaced[before < INNER * (1.0 + 1e-6)], math.sqrt(squared_error))
 
 
 def closed_form(model: Model) -> WidenedCylinder:
-    """The closed form of an elastic ring at its end; its pressure is that of the model."""
+    """Returns the closed form of an elastic ring at its end; its pressure is that of the model."""
     material, load = model.materials["rubber"], model.loads[0]
     assert isinstance(material, HenckyElastic)
     assert isinstance(load, SurfaceLoad)
@@ -167,7 +167,7 @@ def _widened(material: HenckyElastic) -> WidenedCylinder:
 
 
 def plastic(material: VonMises) -> Model:
-    """The axisymmetric ring of this material under a pressure beyond its limit."""
+    """Returns the axisymmetric ring of this material under a pressure beyond its limit."""
     changes = {
         "materials.rubber": material.model_dump(exclude_none=True),
         "bodies.0.anti_locking": "f_bar",
@@ -206,7 +206,7 @@ def load_to_failure(model: Model) -> list[tuple[float, float]]:
 
 
 def boundary_points(simulation: Simulation) -> tuple[Floats, Floats]:
-    """Initial radii and radial displacements of the boundary points [length], shape (n,) each."""
+    """Returns initial radii, radial displacements of the boundary points [length], (n,) each."""
     (surface,) = simulation.surfaces.values()
     assert isinstance(surface, TrackedSurface)
     (chain,) = surface.chains
@@ -216,6 +216,6 @@ def boundary_points(simulation: Simulation) -> tuple[Floats, Floats]:
 
 
 def radius(model: Model, x: Floats) -> Floats:
-    """Distances of points (n, 2) from the ring's axis [length], shape (n,)."""
+    """Returns the distances of points (n, 2) from the ring's axis [length], shape (n,)."""
     axisymmetric = model.analysis.kind == "axisymmetric"
     return np.asarray(x[:, 0] if axisymmetric else np.hypot(*x.T))

@@ -42,13 +42,13 @@ class Response:
 
 
 def linear_path(end: npt.ArrayLike) -> Path:
-    """F(t) = I + t (F_end - I), from a 3x3 `end`."""
+    """Returns the path F(t) = I + t (F_end - I), from a 3x3 `end`."""
     rate = np.asarray(end, dtype=float) - np.eye(3)
     return lambda time: (np.eye(3) + time * rate, rate)
 
 
 def exponential_path(end: npt.ArrayLike) -> Path:
-    """F(t) = exp(t ln F_end), from a 3x3 `end` with a real logarithm."""
+    """Returns the path F(t) = exp(t ln F_end), from a 3x3 `end` with a real logarithm."""
     generator = np.real(logm(np.asarray(end, dtype=float)))
 
     def path(time: float) -> tuple[Floats, Floats]:
@@ -59,7 +59,7 @@ def exponential_path(end: npt.ArrayLike) -> Path:
 
 
 def von_mises_response(path: Path, times: Sequence[float], material: VonMises) -> Response:
-    """Response to a motion that starts at time 0 without stress; `times` increase from there.
+    """Returns the response to a motion from time 0, without initial stress, at ascending `times`.
 
     Multiplicative plasticity with the elastic left Cauchy-Green tensor b_e = F G F^T, G the inverse
     plastic metric: tau = K tr(eps) I + 2 mu dev(eps) with eps = 1/2 ln b_e, and the associated rule

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Published curves and reference solutions kept with the package (folder `data`)."""
+"""Published curves and reference solutions in the package (folder `data`)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CollapsePoints:
 
 
 def end_loaded_cantilever() -> CantileverCurve:
-    """Mid-depth tip displacement of the end-loaded cantilever by finite elements.
+    """Returns the mid-depth tip displacement of the end-loaded cantilever by finite elements.
 
     10 x 1 m, plane strain, Hencky elastic E 12 MPa, nu 0.2, dead load 100 kN spread over the end
     face; 80 x 8 body-fitted nine-node elements. More is in the head of the file.
@@ -59,10 +59,11 @@ class FootingCurve:
 
 
 def rigid_footing_elastic() -> FootingCurve:
-    """Smooth rigid footing, half-width 1 m, on an elastic square of 3 m, plane strain, nu 0.3.
+    """Returns the curve of a smooth rigid footing on an elastic square in plane strain.
 
-    48 x 48 body-fitted nine-node elements; times 0.996 for the limit of fine meshes, see the head
-    of the file. The nodes initially under the footing remain under it.
+    Half-width 1 m, square of 3 m, nu 0.3; 48 x 48 body-fitted nine-node elements; times 0.996 for
+    the limit of fine meshes, see the head of the file. The nodes initially under the footing remain
+    under it.
     """
     table = _table("rigid_footing_elastic_fe.csv")
     return FootingCurve(table[:, 0], 0.996 * table[:, 1])
@@ -77,9 +78,10 @@ class PressureCurve:
 
 
 def strip_footing(cell_size: float) -> PressureCurve:
-    """Smooth strip footing, half-width 0.5 m, on 5 m of clay: elements of 0.1, 0.05 or 0.025 m.
+    """Returns the curve of a smooth strip footing on clay: elements of 0.1, 0.05 or 0.025 m.
 
-    Small strains, bilinear elements, B-bar. More is in the head of the file.
+    Half-width 0.5 m, 5 m of clay; small strains, bilinear elements, B-bar. More is in the head of
+    the file.
     """
     return _footing_on_clay("strip_footing_fe.csv", ("strip", 0.5, cell_size, "b_bar"))
 
@@ -87,10 +89,10 @@ def strip_footing(cell_size: float) -> PressureCurve:
 def square_footing(
     half_width: float, cell_size: float, formulation: str = "b_bar"
 ) -> PressureCurve:
-    """Smooth square footing on 5 m of the same clay, quarter model, edges between elements.
+    """Returns the curve of a smooth square footing on 5 m of the same clay, quarter model.
 
-    Small strains, trilinear elements, "b_bar" or "standard": half-width 0.4 or 0.6 m on elements
-    of 0.2 m (standard: 0.6 m), 0.5 m on elements of 0.25 m (both) or 0.125 m.
+    Edges between elements, small strains, trilinear elements, "b_bar" or "standard": half-width 0.4
+    or 0.6 m on elements of 0.2 m (standard: 0.6 m), 0.5 m on elements of 0.25 m (both) or 0.125 m.
     """
     head = ("square", half_width, cell_size, formulation)
     return _footing_on_clay("square_footing_fe.csv", head)
@@ -105,7 +107,7 @@ def _footing_on_clay(file: str, head: tuple[str, float, float, str]) -> Pressure
 
 
 def collapse_by_ample() -> CollapsePoints:
-    """Final positions in AMPLE 1.1's own von Mises collapse problem, cells of 1 m.
+    """Returns the positions in AMPLE 1.1's own von Mises collapse problem, cells of 1 m.
 
     Half body 8 x 8 m, 6 x 6 GIMP points per cell; the rows of the file run over the cells, x
     fastest, and within a cell y fastest, which gives the initial positions.
@@ -132,10 +134,11 @@ class PressureCantilever:
 
 
 def pressure_cantilever(young_modulus: float) -> PressureCantilever:
-    """Cantilever 10 x 2 m, 1500 Pa normal to its top throughout, Young's modulus [Pa].
+    """Returns the response of a cantilever to a follower pressure, by Young's modulus [Pa].
 
-    Plane strain, Hencky elastic, nu 0.3, root face fixed; body-fitted nine-node elements, 40 or
-    80 along the beam, for the outlines 60 x 12. More is in the heads of the files.
+    Cantilever 10 x 2 m, 1500 Pa normal to its top. Plane strain, Hencky elastic, nu 0.3, root face
+    fixed; body-fitted nine-node elements, 40 or 80 along the beam, for the outlines 60 x 12. More
+    is in the heads of the files.
     """
     kilopascal = round(young_modulus / 1e3)
     table = _table(f"pressure_cantilever_fe_E{kilopascal}kPa.csv")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A rigid footing pressed far into an elastic square, all boundaries implicit."""
+"""Rigid footing pressed deep into an elastic square, all boundaries implicit."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def with_other(basis: str, long: bool) -> Iterator[Comparison]:
 def worst_of_curve(
     at: str, settlement: Floats, force: Floats, exact: FootingCurve, tolerance: float
 ) -> Comparison:
-    """The force where it is farthest from the reference."""
+    """Returns a row: the force at its largest error."""
     reference = np.interp(settlement, exact.settlement, exact.force)
     worst = int(np.abs(force / reference - 1.0).argmax())
     quantity = f"force / E at {settlement[worst]:.3g} m, the worst of the curve, {at}"
@@ -115,7 +115,7 @@ def edge_in_cell(long: bool) -> Iterator[Comparison]:
     quantity = f"spread at h {coarse:g} over that at {fine:g} m"
     yield relative(quantity, spread[coarse] / spread[fine], 2.0, 0.25, "first order")
     quantity = f"the same with a grid that follows the edge, h {coarse:g} m"
-    # the declared origin still decides where the other boundaries' quadrature points are
+    # the declared origin also determines the other boundaries' quadrature points
     yield vanishing(quantity, spread_over_a_cell(model, coarse), 1e-6, "no edge inside a cell")
 
 
@@ -137,7 +137,7 @@ def press(
     points: material points per cell and direction.
 
     Returns the settlements [m], the forces over Young's modulus [m], and the greatest depth of a
-    material point behind the footing at the end [m].
+    material point in the footing at the end [m].
     """
     width = 1.024 * h  # neither 1 m nor 3 m is a multiple of it
     changes: dict[str, Any] = {

@@ -56,12 +56,12 @@ def three_dimensional() -> Iterator[Comparison]:
 
 
 def same(curve: Curve, reference: Curve, of: str, tolerance: float) -> Comparison:
-    """Compares the forces at the largest difference of two curves."""
+    """Returns a row: the forces at the largest difference of two curves."""
     displacement, computed, exact = largest_difference(curve, reference, START)
     quantity = f"force at {displacement:.3g} m, the farthest apart from 0.1 D on, {of}"
     return relative(quantity, computed, exact, tolerance, "the other grid", "N")
 
 
 def press(file: str, cells: int) -> Curve:
-    """Presses the sphere of a case file with this number of cells to its diameter."""
+    """Returns the curve of a case file's sphere, with this number of cells to its diameter."""
     return reaction_curve(varied(example(PROBLEM, file), {"grid.cell_size": DIAMETER / cells}))

@@ -76,8 +76,8 @@ def _checked(names: list[str]) -> list[str]:
     for name in names:
         if name not in PROBLEMS:
             likely = suggestion(name, list(PROBLEMS))
-            known = f"reference problems: {', '.join(PROBLEMS)}"
-            remedy = f"did you mean {likely}?" if likely else known
+            available = f"reference problems: {', '.join(PROBLEMS)}"
+            remedy = f"did you mean {likely}?" if likely else available
             raise BadInput(f"there is no reference problem {name!r}", remedy)
     return names or list(PROBLEMS)
 

@@ -98,7 +98,7 @@ def stiff(model: Model) -> Iterator[Comparison]:
 
 
 def standard(model: Model, long: bool) -> Iterator[Comparison]:
-    """Standard MPM: its error stays between 6e-2 and 1e-1, whatever the grid."""
+    """Standard MPM: its error remains between 6e-2 and 1e-1 on all grids."""
     linear = varied(model, {"bodies.0.basis": "linear", "bodies.0.domain_update": None})
     for cells in (8, 64, 256) if long else (8, 64):
         error = solve(linear, cells).stress_error
@@ -201,12 +201,12 @@ def every_basis(long: bool) -> Iterator[Comparison]:
 
 
 def height(quantity: str, outcome: Outcome) -> Comparison:
-    """The upper edge of the uppermost domain against the closed form."""
+    """Returns a row: the upper edge of the uppermost domain against the closed form."""
     return relative(quantity, outcome.height, outcome.exact_height, 1e-3, CLOSED_FORM, "m")
 
 
 def solve(model: Model, cells: int) -> Outcome:
-    """Solves a column on this number of cells over its height, one wide."""
+    """Returns the outcome of a column on this number of cells over its height, one wide."""
     simulation = march(with_cells(model, cells))
     points = simulation.points
     exact = closed_form(model)
@@ -224,7 +224,7 @@ def solve(model: Model, cells: int) -> Outcome:
 
 
 def closed_form(model: Model) -> SelfWeightColumn:
-    """The column of a model."""
+    """Returns the closed form of a model's column."""
     load = model.loads[0]
     assert isinstance(load, BodyForce)
     return SelfWeightColumn(HEIGHT, -load.acceleration[-1], model.materials["soil"])

@@ -121,22 +121,24 @@ def stress_under_the_footing(f_bar: Press, standard: Press, name: str) -> Iterat
     yield at_least(f"{quantity}, negated", -f_bar.column.max(), 0.0, 0.0, "compression")
     with_it, without = (oscillation(run.column) for run in (f_bar, standard))
     quantity = f"oscillation of it (without F-bar {without:.2g}), {name}"
-    # the pressure is one for each cell, so that even a smooth one goes down in steps
+    # the pressure is constant in each cell, so that even a smooth one decreases in steps
     yield vanishing(quantity, with_it, 0.25, "steps from cell to cell")
-    quantity = f"changes of its slope's sign (without F-bar {turns(standard.column)}), {name}"
-    yield vanishing(quantity, float(turns(f_bar.column)), 6.0, "smooth")
+    quantity = (
+        f"changes of its slope's sign (without F-bar {sign_changes(standard.column)}), {name}"
+    )
+    yield vanishing(quantity, float(sign_changes(f_bar.column)), 6.0, "smooth")
     quantity = f"oscillation without F-bar over that with, {name}"
     yield at_least(quantity, without / with_it, 5.0, 0.0, "a chequerboard of pressure")
 
 
 def oscillation(stress: Floats) -> float:
-    """RMS of the deviation from the mean of the neighbours over the mean magnitude [-]."""
+    """Returns the RMS deviation from the mean of the neighbours over the mean magnitude [-]."""
     deviation = stress[1:-1] - 0.5 * (stress[:-2] + stress[2:])
     return float(np.sqrt((deviation**2).mean()) / np.abs(stress).mean())
 
 
-def turns(stress: Floats) -> int:
-    """How often the slope of the stress changes its sign from point to point."""
+def sign_changes(stress: Floats) -> int:
+    """Returns the number of sign changes of the slope of the stress from point to point."""
     sign = np.sign(np.diff(stress))
     return int((sign[1:] * sign[:-1] < 0.0).sum())
 
@@ -154,7 +156,7 @@ def edge_in_cell() -> Iterator[Comparison]:
     quantity = "spread at h 0.25 m over that at 0.125 m"
     yield at_least(quantity, spread[0.25] / spread[0.125], 1.5, 0.0, "it falls with the cell")
     quantity = "spread on a grid that follows the edges, h 0.25 m"
-    # the declared origin still decides where the walls' quadrature points are
+    # the declared origin also determines the walls' quadrature points
     yield vanishing(quantity, spread_over_a_cell(0.25, small), 1e-3, "no edge inside a cell")
 
 
@@ -176,7 +178,7 @@ def footing(
     anti_locking: str = "f_bar",
     side: float = SIDE,
 ) -> Press:
-    """Presses a footing into a block of soil of cells of `h` [m], with other values at keys."""
+    """Returns the run of a footing on a block of cells of `h` [m], with other values at keys."""
     model = varied(
         example(PROBLEM),
         {

@@ -157,7 +157,7 @@ def edge_in_cell(long: bool) -> Iterator[Comparison]:
     yield at_least("order of the spread, h 0.2 and 0.1 m", order, 0.8, 0.0, "first order")
     quantity = "spread of P / c on a grid that follows the edge, h 0.1 m"
     followed = over_a_cell(h, count, follow=True)
-    # the declared origin still decides where the walls' quadrature points are
+    # the declared origin also determines the walls' quadrature points
     spread = float(np.ptp(followed) / followed.mean())
     yield vanishing(quantity, spread, 1e-3, "no edge inside a cell")
 

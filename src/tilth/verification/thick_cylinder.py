@@ -48,7 +48,7 @@ class Outcome:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Errors and their rates with every basis; a solid cylinder; then the wall widened by far.
+    """Errors and their rates with every basis; a solid cylinder; then a large widening.
 
     Two points per cell whose domains end at the grid lines make all bases equal to the linear one;
     with five on two cells every other grid line cuts the domain of a point.
@@ -120,7 +120,7 @@ def assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> Iterator[C
 
 
 def rate_with_assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> Comparison:
-    """With F-bar displacements of domains with corners converge, too, at the same rate."""
+    """Returns a row: the rate of the displacement with F-bar and domains with corners."""
     assumed = varied(model, {"bodies.0.anti_locking": "f_bar"})
     coarse, fine = (solve(assumed, cells, True).displacement_error for cells in grids)
     at = f"{basis}, F-bar, {grids[0]} to {grids[1]} cells"
@@ -129,7 +129,7 @@ def rate_with_assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> 
 
 
 def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
-    """Solves the cylinder on this number of cells over its wall, one high.
+    """Returns the outcome of the cylinder on this number of cells over its wall, one high.
 
     straddling: two cells high, with five points on two cells in both directions.
     """
@@ -149,12 +149,14 @@ def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
     exact = ThickCylinder(a, b, inner.displacement["x"], material)
     radius, volume = initial_position(points)[:, 0], points.initial_volume
     displacement, stress = exact.radial_displacement(radius), exact.stress(radius)
-    off = (points.displacement[:, 0] - displacement) ** 2 @ volume / (displacement**2 @ volume)
-    off_stress = ((points.stress[:, :3] - stress) ** 2).sum(axis=1) @ volume
+    squared_error = (
+        (points.displacement[:, 0] - displacement) ** 2 @ volume / (displacement**2 @ volume)
+    )
+    squared_stress_error = ((points.stress[:, :3] - stress) ** 2).sum(axis=1) @ volume
     order = np.argsort(points.point_id)
     return Outcome(
-        displacement_error=math.sqrt(off),
-        stress_error=math.sqrt(off_stress / ((stress**2).sum(axis=1) @ volume)),
+        displacement_error=math.sqrt(squared_error),
+        stress_error=math.sqrt(squared_stress_error / ((stress**2).sum(axis=1) @ volume)),
         pressure=float(pressure[-1]),
         exact_pressure=exact.pressure,
         displacement=points.displacement[order, 0] * np.sqrt(volume[order]),
@@ -182,16 +184,16 @@ def solve_solid(model: Model, cells: int) -> tuple[float, float]:
     displacement = strain * initial_position(points)[:, 0]
     stretch = np.diag([1.0 + strain, 1.0, 1.0 + strain])
     stress = np.diag(hencky_cauchy_stress(stretch, material))
-    off = (points.displacement[:, 0] - displacement) ** 2 @ points.initial_volume
-    off_stress = np.abs(points.stress[:, :3] - stress).max()
+    squared_error = (points.displacement[:, 0] - displacement) ** 2 @ points.initial_volume
+    stress_error = np.abs(points.stress[:, :3] - stress).max()
     return (
-        math.sqrt(off / (displacement**2 @ points.initial_volume)),
-        float(off_stress / np.abs(stress).max()),
+        math.sqrt(squared_error / (displacement**2 @ points.initial_volume)),
+        float(stress_error / np.abs(stress).max()),
     )
 
 
 def divided(model: Model, inner: float, outer: float, cells: int, straddling: bool) -> Model:
-    """The model between two radii, with this number of cells between them, one or two high."""
+    """Returns the model between two radii, this many cells between them, one or two high."""
     size = (outer - inner) / cells
     height = 2.0 * size if straddling else size
     changes: dict[str, Any] = {

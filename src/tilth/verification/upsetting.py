@@ -145,7 +145,7 @@ def meeting(size: float) -> tuple[Model, Model]:
 
 
 def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outcome:
-    """Presses the block of a case file with other values at dotted keys."""
+    """Returns the results of the block of a case file, with other values at dotted keys."""
     increments = example(PROBLEM, file).schedule.steps
     assert increments is not None
     model = varied(example(PROBLEM, file), changes)

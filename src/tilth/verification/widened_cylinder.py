@@ -87,12 +87,12 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def pressure_row(quantity: str, outcome: Outcome) -> Comparison:
-    """The pressure within 1 %."""
+    """Returns a row: the pressure within 1 %."""
     return relative(quantity, outcome.pressure, outcome.exact.pressure, 0.01, SOURCE, "Pa")
 
 
 def outer_row(quantity: str, outcome: Outcome) -> Comparison:
-    """The outer displacement within 1 %."""
+    """Returns a row: the outer displacement within 1 %."""
     computed, exact = outcome.outer_displacement, outcome.exact.outer_displacement
     return relative(quantity, computed, exact, 0.01, SOURCE, "m")
 
@@ -121,11 +121,11 @@ def assumed_strain(quarter: Model, ring: Model) -> Iterator[Comparison]:
     coarse = with_poisson_ratio(axisymmetric(LOCKED_CELLS), nu)
     coarse = varied(coarse, {"bodies.0.basis": "linear", "bodies.0.domain_update": None})
     at = f"linear, axisymmetric, {LOCKED_CELLS} cells, nu {nu:g}, one step of {LOCKED_STEP:g}"
-    wanted = (LOCKED_STEP,)
-    locked = solve(coarse, wanted, LOCKED_STEP)[0]
+    requested = (LOCKED_STEP,)
+    locked = solve(coarse, requested, LOCKED_STEP)[0]
     yield at_least(f"error of the pressure, {at}", locked.pressure_error, 0.04, 0.0, "it locks")
     yield pressure_row(
-        f"pressure, F-bar, {at}", solve(varied(coarse, method), wanted, LOCKED_STEP)[0]
+        f"pressure, F-bar, {at}", solve(varied(coarse, method), requested, LOCKED_STEP)[0]
     )
 
 
@@ -147,23 +147,23 @@ def convergence(quarter: Model, long: bool) -> Iterator[Comparison]:
 
 
 def widenings(nu: float) -> Sequence[float]:
-    """The widenings for which a Poisson's ratio has reference numbers."""
+    """Returns the widenings for which a Poisson's ratio has reference numbers."""
     return WIDENINGS[:3] if nu == NEARLY_INCOMPRESSIBLE else WIDENINGS
 
 
 def with_poisson_ratio(model: Model, nu: float) -> Model:
-    """The model with another Poisson's ratio."""
+    """Returns the model with another Poisson's ratio."""
     return varied(model, {"materials.rubber.poisson_ratio": nu})
 
 
 def refined(quarter: Model, cells: int) -> Model:
-    """The quarter with this number of cells through its wall."""
+    """Returns the quarter with this number of cells through its wall."""
     size = (OUTER - INNER) / cells
     return varied(quarter, {"grid.cell_size": size, "grid.origin": [-0.5 * size, -0.5 * size]})
 
 
 def axisymmetric(cells: int) -> Model:
-    """The axisymmetric case with this number of cells through the wall, one high."""
+    """Returns the axisymmetric case with this number of cells through the wall, one high."""
     size = (OUTER - INNER) / cells
     changes = {
         "grid.cell_size": size,
@@ -176,7 +176,7 @@ def axisymmetric(cells: int) -> Model:
 
 
 def elastic(model: Model) -> HenckyElastic:
-    """The material of the wall."""
+    """Returns the material of the wall."""
     material = model.materials["rubber"]
     assert isinstance(material, HenckyElastic)
     return material
@@ -189,7 +189,7 @@ def closed_form(material: HenckyElastic, widening: float) -> WidenedCylinder:
 
 
 def with_outer_face(model: Model) -> Model:
-    """The model with an implicit boundary that moves as the free outer face would."""
+    """Returns the model with an implicit boundary that moves as the free outer face would."""
     material = elastic(model)
     last = max(WIDENINGS)
     steps = round(last / STEP)
@@ -210,8 +210,8 @@ def with_outer_face(model: Model) -> Model:
     return Model.from_dict(entries)
 
 
-def solve(model: Model, wanted: Sequence[float], step: float | None = None) -> list[Outcome]:
-    """Widens a cylinder; returns its state at the wanted widenings.
+def solve(model: Model, requested: Sequence[float], step: float | None = None) -> list[Outcome]:
+    """Widens a cylinder; returns its state at the requested widenings.
 
     step: displacement of the inner face in a load step [m]; if not given, by Poisson's ratio.
     """
@@ -219,15 +219,15 @@ def solve(model: Model, wanted: Sequence[float], step: float | None = None) -> l
     nu = elastic(model).poisson_ratio
     if step is None:
         step = FINE_STEP if nu == NEARLY_INCOMPRESSIBLE else STEP
-    steps = round(max(wanted) / step)
+    steps = round(max(requested) / step)
     key = "displacement.x" if ring else "radius_change"
-    changes: dict[str, Any] = {f"boundaries.0.{key}": max(wanted)}
+    changes: dict[str, Any] = {f"boundaries.0.{key}": max(requested)}
     changes |= {"schedule.steps": steps, "schedule.outputs": 1}
     outcomes = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        widening = max(wanted) * time
-        for each in wanted:
+        widening = max(requested) * time
+        for each in requested:
             if math.isclose(each, widening, rel_tol=1e-9):
                 outcomes.append(state(simulation, result, each))
 
@@ -236,7 +236,7 @@ def solve(model: Model, wanted: Sequence[float], step: float | None = None) -> l
 
 
 def state(simulation: Simulation, result: StepResult, widening: float) -> Outcome:
-    """Measures a widened cylinder."""
+    """Returns the outcome of a widened cylinder in its current state."""
     model, points = simulation.model, simulation.points
     ring = model.analysis.kind == "axisymmetric"
     exact = closed_form(elastic(model), widening)
@@ -253,7 +253,7 @@ def state(simulation: Simulation, result: StepResult, widening: float) -> Outcom
         return float(force.sum()) / (2.0 * radius)  # pressure times radius in both directions
 
     moved, volume = exact.radial_displacement(at), points.initial_volume
-    off = (now - at - moved) ** 2 @ volume / (moved**2 @ volume)
+    squared_error = (now - at - moved) ** 2 @ volume / (moved**2 @ volume)
     # no point lies on the face: a parabola through those of the last two cells
     last = at > OUTER - 2.0 * float(result.active.grid.cell_size[0])
     parabola = np.polyfit(at[last] - OUTER, now[last] - at[last], 2)
@@ -266,6 +266,6 @@ def state(simulation: Simulation, result: StepResult, widening: float) -> Outcom
         pressure=normal_traction(simulation.implicit[0], INNER + widening),
         outer_displacement=float(parabola[-1]),
         outer_traction=traction,
-        displacement_error=math.sqrt(off),
+        displacement_error=math.sqrt(squared_error),
         exact=exact,
     )

@@ -23,7 +23,7 @@ class SelfWeightColumn:
     material: declared material with its density rho0.
 
     The strain is uniaxial, so the cross-section is constant, the vertical Cauchy stress equals
-    the nominal one, and equilibrium over the initial height Y gives, whatever the material,
+    the nominal one, and equilibrium over the initial height Y gives, for any material,
     sigma_yy(Y) = -T(Y), T = rho0 g (l0 - Y). With e = -ln(stretch) >= 0 the Kirchhoff stress is
     tau_yy = -(a + b e), where
 
@@ -57,17 +57,17 @@ class SelfWeightColumn:
         return float(self.position(self.height))
 
     def vertical_stress(self, elevation: npt.ArrayLike) -> Floats:
-        """Cauchy stress sigma_yy [stress], tension positive, at the initial heights `elevation`."""
+        """Returns sigma_yy (Cauchy) [stress], tension positive, at initial heights `elevation`."""
         return -self._load(elevation)
 
     def lateral_stress(self, elevation: npt.ArrayLike) -> Floats:
-        """Cauchy stress sigma_xx = sigma_zz [stress] at the initial heights `elevation`."""
+        """Returns sigma_xx = sigma_zz (Cauchy) [stress] at initial heights `elevation`."""
         e, moduli = self.compression(elevation), Moduli.of(self.material)
         mises = 2.0 * moduli.shear * e - 3.0 * moduli.shear * self.plastic_strain(elevation)
         return np.asarray(-(moduli.bulk * e - mises / 3.0) * np.exp(e))
 
     def compression(self, elevation: npt.ArrayLike) -> Floats:
-        """Compressive logarithmic strain e = -ln(stretch) at the initial heights `elevation`."""
+        """Returns the compressive strain e = -ln(stretch) at initial heights `elevation`."""
         load = self._load(elevation)
         log_load = np.log(load, where=load > 0.0, out=np.full_like(load, -np.inf))
 
@@ -79,11 +79,11 @@ class SelfWeightColumn:
         return np.where(e > self._yield_strain, on_branch(*self._plastic_branch()), e)
 
     def stretch(self, elevation: npt.ArrayLike) -> Floats:
-        """Vertical stretch, current over initial length, at the initial heights `elevation`."""
+        """Returns the vertical stretch, current over initial length, at heights `elevation`."""
         return np.exp(-self.compression(elevation))
 
     def plastic_strain(self, elevation: npt.ArrayLike) -> Floats:
-        """Equivalent plastic strain at the initial heights `elevation`; zero if elastic."""
+        """Returns the equivalent plastic strain at initial heights `elevation`; zero if elastic."""
         if isinstance(self.material, HenckyElastic):
             return np.zeros_like(self._load(elevation))
         shear, hardening = Moduli.of(self.material).shear, self.material.hardening_modulus
@@ -91,12 +91,12 @@ class SelfWeightColumn:
         return np.maximum(excess, 0.0) / (3.0 * shear + hardening)
 
     def position(self, elevation: npt.ArrayLike) -> Floats:
-        """Heights y [length], after compression, of points at the initial heights `elevation`."""
+        """Returns the heights y after compression [length] of initial heights `elevation`."""
         base = self._potential(self.compression(0.0))
         return (base - self._potential(self.compression(elevation))) / self._weight
 
     def stress_error(self, vertical_stress: Floats, elevation: Floats, volume: Floats) -> float:
-        """AMPLE's error: volume-weighted mean |sigma_yy - exact| over the base stress [-].
+        """Returns AMPLE's error: volume-weighted mean |sigma_yy - exact| over the base stress [-].
 
         vertical_stress, elevation, volume: Cauchy stress, initial height and initial volume of the
         material points, shape (n,) each.

@@ -17,7 +17,7 @@ from tilth.verification.closed_forms.moduli import Moduli
 class ThickCylinder:
     """Long cylinder, no axial strain, its inner face displaced outwards, its outer face free.
 
-    inner_radius a < outer_radius b; displacement u_a of the inner face [length], small beside a.
+    inner_radius a < outer_radius b; displacement u_a << a of the inner face [length].
 
     Lame's solution of small-strain elasticity: u = A r + B / r, hence
     sigma_rr = 2 (lambda + mu) A - 2 mu B / r^2 and sigma_hoop = 2 (lambda + mu) A + 2 mu B / r^2.
@@ -37,13 +37,13 @@ class ThickCylinder:
         return -float(self.stress(self.inner_radius)[0])
 
     def radial_displacement(self, radius: npt.ArrayLike) -> Floats:
-        """u [length] at the initial radii `radius`."""
+        """Returns u [length] at the initial radii `radius`."""
         r = np.asarray(radius, dtype=float)
         linear, inverse = self._coefficients()
         return linear * r + inverse / r
 
     def stress(self, radius: npt.ArrayLike) -> Floats:
-        """Radial, axial and hoop stress (xx, yy, zz in axisymmetry) [stress], shape (..., 3)."""
+        """Returns radial, axial and hoop stress (xx, yy, zz) [stress], shape (..., 3)."""
         r = np.asarray(radius, dtype=float)
         linear, inverse = self._coefficients()
         moduli = Moduli.of(self.material)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Homogeneous states: elastic for any F, von Mises where the log strain keeps its direction."""
+"""Homogeneous states: elastic for any F, von Mises for a log strain of constant direction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tilth.verification.closed_forms.moduli import Moduli
 
 
 def full_deformation_gradient(deformation_gradient: npt.ArrayLike, kind: str) -> Floats:
-    """The 3x3 deformation gradients, shape (..., 3, 3), of an analysis of the given kind.
+    """Returns the 3x3 deformation gradients, shape (..., 3, 3), of an analysis of the given kind.
 
     Plane strain adds F_zz = 1; axisymmetry the hoop stretch of x = F X, which is F_rr. In three
     dimensions they are 3x3 already.
@@ -29,12 +29,12 @@ def full_deformation_gradient(deformation_gradient: npt.ArrayLike, kind: str) ->
 
 
 def components(tensor: npt.ArrayLike) -> Floats:
-    """xx yy zz xy yz xz, shape (..., 6), of symmetric tensors (..., 3, 3)."""
+    """Returns xx yy zz xy yz xz, shape (..., 6), of symmetric tensors (..., 3, 3)."""
     return np.asarray(tensor)[..., (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)]
 
 
 def hencky_strain(deformation_gradient: npt.ArrayLike) -> Floats:
-    """Logarithmic strain 1/2 ln(F F^T) of deformation gradients F, shape (..., 3, 3) both."""
+    """Returns the strain 1/2 ln(F F^T) of deformation gradients F, shape (..., 3, 3) both."""
     gradient = np.asarray(deformation_gradient, dtype=float)
     stretch, direction = np.linalg.eigh(gradient @ np.swapaxes(gradient, -1, -2))
     scaled = direction * (0.5 * np.log(stretch))[..., None, :]
@@ -44,7 +44,7 @@ def hencky_strain(deformation_gradient: npt.ArrayLike) -> Floats:
 def hencky_cauchy_stress(
     deformation_gradient: npt.ArrayLike, material: HenckyElastic | VonMises
 ) -> Floats:
-    """Cauchy stress [stress], shape (..., 3, 3), of the elastic material at F (..., 3, 3).
+    """Returns the Cauchy stress [stress] of the elastic material at F, shape (..., 3, 3) both.
 
     sigma = (lambda tr(eps) I + 2 mu eps) / J with eps = 1/2 ln(F F^T): the Kirchhoff stress is
     linear in the logarithmic strain.
@@ -56,7 +56,7 @@ def hencky_cauchy_stress(
 
 
 def proportional_von_mises(log_strain: npt.ArrayLike, material: VonMises) -> tuple[Floats, Floats]:
-    """Kirchhoff stress (..., 3, 3) and equivalent plastic strain (...) under proportional strain.
+    """Returns Kirchhoff stress (..., 3, 3), plastic strain (...) under proportional strain.
 
     log_strain: shape (..., 3, 3), the logarithmic strain eps = t E reached along
     F(t) = exp(t E) with a fixed symmetric E and t growing from zero, so that total, elastic and
@@ -71,5 +71,5 @@ def proportional_von_mises(log_strain: npt.ArrayLike, material: VonMises) -> tup
     mises = math.sqrt(1.5) * np.linalg.norm(deviator, axis=(-2, -1))
     excess = np.maximum(mises - material.initial_yield_stress, 0.0)
     plastic_strain = excess / (3.0 * moduli.shear + material.hardening_modulus)
-    kept = 1.0 - 3.0 * moduli.shear * plastic_strain / np.where(excess > 0.0, mises, 1.0)
-    return moduli.bulk * volumetric + kept[..., None, None] * deviator, plastic_strain
+    elastic_part = 1.0 - 3.0 * moduli.shear * plastic_strain / np.where(excess > 0.0, mises, 1.0)
+    return moduli.bulk * volumetric + elastic_part[..., None, None] * deviator, plastic_strain

@@ -17,7 +17,7 @@ class Moduli:
 
     @classmethod
     def of(cls, material: HenckyElastic | VonMises) -> Moduli:
-        """K = E / (3 (1 - 2 nu)), mu = E / (2 (1 + nu)) of a declared material."""
+        """Returns K = E / (3 (1 - 2 nu)), mu = E / (2 (1 + nu)) of a declared material."""
         young, poisson = material.young_modulus, material.poisson_ratio
         return cls(young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)))
 

@@ -14,8 +14,8 @@ class PlasticRing:
     """Long ring, no axial strain, radii a < b [length], under inner pressure, outer face free.
 
     The material yields where hoop and radial stress differ by Y = 2 sigma_y / sqrt 3, as von
-    Mises's does in plane strain once elastic strains are small beside plastic ones. Up to the
-    radius c of the plastic part (Hill, The Mathematical Theory of Plasticity, chapter V.2)
+    Mises's does in plane strain once elastic strains are small compared with plastic ones. Up to
+    the radius c of the plastic part (Hill, The Mathematical Theory of Plasticity, chapter V.2)
 
         p = Y (ln(c / a) + (1 - c^2 / b^2) / 2),    u_b = Y (1 - nu^2) c^2 / (E b),
 
@@ -32,7 +32,7 @@ class PlasticRing:
         return self._strength * math.log(self.outer_radius / self.inner_radius)
 
     def outer_displacement(self, pressure: float) -> float:
-        """Returns the displacement of the outer face [length] under a pressure [stress] below it.
+        """Returns the outer face's displacement [length] under a pressure [stress] below the limit.
 
         Lame's solution where the ring is elastic.
         """

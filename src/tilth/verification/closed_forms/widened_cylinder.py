@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The thick cylinder of Hencky material widened far beyond its radius."""
+"""Thick cylinder of Hencky material at large widening."""
 
 from __future__ import annotations
 
