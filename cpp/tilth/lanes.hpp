@@ -76,9 +76,9 @@ inline Lanes magnitude(const Lanes& x) {
   return {x.low < 0.0 ? -x.low : x.low, x.high < 0.0 ? -x.high : x.high};
 }
 
-/// log(1 + x) for x > -1, accurate to about one unit in the last place. 1 + x = 2^k (1 + f) with 1
-/// + f between sqrt(1/2) and sqrt(2), where log(1 + f) = 2 artanh(s) with s = f / (2 + f); 2 s = f
-/// - s f keeps the digits of f.
+/// log(1 + x) for x > -1, accurate to about one unit in the last place. 1 + x = 2^k (1 + f), where
+/// 1 + f is between sqrt(1/2) and sqrt(2), and log(1 + f) = 2 artanh(s) with s = f / (2 + f). The
+/// form 2 s = f - s f preserves the digits of f.
 inline HalfLanes log_one_plus(const HalfLanes& x) {
   constexpr std::uint64_t root_half = 0x3fe6a09e00000000, fraction = 0x000fffffffffffff;
   constexpr std::uint64_t one = 0x3ff0000000000000, two_to_52 = 0x4330000000000000;

@@ -361,7 +361,7 @@ def test_levels_kept_for_the_same_grid_give_the_same_bits() -> None:
     assert found[0] == found[1]
 
 
-def test_levels_are_made_anew_only_for_another_grid(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_levels_are_rebuilt_only_for_another_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     systems = [systems_of(block("plane_strain", "linear", n))[0] for n in (24, 24, 25)]
     made: list[int] = []
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Volumetric strains of points that flow go towards those of their cells (F-bar)."""
+"""Smoothing of the volumetric strains of yielding points within their cells (F-bar)."""
 
 import numpy as np
 import pytest
@@ -37,28 +37,28 @@ def two_cells() -> Centres:
     )
 
 
-def test_nothing_changes_without_flow():
+def test_no_smoothing_without_plastic_strain():
     assert np.array_equal(two_cells().smoothing(STRAIN, VOLUME, np.zeros(5)), np.zeros(5))
 
 
-def test_cells_keep_their_sum_whatever_flows():
-    flow = np.array([0.0, 0.01, 0.2, 0.03, 0.001])
-    change = two_cells().smoothing(STRAIN, VOLUME, flow)
-    assert change[0] == 0.0
+def test_sum_in_each_cell_is_conserved():
+    plastic_increment = np.array([0.0, 0.01, 0.2, 0.03, 0.001])
+    increment = two_cells().smoothing(STRAIN, VOLUME, plastic_increment)
+    assert increment[0] == 0.0
     for cell in (slice(0, 3), slice(3, 5)):
-        assert change[cell] @ VOLUME[cell] == pytest.approx(0.0, abs=1e-18)
+        assert increment[cell] @ VOLUME[cell] == pytest.approx(0.0, abs=1e-18)
 
 
-def test_differences_fade_with_the_flow():
-    change = two_cells().smoothing(STRAIN, VOLUME, np.full(5, FORGETTING_STRAIN))
+def test_differences_decay_with_plastic_strain():
+    increment = two_cells().smoothing(STRAIN, VOLUME, np.full(5, FORGETTING_STRAIN))
     for cell in (slice(0, 3), slice(3, 5)):
         mean = np.average(STRAIN[cell], weights=VOLUME[cell])
-        left = (STRAIN + change)[cell] - mean
+        left = (STRAIN + increment)[cell] - mean
         np.testing.assert_allclose(left, (STRAIN[cell] - mean) / np.e, atol=1e-17)
 
 
 @pytest.mark.parametrize("file", ["case.toml", "von_mises.toml"])
-def test_stress_is_that_of_the_levelled_strain(file):
+def test_stress_is_that_of_the_smoothed_strain(file):
     changes = {
         "grid.cell_size": 6.25,
         "bodies.0.shape.upper": [6.25, 50.0],

@@ -218,7 +218,7 @@ def test_narrow_bands_are_left_to_the_banded_solver(cells: list[int], banded: bo
     assert len(asked) == (2 if banded else 0)
 
 
-def test_band_is_found_anew_where_the_pattern_changes() -> None:
+def test_band_is_recomputed_where_the_pattern_changes() -> None:
     """Matrices of other sizes and patterns in turn, the first one twice."""
     solver = BandedLU()
     for n, symmetric in ((40, True), (40, True), (40, False), (25, True)):

@@ -172,8 +172,8 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
 
 /// Rule `corners` (after Coombs et al. 2020, CMAME 358, 112622): the centres of the domain's faces
 /// move with the grid's finite-element field; the new half length is half the distance of opposite
-/// faces. Rigid rotation (to second order in the step's angle) and simple shear leave the domain as
-/// it is, and a stretch acts along the grid's axes whatever rotation went before. Positions are
+/// faces. Rigid rotation (to second order in the step's angle) and simple shear do not change the
+/// domain; a stretch acts along the grid's axes, independent of earlier rotations. Positions are
 /// those at the start of the step.
 template <int Dim>
 void move_domain_faces(std::int64_t points, const double* position, std::int64_t nodes,

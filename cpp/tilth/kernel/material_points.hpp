@@ -81,11 +81,11 @@ void return_to_law(std::int64_t points, const Material& material, const StressAr
     const Returned returned = update_material(material, batch, all, trial, arrays, tau, tangent);
     Lanes accumulated[2];
     gather_lanes(arrays.plastic_before, 2, batch, accumulated);
-    add_flow(trial, returned.elastic, tau, accumulated);
-    if (returned.any_flows) {
+    add_plastic_strain(trial, returned.elastic, tau, accumulated);
+    if (returned.any_yields) {
       Lanes elastic[6];
       compose(returned.deformation, s.vector, elastic);
-      for (int k = 0; k < 6; ++k) before[k] = select(returned.flows, elastic[k], before[k]);
+      for (int k = 0; k < 6; ++k) before[k] = select(returned.yields, elastic[k], before[k]);
     }
     Lanes stress[6];
     compose(tau, s.vector, stress);

@@ -122,10 +122,10 @@ inline void gather_lanes(const double* array, int count, const Batch& batch, Lan
 
 /// Result of the return mapping for the trial strains of a batch, in principal axes.
 struct Returned {
-  Lanes elastic[3];            // elastic logarithmic strain
-  Lanes deformation[3];        // exp(2 elastic) - 1
-  Mask flows;                  // whether it differs from the trial strain
-  unsigned failed, any_flows;  // by lanes
+  Lanes elastic[3];             // elastic logarithmic strain
+  Lanes deformation[3];         // exp(2 elastic) - 1
+  Mask yields;                  // whether it differs from the trial strain
+  unsigned failed, any_yields;  // by lanes
 };
 
 /// Evaluates the law in each lane of `good`: stress, elastic strain and tangent.
@@ -133,10 +133,10 @@ template <class Material>
 Returned update_material(const Material& material, const Batch& batch, const Mask& good,
                          const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
                          Lanes tangent[3][3]) {
-  double of_lanes[22][lane_count] = {};  // trial, tau, elastic, tangent, deformation, flows
+  double of_lanes[22][lane_count] = {};  // trial, tau, elastic, tangent, deformation, yields
   for (int a = 0; a < 3; ++a) trial[a].store(of_lanes[a]);
   Returned returned;
-  returned.failed = returned.any_flows = 0;
+  returned.failed = returned.any_yields = 0;
   for (int lane = 0; lane < batch.size; ++lane) {
     if (!good[lane]) continue;
     const std::int64_t p = batch.point[lane];
@@ -146,10 +146,10 @@ Returned update_material(const Material& material, const Batch& batch, const Mas
                          arrays.state_before + arrays.state_width * p,
                          arrays.state + arrays.state_width * p, stress, recovered, slope))
       returned.failed |= 1u << lane;
-    bool flows = false;
-    for (int a = 0; a < 3; ++a) flows = flows || recovered[a] != strain[a];
-    if (flows) {
-      returned.any_flows |= 1u << lane;
+    bool yields = false;
+    for (int a = 0; a < 3; ++a) yields = yields || recovered[a] != strain[a];
+    if (yields) {
+      returned.any_yields |= 1u << lane;
       of_lanes[21][lane] = 1.0;
       for (int a = 0; a < 3; ++a) of_lanes[18 + a][lane] = std::expm1(2.0 * recovered[a]);
     }
@@ -165,14 +165,14 @@ Returned update_material(const Material& material, const Batch& batch, const Mas
     returned.deformation[a] = Lanes::load(of_lanes[18 + a]);
     for (int b = 0; b < 3; ++b) tangent[a][b] = Lanes::load(of_lanes[9 + 3 * a + b]);
   }
-  returned.flows = Lanes::load(of_lanes[21]) > 0.0;
+  returned.yields = Lanes::load(of_lanes[21]) > 0.0;
   return returned;
 }
 
-/// Adds a step's flow, trial less elastic strain, to the equivalent plastic strain and to the
-/// dissipated energy.
-inline void add_flow(const Lanes trial[3], const Lanes elastic[3], const Lanes tau[3],
-                     Lanes accumulated[2]) {
+/// Adds a step's plastic strain, trial less elastic strain, to the equivalent plastic strain and to
+/// the dissipated energy.
+inline void add_plastic_strain(const Lanes trial[3], const Lanes elastic[3], const Lanes tau[3],
+                               Lanes accumulated[2]) {
   Lanes plastic[3];
   for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - elastic[a];
   const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
@@ -218,11 +218,11 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
 
   Lanes accumulated[2];
   gather_lanes(arrays.plastic_before, 2, batch, accumulated);
-  add_flow(trial, returned.elastic, response.kirchhoff, accumulated);
-  if (returned.any_flows) {  // elsewhere the trial state is the elastic one
+  add_plastic_strain(trial, returned.elastic, response.kirchhoff, accumulated);
+  if (returned.any_yields) {  // elsewhere the trial state is the elastic one
     Lanes elastic[6];
     compose(returned.deformation, s.vector, elastic);
-    for (int k = 0; k < 6; ++k) after[k] = select(returned.flows, elastic[k], after[k]);
+    for (int k = 0; k < 6; ++k) after[k] = select(returned.yields, elastic[k], after[k]);
   }
 
   for (int a = 0; a < K::dim; ++a) {
