@@ -4,6 +4,7 @@
 // Jacobians J at the point and J0 at the centre,
 //   dF_bar = (J0 / J)^(1/n) dF,   n = 2 in plane strain (in-plane part only), 3 otherwise.
 // A point whose domain intersects several cells takes the mean of their J0, weighted by its shares.
+// The consistent tangent is finished in stiffness.hpp (`add_f_bar`).
 #pragma once
 
 #include <algorithm>

@@ -69,7 +69,9 @@ class LinearSolver:
         return StepSolver(self, system, self._direct_for(system), large)
 
     def _direct_for(self, system: LinearSystem) -> Solver:
-        half_band = system.components * mean_cross_section(system) * (system.active.coupling_distance + 1)
+        half_band = (
+            system.components * mean_cross_section(system) * (system.active.coupling_distance + 1)
+        )
         if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
             return self._banded
         return self._direct
