@@ -16,6 +16,8 @@ from tilth.boundaries import Conditions
 from tilth.boundaries.conditions import AXIS
 from tilth.verification.march import march
 
+pytestmark = pytest.mark.slow
+
 every_basis = pytest.mark.parametrize("basis", BASES)
 
 

@@ -26,6 +26,8 @@ from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.cli import run_command
 
+pytestmark = pytest.mark.slow
+
 BLOCK = {"type": "box", "lower": [0.1, 0.2], "upper": [1.1, 1.2]}
 CUBE = {"type": "box", "lower": [0.1, 0.2, 0.3], "upper": [1.1, 1.2, 1.3]}
 BALL = {"type": "sphere", "centre": [0.1, 0.2, 0.0], "radius": 0.7}

@@ -20,6 +20,8 @@ from tilth.boundaries.implicit.constraint import rotated
 from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
 from tilth.mpm.grid import Buffers, locate
 
+pytestmark = pytest.mark.slow
+
 LINE = {"type": "plane", "point": [0.2, 0.1], "normal": [0.0, 1.0]}
 PLANE = {"type": "plane", "point": [0.2, 0.1, 0.0], "normal": [0.0, 0.0, 1.0]}
 CIRCLE = {"type": "circle", "centre": [0.7, 0.4], "radius": 1.5, "soil": "inside"}

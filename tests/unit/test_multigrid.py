@@ -32,6 +32,8 @@ from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
 from tilth.verification.cases import example, varied
 
+pytestmark = pytest.mark.slow
+
 TOLERANCE = 1e-8
 
 

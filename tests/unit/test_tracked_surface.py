@@ -20,6 +20,8 @@ from tilth.surface.redistribution import redistribute_points
 from tilth.surface.tracked import LONGEST_CHORD_RATIO, SHORTEST_CHORD_RATIO, TrackedSurface
 from tilth.verification.march import march
 
+pytestmark = pytest.mark.slow
+
 STEPS = 8
 
 
