@@ -46,6 +46,11 @@ class LinearSolver:
         multigrid_from: least `effective_size` of a system for multigrid; None for never.
         note: is called with the reason why multigrid failed.
         banded: replaces the direct solver if the matrix is a narrow band.
+
+    Attributes:
+        direct, note: see above.
+        direct_systems: number of systems solved by each direct solver.
+        iterations: of multigrid, for each system that it solved.
     """
 
     def __init__(
@@ -55,13 +60,13 @@ class LinearSolver:
         note: Callable[[str], None] = lambda reason: None,
         banded: Solver | None = None,
     ) -> None:
-        self._direct = direct
+        self.direct = direct
         self._multigrid_from = multigrid_from
-        self._note = note
+        self.note = note
         self._banded = banded
         self._multigrid: Multigrid | None = None
-        self._direct_systems: Counter[str] = Counter()
-        self._iterations: list[int] = []
+        self.direct_systems: Counter[str] = Counter()
+        self.iterations: list[int] = []
 
     def begin(self, system: LinearSystem) -> StepSolver:
         """Returns the solver of the systems of one step, whose matrices `system` has in turn."""
@@ -74,7 +79,7 @@ class LinearSolver:
         )
         if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
             return self._banded
-        return self._direct
+        return self.direct
 
     def levels(self, system: LinearSystem) -> Multigrid:
         """Returns the levels of a step: the last step's if the active grid is the same."""
@@ -83,30 +88,13 @@ class LinearSolver:
             self._multigrid = Multigrid(system.active, system.constrained, system.comm)
         return self._multigrid
 
-    def count(self, solver: str) -> None:
-        """Counts a system that a direct solver solved."""
-        self._direct_systems[solver] += 1
-
-    def count_iterations(self, iterations: int) -> None:
-        """Counts a system that multigrid solved in so many iterations."""
-        self._iterations.append(iterations)
-
-    def warn(self, error: SolveFailed) -> None:
-        """Reports that multigrid failed."""
-        self._note(str(error))
-
-    @property
-    def direct(self) -> Solver:
-        """The direct solver for systems that are no narrow band."""
-        return self._direct
-
     @property
     def summary(self) -> str:
         """Number of systems by solver, and the iterations of multigrid."""
-        texts = [f"{number:,} by {name}" for name, number in self._direct_systems.items()]
-        if self._iterations:
-            number, mean = len(self._iterations), float(np.mean(self._iterations))
-            most = max(self._iterations)
+        texts = [f"{number:,} by {name}" for name, number in self.direct_systems.items()]
+        if self.iterations:
+            number, mean = len(self.iterations), float(np.mean(self.iterations))
+            most = max(self.iterations)
             texts.insert(0, f"{number:,} by multigrid ({mean:.1f} iterations each, at most {most})")
         return ", ".join(texts) or "none"
 
@@ -152,7 +140,7 @@ class StepSolver:
             self._direct.setup(system.matrix())
             free = self._direct.solve(right_side.ravel()[system.free]).x
             solution.ravel()[system.free] = free
-            self._owner.count(self._direct.name)
+            self._owner.direct_systems[self._direct.name] += 1
         return solution
 
     def solve_bordered(
@@ -190,7 +178,7 @@ class StepSolver:
         direct = self._owner.direct
         factorise_bordered(direct, system, border)
         found = direct.solve(np.concatenate([right_side.ravel()[system.free], scaled])).x
-        self._owner.count(direct.name)
+        self._owner.direct_systems[direct.name] += 1
         solution = np.zeros_like(right_side)
         solution.ravel()[system.free] = found[: len(system.free)]
         return solution, found[len(system.free) :] / scale
@@ -204,11 +192,11 @@ class StepSolver:
 
         def solve(right_side: Floats, tolerance: float) -> Floats:
             found = multigrid.solve(right_side, tolerance)
-            self._owner.count_iterations(found.iterations)
+            self._owner.iterations.append(found.iterations)
             return found.x.reshape(right_side.shape)
 
         return solve
 
     def _leave_multigrid(self, error: SolveFailed) -> None:
         self._large = False
-        self._owner.warn(error)
+        self._owner.note(str(error))
