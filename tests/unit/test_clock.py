@@ -143,3 +143,40 @@ def test_restored_clock_goes_on_as_the_first(stop: int) -> None:
         return found
 
     assert times(stop) == times(0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_events_are_found_without_a_list_of_all_steps(seed: int) -> None:
+    """At every event, and beside it, the next one is that of the sorted list of all."""
+    random = np.random.default_rng(seed)
+    end = 10.0 ** random.uniform(-20, 20)
+    steps = int(random.integers(1, 400))
+    size = {"steps": steps} if seed % 2 else {"step_size": end / random.uniform(1, 400)}
+    ways = [{"outputs": 7}, {"output_every": 3}, {}, {"output_times": [0.1 * end, 0.77 * end]}]
+    schedule = Schedule(end=end, **size, **ways[seed % 4])  # type: ignore[arg-type]
+    outputs = schedule.times_of_output()
+    regular = [schedule.regular_time(k) for k in range(1, schedule.number_of_steps + 1)]
+    events = sorted({*regular, *outputs})
+    for event in [0.0, *events]:
+        for time in (np.nextafter(event, 0.0), event, np.nextafter(event, 2 * end)):
+            if 0.0 <= time < end:
+                clock = Clock(schedule, time=float(time), size=2 * end)
+                assert clock.next_time() == next(each for each in events if each > time)
+                assert clock.is_output == (time in outputs)
+
+
+def test_a_million_steps_take_no_time_to_declare_and_to_search() -> None:
+    schedule = Schedule(steps=1_000_000, end=1e9, outputs=100_000)
+    clock = Clock(schedule, time=schedule.regular_time(987_654))
+    for _ in range(1000):
+        clock.accept(clock.next_time())
+    assert clock.time == schedule.regular_time(988_654)
+
+
+def test_a_step_that_cannot_be_shortened_is_the_end() -> None:
+    """Just before an event the shortest step would be extended to it again, for ever."""
+    schedule = Schedule(steps=1, minimum_step=1e-9, outputs=1)
+    clock = Clock(schedule, time=1.0 - 1.5e-9, size=1e-9)
+    assert clock.next_time() == 1.0
+    assert not clock.is_least
+    assert not clock.cut(share=0.1)

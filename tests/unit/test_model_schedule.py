@@ -62,6 +62,15 @@ def test_outputs_that_nobody_asked_for_add_no_steps(steps: int) -> None:
         ({"steps": 2, "output_times": [0.5, 1.1]}, "output_times"),
         ({"steps": 2, "end": 0}, "end"),
         ({"steps": 2, "minimum_step": 2}, "minimum_step"),
+        ({"steps": 1_000_001}, "steps"),
+        ({"steps": 10**400}, "steps"),
+        ({"step_size": 1e-9}, "step_size"),
+        ({"steps": 2, "minimum_step": 1e-12}, "minimum_step"),
+        ({"steps": 1_000_000, "minimum_step": 1e-7}, "minimum_step"),
+        ({"steps": 2, "outputs": 100_001}, "outputs"),
+        ({"steps": 500_000, "output_every": 1}, "output_every"),
+        ({"steps": 2, "output_times": [0.5, 0.5 + 1e-15]}, "output_times"),
+        ({"steps": 2, "output_times": [1e-13, 1]}, "output_times"),
     ],
 )
 def test_wrong_schedules(entries: dict[str, object], key: str) -> None:

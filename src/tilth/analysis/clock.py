@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 from tilth.model import Schedule
@@ -34,9 +35,7 @@ class Clock:
     until: float | None = None
 
     def __post_init__(self) -> None:
-        regular = self.schedule.number_of_steps
-        events = {self.schedule.regular_time(k) for k in range(1, regular + 1)}
-        self._events = sorted(events | set(self.schedule.times_of_output()))
+        self._outputs = self.schedule.times_of_output()
         self._regular_size = self.schedule.first_step
         self._round_off = 1e-9 * self._regular_size
         if self.size == 0.0:
@@ -55,10 +54,29 @@ class Clock:
 
     def next_time(self) -> float:
         """Returns the time at the end of the step to try next."""
-        event = next(e for e in self._events if e > self.time)
+        event = min(self._next_output_time(), self._next_regular_time())
         if event - self.time <= self.size + self._round_off:
             return event
         return self.time + self.size
+
+    @property
+    def is_output(self) -> bool:
+        """Whether the schedule has an output at the time reached, after the start."""
+        before = bisect_left(self._outputs, self.time)
+        return self._outputs[before : before + 1] == (self.time,)
+
+    def _next_regular_time(self) -> float:
+        """Returns the end of the first regular step that ends after the time reached."""
+        number = int(self.time / self._regular_size)  # to round-off: the true one is beside it
+        while self.schedule.regular_time(number) > self.time:
+            number -= 1
+        while self.schedule.regular_time(number) <= self.time:
+            number += 1
+        return self.schedule.regular_time(number)
+
+    def _next_output_time(self) -> float:
+        """Returns the first time of output after the time reached."""
+        return self._outputs[bisect_right(self._outputs, self.time)]
 
     def accept(self, time: float) -> None:
         """Records that the step to `time` has converged."""
@@ -78,6 +96,8 @@ class Clock:
     def cut(self, share: float | None = None) -> bool:
         """Shortens the step that failed; returns whether it is still large enough to be tried.
 
+        A step that is not shortened, because an event follows within round-off, is not tried again.
+
         share: part of the step that is known to be possible, which then is not shorter than the
             least step; a half, however short, where nothing is known.
         """
@@ -86,4 +106,4 @@ class Clock:
         size, least = self.next_time() - self.time, self.schedule.least_step
         self.size = 0.5 * size if share is None else max(share * size, least)
         self.successes = 0
-        return self.size >= least * (1.0 - 1e-9)
+        return self.size >= least * (1.0 - 1e-9) and self.next_time() - self.time < size

@@ -149,7 +149,7 @@ class Recorder:
             self.history.append(clock.step, clock.time, equilibrium.iterations, values)
             self._last = (clock, result)
             self._drop_output_of_stop()
-            if clock.time in model.schedule.times_of_output():
+            if clock.is_output:
                 self._write_last()
             every = model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from pydantic import model_validator
@@ -13,7 +15,17 @@ from tilth.model.base import Declared
 from tilth.model.fields import Count, Flag, Fraction, Positive, Times
 from tilth.model.problems import rejection
 
+MOST_STEPS = 1_000_000
+"""Regular steps of a schedule, at most: up to there the round-off of time is below 1e-9 of one."""
+
+MOST_OUTPUTS = 100_000
+"""Outputs of a schedule, at most."""
+
 _ROUND_OFF = 1e-9
+"""Fraction of the first regular step within which two times are the same."""
+
+_RESOLUTION = 1e-12
+"""Part of the schedule that a step must exceed, so that it is not lost in the round-off of time."""
 
 
 class Schedule(Declared):
@@ -21,6 +33,10 @@ class Schedule(Declared):
 
     Results are written at the start, at the end and at the times given by at most one of
     `output_times`, `outputs` and `output_every` (at about 10 regular steps if none is given).
+
+    There are at most 1,000,000 regular steps: with more, the round-off of time would reach 1e-9 of
+    a step, within which two times are the same. There are at most 100,000 outputs, each of which
+    takes about 200 bytes per material point in the results file.
     """
 
     end: Positive = 1.0
@@ -32,7 +48,9 @@ class Schedule(Declared):
     adaptive: Flag = True
     """Whether a failed step is undone and halved; steps grow again afterwards."""
     minimum_step: Fraction = 1.0 / 1024.0
-    """Least step size as a fraction of the first one; the analysis ends if it is not enough."""
+    """Least step size as a fraction of the first one, which must be at least 1e-12 of `end`; the
+    analysis ends if it is not enough.
+    """
     output_times: Times | None = None
     """Times of output, increasing, in (0, end]; the end is added if missing."""
     outputs: Count | None = None
@@ -49,6 +67,8 @@ class Schedule(Declared):
         elif self.step_size is not None and self.step_size > self.end:
             what = f"is larger than the whole schedule, which ends at {self.end:g}"
             problems.append(Problem("step_size", what, value=self.step_size))
+        else:
+            problems += self._resolution_problems()
         ways = ("output_times", "outputs", "output_every")
         given = [way for way in ways if getattr(self, way) is not None]
         if len(given) > 1:
@@ -62,6 +82,37 @@ class Schedule(Declared):
         if problems:
             raise rejection(problems)
         return self
+
+    def _resolution_problems(self) -> Iterator[Problem]:
+        """Yields numbers of steps and outputs, and steps, that cannot be computed."""
+        steps, end = self.number_of_steps, self.end
+        if steps > MOST_STEPS:
+            key = "steps" if self.steps is not None else "step_size"
+            what = f"makes {steps:.3g} steps" if key == "step_size" else "is too many steps"
+            remedy = f"a schedule has at most {MOST_STEPS:,} steps"
+            if key == "step_size":
+                remedy += f": give a step_size of at least {end / MOST_STEPS:.6g}"
+            yield Problem(key, what, remedy, getattr(self, key))
+            return
+        if self.least_step < _RESOLUTION * end:
+            what = "is a step so short that it is lost in the round-off of time"
+            remedy = f"give at least {_RESOLUTION * end / self.first_step:.3g}, or fewer steps"
+            yield Problem("minimum_step", what, remedy, self.minimum_step)
+        for key, outputs in (
+            ("output_times", len(self.output_times or ())),
+            ("outputs", self.outputs or 0),
+            ("output_every", steps // self.output_every if self.output_every else 0),
+        ):
+            if outputs > MOST_OUTPUTS:
+                what = f"makes {outputs:,} outputs"
+                remedy = f"a schedule has at most {MOST_OUTPUTS:,} outputs"
+                yield Problem(key, what, remedy, getattr(self, key))
+        times = (0.0, *(self.output_times or ()))
+        close = [after for before, after in pairwise(times) if after - before < _RESOLUTION * end]
+        if close:
+            what = f"the step to the output at {close[0]:.17g} is lost in the round-off of time"
+            remedy = f"leave at least {_RESOLUTION * end:.3g} between the times of output"
+            yield Problem("output_times", what, remedy, self.output_times)
 
     @property
     def number_of_steps(self) -> int:
