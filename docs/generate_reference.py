@@ -27,6 +27,7 @@ TYPE_DESCRIPTIONS = {
     "Positive": "number > 0",
     "NotNegative": "number >= 0",
     "Fraction": "number in (0, 1]",
+    "Angle": "number",
     "PoissonRatio": "number in (-1, 0.5)",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
@@ -71,6 +72,13 @@ without running it.
   up in 2D, z is up in 3D; in axisymmetry x is the radius and y the axis.
 * A key that is not listed here is refused, and so is a number in quotes. No material parameter,
   load or boundary condition has a default; numerical settings have.
+* A number is at most 1e30 in magnitude, and one that must be greater than 0 is at least 1e-30, so
+  that products of them (a force is density times acceleration times volume) stay within double
+  precision. An angle is at most 1e6 degrees, a whole number at most 1,000,000,000.
+* The soil and the grid's nodes with a condition are within 500,000 cells of `grid.origin`.
+  Coordinates are at most 1e9 times the cell size, where their round-off is 1e-7 of a cell.
+* A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 10,000
+  each of bodies, boundaries, loads and tracked quantities. The file has at most 4 MB.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
 * A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between
   its rows the factor is linear in time, beyond the last row it is constant.

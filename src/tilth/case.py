@@ -18,6 +18,10 @@ else:
     import tomli as tomllib
 
 
+MOST_BYTES = 4_000_000
+"""Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
+
+
 def load_case(path: str | Path) -> Model:
     """Returns the model that a case file declares.
 
@@ -36,7 +40,14 @@ def load_case(path: str | Path) -> Model:
 
 def _text_of(file: Path) -> str:
     try:
-        return file.read_bytes().decode("utf-8")
+        with file.open("rb") as opened:
+            content = opened.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise BadInput(
+                f"is larger than {MOST_BYTES // 1_000_000} MB, too large for a case file",
+                "give large geometries as a mesh, an STL file or a function in a file of their own",
+            )
+        return content.decode("utf-8")
     except FileNotFoundError:
         others = sorted(other.name for other in file.parent.glob("*.toml"))
         found = f"case files in this folder: {', '.join(others)}" if others else "check the path"
@@ -63,6 +74,12 @@ def _parsed(text: str) -> dict[str, Any]:
             f"is not valid TOML: {error}",
             "check quotes, brackets and commas there; a key may be given only once in a section",
         ) from None
+    except RecursionError:
+        raise BadInput(
+            "has brackets nested too deeply to be read", "a case file needs four levels at most"
+        ) from None
+    except ValueError as error:  # what Python, not TOML, cannot read, such as too long a number
+        raise BadInput(f"has a value that cannot be read: {error}", "check the numbers") from None
 
 
 def _check_format(entries: dict[str, Any]) -> None:

@@ -19,6 +19,10 @@ EXIT_INTERRUPTED: Final = 3
 EXIT_BUG: Final = 4
 
 
+MOST_SHOWN: Final = 20
+"""Wrong entries that one message lists, at most."""
+
+
 class _NotGiven:
     """Type of the marker for 'no value was given', since `None` can be a value."""
 
@@ -129,16 +133,22 @@ class BadInput(TilthError):
         head = f"{self.file}: " if self.file else ""
         if len(self.problems) == 1:
             return f"{head}{self.problems[0]}"
-        entries = [str(problem).replace("\n", "\n  ") for problem in self.problems]
-        return "\n".join([f"{head}{len(entries)} entries are wrong", *(f"  {e}" for e in entries)])
+        first = [str(p).replace("\n", "\n  ") for p in self.problems[:MOST_SHOWN]]
+        lines = [f"{head}{len(self.problems)} entries are wrong", *(f"  {each}" for each in first)]
+        if len(self.problems) > MOST_SHOWN:
+            lines.append(f"  ... and {len(self.problems) - MOST_SHOWN} more")
+        return "\n".join(lines)
 
 
 def shown(value: Any, width: int = 80) -> str:
     """Returns `value` as a case file would write it, on one line, shortened to `width`."""
     try:
         text = json.dumps(value, ensure_ascii=False)
-    except (TypeError, ValueError):
-        text = " ".join(repr(value).split())
+    except (TypeError, ValueError, RecursionError):
+        try:
+            text = " ".join(repr(value).split())
+        except (ValueError, RecursionError):  # too many digits, or too many levels
+            text = "..."
     return text if len(text) <= width else text[: width - 4] + " ..."
 
 

@@ -21,6 +21,8 @@ def affine_problem(
     rows = [len(row) for row in deformation_gradient]
     if rows != [len(rows)] * len(rows):
         return "must be a square matrix"
+    if len(rows) not in (2, 3):
+        return f"is a {len(rows)} x {len(rows)} matrix, but must be 2 x 2 or 3 x 3"
     matrix = np.array(deformation_gradient, dtype=float)
     if np.linalg.det(matrix) <= 0.0:
         return f"its determinant is {np.linalg.det(matrix):g}, but must be greater than 0"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from tilth.errors import BadInput, Problem
-from tilth.model.problems import problems_of, rejection, suggestion
+from tilth.model.problems import MOST_NAMES, problems_of, rejection, suggestion
 
 
 class Declared(BaseModel):
@@ -41,8 +41,9 @@ class Declared(BaseModel):
         unknown = [key for key in data if key not in fields]
         missing = [key for key, field in fields.items() if field.is_required() and key not in data]
         problems = []
-        for key in unknown:
-            likely = suggestion(key, [name for name in fields if name not in data])
+        for number, key in enumerate(unknown):
+            open_keys = [name for name in fields if name not in data]
+            likely = suggestion(key, open_keys) if number < MOST_NAMES else None
             if likely in missing:
                 missing.remove(likely)
             remedy = f"did you mean `{likely}`?" if likely else f"known keys: {', '.join(fields)}"

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
@@ -12,6 +12,7 @@ from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.laws import PLASTIC_STRAIN, laws
 from tilth.model.loads import BodyForce, PointForce
+from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, unknown_name
 from tilth.model.sizes import size_problems
@@ -32,16 +33,17 @@ def problems_between_entries(model: Model) -> list[Problem]:
     ]
     if not problems:
         problems = [*_affine_stands_alone(model), *_constrained_directions(model)]
-        problems += geometry_problems(model)
+        problems += [*magnitude_problems(model)] or geometry_problems(model)
     return problems
 
 
 def _repeated_names(model: Model) -> Iterator[Problem]:
     for section in ("bodies", "boundaries", "track"):
-        names: Sequence[str] = [entry.name for entry in getattr(model, section)]
-        for i, name in enumerate(names):
-            if name in names[:i]:
-                first = f"{section}[{names.index(name)}]"
+        numbers: dict[str, int] = {}
+        for i, entry in enumerate(getattr(model, section)):
+            name = entry.name
+            if numbers.setdefault(name, i) != i:
+                first = f"{section}[{numbers[name]}]"
                 yield Problem(
                     f"{section}[{i}].name",
                     f"is already the name of {first}",
@@ -51,8 +53,8 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
 
 
 def _unknown_references(model: Model) -> Iterator[Problem]:
-    bodies = [body.name for body in model.bodies]
-    boundaries = [boundary.name for boundary in model.boundaries]
+    bodies = {body.name: number for number, body in enumerate(model.bodies)}
+    boundaries = dict.fromkeys(boundary.name for boundary in model.boundaries)
     for i, body in enumerate(model.bodies):
         if body.material not in model.materials:
             words = unknown_name("material", body.material, model.materials)
@@ -61,7 +63,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         if isinstance(load, PointForce | SurfaceLoad) and load.body not in bodies:
             yield Problem(f"loads[{i}].body", *unknown_name("body", load.body, bodies), load.body)
         elif isinstance(load, SurfaceLoad):
-            number = bodies.index(load.body)
+            number = bodies[load.body]
             if model.bodies[number].surface is None:
                 what = f"the body {load.body!r} has no tracked surface that could carry a load"
                 remedy = f"add `surface = {{}}` to bodies[{number}]"
@@ -71,7 +73,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
             words = unknown_name("body", track.body, bodies)
             yield Problem(f"track[{i}].body", *words, track.body)
         elif track.quantity == "enclosed" and track.body is not None:
-            number = bodies.index(track.body)
+            number = bodies[track.body]
             if model.bodies[number].surface is None:
                 what = f"the body {track.body!r} has no tracked surface that could enclose anything"
                 remedy = f"add `surface = {{}}` to bodies[{number}]"

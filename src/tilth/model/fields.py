@@ -23,6 +23,27 @@ Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
 
 _Item = TypeVar("_Item")
 
+GREATEST, LEAST = 1e30, 1e-30
+"""Greatest magnitude of a number, and the least one of a number that must be greater than zero.
+
+A force is at most a mass density times an acceleration times a volume, that is five such numbers
+multiplied; its square is still a double-precision number."""
+
+MOST = 1_000_000_000
+"""Greatest whole number that counts something."""
+
+FULL_TURNS = 1e6
+"""Greatest angle [degrees]: the round-off of a larger one is no longer small."""
+
+MOST_VERTICES = 10_000
+"""Vertices of a polygon or a curve, at most."""
+
+MOST_ENTRIES = 10_000
+"""Bodies, boundaries, loads or tracked quantities, at most."""
+
+MOST_ROWS = 100_000
+"""Rows of a table, at most."""
+
 
 def _real(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
@@ -31,8 +52,10 @@ def _real(value: Any) -> float:
         number = float(value)
     except OverflowError:
         number = math.inf
-    if not math.isfinite(number):
+    if math.isnan(number) or value in (math.inf, -math.inf):
         raise reject("must be a finite number")
+    if abs(number) > GREATEST:
+        raise reject(f"is greater than {GREATEST:g} in magnitude", "choose larger units")
     return number
 
 
@@ -53,15 +76,25 @@ def _whole(value: Any) -> int:
 
 
 def _positive(value: Any) -> float:
-    if (number := _real(value)) > 0.0:
+    if (number := _real(value)) >= LEAST:
         return number
+    if number > 0.0:
+        raise reject(f"is smaller than {LEAST:g}", "choose smaller units")
     raise reject("must be greater than zero")
 
 
 def _not_negative(value: Any) -> float:
-    if (number := _real(value)) >= 0.0:
+    if (number := _real(value)) == 0.0 or number >= LEAST:
         return number
+    if number > 0.0:
+        raise reject(f"is smaller than {LEAST:g}, but not 0", "choose smaller units, or give 0")
     raise reject("must not be negative")
+
+
+def _angle(value: Any) -> float:
+    if abs(number := _real(value)) <= FULL_TURNS:
+        return number
+    raise reject(f"is greater than {FULL_TURNS:g} degrees in magnitude", "leave out whole turns")
 
 
 def _fraction(value: Any) -> float:
@@ -71,15 +104,21 @@ def _fraction(value: Any) -> float:
 
 
 def _count(value: Any) -> int:
-    if (number := _whole(value)) >= 1:
-        return number
-    raise reject("must be at least 1")
+    if (number := _whole(value)) < 1:
+        raise reject("must be at least 1")
+    return _countable(number)
 
 
 def _count_or_zero(value: Any) -> int:
-    if (number := _whole(value)) >= 0:
-        return number
-    raise reject("must not be negative")
+    if (number := _whole(value)) < 0:
+        raise reject("must not be negative")
+    return _countable(number)
+
+
+def _countable(number: int) -> int:
+    if number > MOST:
+        raise reject(f"must be at most {MOST:,}")
+    return number
 
 
 def _flag(value: Any) -> bool:
@@ -139,6 +178,8 @@ def _matrix(value: Any) -> tuple[tuple[float, ...], ...]:
     rows = as_list(value)
     if not rows or any(as_list(row) is None for row in rows):
         raise reject("must be a list of rows of numbers", "such as [[1, 0], [0, 1]]")
+    if len(rows) > MOST_VERTICES:
+        raise reject(f"has {len(rows):,} rows", f"give at most {MOST_VERTICES:,}")
     return tuple(_vector_of(_real)(row) for row in rows)
 
 
@@ -149,6 +190,7 @@ def _table(value: Any) -> tuple[tuple[float, float], ...]:
         raise reject("must be a list of rows of two numbers", example)
     if len(rows) < 2:
         raise reject("needs at least two rows", example)
+    _require_rows(rows)
     table = [(_real(time), _real(factor)) for time, factor in rows]
     if table[0][0] != 0.0:
         raise reject("the first time must be 0", example)
@@ -161,11 +203,17 @@ def _table(value: Any) -> tuple[tuple[float, float], ...]:
     return tuple(table)
 
 
+def _require_rows(rows: Sequence[Any]) -> None:
+    if len(rows) > MOST_ROWS:
+        raise reject(f"has {len(rows):,} rows", f"give at most {MOST_ROWS:,}")
+
+
 def _profile(value: Any) -> tuple[tuple[float, float], ...]:
     example = "give rows of (arc length, value) such as [[0, 0], [2, 1]]"
     rows = as_list(value)
     if rows is None or len(rows) < 2 or any(len(as_list(row) or ()) != 2 for row in rows):
         raise reject("must be a list of at least two rows of two numbers", example)
+    _require_rows(rows)
     profile = [(_real(place), _real(number)) for place, number in rows]
     if any(after <= before for (before, _), (after, _) in pairwise(profile)):
         raise reject("the arc lengths must increase from row to row", example)
@@ -240,6 +288,7 @@ def _function(value: Any) -> str:
 Real = Annotated[float, PlainValidator(_real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
+Angle = Annotated[float, PlainValidator(_angle)]
 Fraction = Annotated[float, PlainValidator(_fraction)]
 Count = Annotated[int, PlainValidator(_count)]
 CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]
@@ -262,6 +311,15 @@ Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
 Profile = Annotated[Sequence[Sequence[float]], PlainValidator(_profile)]
 Times = Annotated[Sequence[float], PlainValidator(_times)]
 
+
+def _entries(value: Any) -> Any:
+    if isinstance(value, Sequence) and len(value) > MOST_ENTRIES:
+        raise reject(f"has {len(value):,} entries", f"give at most {MOST_ENTRIES:,}")
+    return value
+
+
+Entries = BeforeValidator(_entries)
+"""Refuses too long a list of declarations before any of them is read."""
 
 AsTuple = AfterValidator(tuple)
 """Stores a sequence of declarations as a tuple, so that a model is immutable."""

@@ -12,8 +12,10 @@ from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
+from tilth.model.crossings import crosses_itself
 from tilth.model.fields import (
     AXES,
+    Angle,
     Axis,
     AxisOrDirection,
     Direction,
@@ -24,13 +26,12 @@ from tilth.model.fields import (
     Positive,
     PositivePerDirection,
     PythonFunction,
-    Real,
     Vector,
     WholeNumbers,
     extent_problems,
 )
 from tilth.model.problems import rejection
-from tilth.model.shapes import box_axes, crosses_itself, turned_box_problems
+from tilth.model.shapes import box_axes, turned_box_problems
 
 _PARALLEL = 1e-9
 """Sine of an angle below which two directions count as parallel."""
@@ -250,7 +251,7 @@ class BoxGeometry(DeclaredGeometry):
     """Corner of least coordinates before the rotation [length], shape (dimension,)."""
     upper: Vector
     """Opposite corner before the rotation [length], shape (dimension,)."""
-    angle: Real = 0.0
+    angle: Angle = 0.0
     """Rotation about `lower` [degrees], anticlockwise; in 3D right-handed about `axis`."""
     axis: Axis | None = None
     """Axis of the rotation; only in 3D, required for a rotated box."""

@@ -11,6 +11,7 @@ from pydantic import model_validator
 from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.fields import (
+    Angle,
     Axis,
     Direction,
     Displacement,
@@ -30,7 +31,7 @@ _LINEAR = ("displacement", "rotation", "radius_change")
 class Rotation(Declared):
     """Rotation of an implicit boundary about a point or an axis; not in axisymmetry."""
 
-    angle: Real
+    angle: Angle
     """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis."""
     centre: Vector
     """Centre of the rotation [length], shape (dimension,)."""

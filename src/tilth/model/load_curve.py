@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,10 @@ class LoadCurve:
     def factor(self, time: float) -> float:
         """Returns the factor [-] at a time of the schedule."""
         table = self.table
-        if time <= table[0][0]:
+        after = bisect_left(table, time, key=lambda row: row[0])
+        if after == 0:
             return table[0][1]
-        for (t0, f0), (t1, f1) in pairwise(table):
-            if time == t1:
-                return f1
-            if time < t1:
-                return f0 + (f1 - f0) * (time - t0) / (t1 - t0)
-        return table[-1][1]
+        if after == len(table):
+            return table[-1][1]
+        (t0, f0), (t1, f1) = table[after - 1], table[after]
+        return f1 if time == t1 else f0 + (f1 - f0) * (time - t0) / (t1 - t0)

@@ -13,7 +13,7 @@ from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries
-from tilth.model.fields import AsTuple, Name, Text, per_direction
+from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
@@ -74,15 +74,15 @@ class Model(Declared):
     """a section [grid] with the background grid's cell_size."""
     materials: Annotated[Mapping[Name, Material], AfterValidator(_one)]
     """a section [materials.NAME] for each material."""
-    bodies: Annotated[Sequence[Body], AsTuple, AfterValidator(_one)]
+    bodies: Annotated[Sequence[Body], Entries, AsTuple, AfterValidator(_one)]
     """a section [[bodies]] for each body."""
-    boundaries: Annotated[Sequence[Boundary], AsTuple] = ()
+    boundaries: Annotated[Sequence[Boundary], Entries, AsTuple] = ()
     """Dirichlet boundary conditions, at least one."""
-    loads: Annotated[Sequence[Load], AsTuple] = ()
+    loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, point forces and loads on surfaces."""
     schedule: Schedule
     """a section [schedule] with the number of steps or the step_size."""
-    track: Annotated[Sequence[Track], AsTuple] = ()
+    track: Annotated[Sequence[Track], Entries, AsTuple] = ()
     """Tracked quantities, one column of history.csv each."""
     output: Output = Output()
     """Additional output."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 from pydantic import ValidationError
@@ -15,6 +16,9 @@ from tilth.errors import Problem
 
 _REJECTED = "rejected"
 _DISCRIMINATORS = ("type", "model")
+
+MOST_NAMES = 30
+"""Names among which a misspelt one is sought, and which are listed, at most."""
 
 _PLAIN_WORDS = {
     "model_type": "must be a table of keys",
@@ -50,9 +54,11 @@ def suggestion(word: object, known: Iterable[str]) -> str | None:
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> tuple[str, str]:
     """Returns (problem, remedy) for a `name` that is not the name of any declared `what`."""
-    names = list(known)
+    names = list(islice(known, MOST_NAMES))
     likely = suggestion(name, names)
     listed = ", ".join(f"`{n}`" for n in names) or "none"
+    if len(names) == MOST_NAMES:
+        listed += ", ..."
     remedy = f"did you mean `{likely}`?" if likely else f"declared: {listed}"
     return f"there is no {what} of this name", remedy
 

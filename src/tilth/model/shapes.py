@@ -12,15 +12,16 @@ from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
+from tilth.model.crossings import crosses_itself
 from tilth.model.fields import (
     AXES,
+    Angle,
     Axis,
     Face,
     Faces,
     Matrix,
     Name,
     Positive,
-    Real,
     Vector,
     extent_problems,
 )
@@ -72,7 +73,7 @@ class Box(DeclaredShape):
     """Corner of least coordinates before the rotation [length], shape (dimension,)."""
     upper: Vector
     """Opposite corner before the rotation [length], shape (dimension,)."""
-    angle: Real = 0.0
+    angle: Angle = 0.0
     """Rotation about `lower` [degrees], anticlockwise; in 3D right-handed about `axis`."""
     axis: Axis | None = None
     """Axis of the rotation; only in 3D, required for a rotated box."""
@@ -339,38 +340,3 @@ def _round_problems(
         remedy = "name one side, or none for both"
         problems.append(Problem("sides", "names both sides of an axis", remedy, sides))
     return problems
-
-
-def crosses_itself(corners: Sequence[Sequence[float]], closed: bool = True) -> bool:
-    """Whether two edges intersect that are not neighbours, or two neighbours overlap."""
-    n = len(corners) if closed else len(corners) - 1
-    edges = [(corners[i], corners[(i + 1) % len(corners)]) for i in range(n)]
-    for i in range(n):
-        for j in range(i + 1, n):
-            if j == i + 1 or (closed and i == 0 and j == n - 1):
-                first, second = (i, j) if j == i + 1 else (j, i)
-                (a, b), d = edges[first], edges[second][1]
-                if _turn(a, b, d) == 0.0 and _ahead(a, b, d) <= _ahead(a, b, b):
-                    return True
-            elif _segments_meet(*edges[i], *edges[j]):
-                return True
-    return False
-
-
-def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _ahead(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
-    return (b[0] - a[0]) * (c[0] - a[0]) + (b[1] - a[1]) * (c[1] - a[1])
-
-
-def _segments_meet(
-    a: Sequence[float], b: Sequence[float], c: Sequence[float], d: Sequence[float]
-) -> bool:
-    if _turn(a, b, c) * _turn(a, b, d) > 0.0 or _turn(c, d, a) * _turn(c, d, b) > 0.0:
-        return False
-    return all(
-        max(min(a[i], b[i]), min(c[i], d[i])) <= min(max(a[i], b[i]), max(c[i], d[i]))
-        for i in range(2)
-    )
