@@ -23,6 +23,9 @@ PAGE = Path(__file__).parent / "reference" / "case_file.md"
 TYPE_DESCRIPTIONS = {
     "Text": "text",
     "Name": "text",
+    "CellName": "text",
+    "Label": "text",
+    "FileName": "text",
     "Real": "number",
     "Positive": "number > 0",
     "NotNegative": "number >= 0",
@@ -64,7 +67,9 @@ HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not
 # The case file
 
 A case file is [TOML](https://toml.io) text. The same names build the same model from Python:
-`[analysis]` is `tilth.Analysis`, an entry of `[[bodies]]` is a `tilth.Body`, and so on.
+`[analysis]` is `tilth.Analysis`, an entry of `[[bodies]]` is a `tilth.Body`, and so on. What is
+declared is frozen; `model.model_copy(update={"schedule": schedule})` returns a changed copy,
+validated like a new one.
 `tilth check CASE.toml` validates a file, warns of probable mistakes, and draws its set-up
 without running it.
 
@@ -83,6 +88,9 @@ without running it.
 * A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
+* A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
+  of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
+  and a spreadsheet would take them for formulas.
 
 A complete case, a block of soil that settles under its own weight and a prescribed plate:
 

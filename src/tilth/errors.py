@@ -33,6 +33,17 @@ class _NotGiven:
 NOT_GIVEN: Final = _NotGiven()
 
 
+def visible(text: str) -> str:
+    """Returns `text` with all that is not printable, except line breaks, as escapes.
+
+    What tilth shows can come from elsewhere, such as the name of a file or the exception of a
+    user's function. On a terminal, control characters in it could hide or imitate other text.
+    """
+    if text.replace("\n", "").isprintable():
+        return text
+    return "".join(c if c == "\n" or c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 class TilthError(Exception):
     """Base of every error that tilth raises on purpose.
 
@@ -47,7 +58,7 @@ class TilthError(Exception):
         self.remedy = remedy
 
     def __str__(self) -> str:
-        return f"{self.message}\n  {self.remedy}" if self.remedy else self.message
+        return visible(f"{self.message}\n  {self.remedy}" if self.remedy else self.message)
 
 
 class AnalysisFailed(TilthError):
@@ -76,11 +87,11 @@ class Problem:
     value: Any = NOT_GIVEN
 
     def __str__(self) -> str:
-        subject = self.key
+        subject = self.key.replace("\n", "\\n")
         if self.key and self.value is not NOT_GIVEN:
-            subject = f"{self.key} = {shown(self.value)}"
+            subject = f"{subject} = {shown(self.value)}"
         text = f"{subject}: {self.problem}" if subject else self.problem
-        return f"{text}\n  {self.remedy}" if self.remedy else text
+        return visible(f"{text}\n  {self.remedy}" if self.remedy else text)
 
 
 class BadInput(TilthError):
@@ -130,7 +141,7 @@ class BadInput(TilthError):
         return BadInput.of, (self.problems, self.file)
 
     def __str__(self) -> str:
-        head = f"{self.file}: " if self.file else ""
+        head = visible(f"{self.file}: ") if self.file else ""
         if len(self.problems) == 1:
             return f"{head}{self.problems[0]}"
         first = [str(p).replace("\n", "\n  ") for p in self.problems[:MOST_SHOWN]]

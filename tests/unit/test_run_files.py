@@ -121,6 +121,22 @@ def test_log_is_read_back(tmp_path: Path) -> None:
     assert max(map(len, path.read_text().splitlines())) <= 100
 
 
+@pytest.mark.parametrize(
+    "title",
+    ["finished: x", "tilth 1", "time taken: 99 s", "warning: y", "a\nstopped: z\n", "\x1b[2J"],
+)
+def test_a_title_is_no_line_of_the_log(tmp_path: Path, title: str) -> None:
+    log = RunLog(tmp_path / "log.txt")
+    log.header(version="0.1.0", title=title, threads=2, points=5760, cells=160)
+    log.warning(f"the body {title}")
+    log.close()
+    contents = read_log(tmp_path / "log.txt")
+    assert contents.facts["tilth"] == "0.1.0"
+    assert contents.facts["case"].isprintable()
+    assert (contents.finished, contents.failure, contents.seconds) == (False, None, None)
+    assert len(contents.warnings) == 1
+
+
 def test_log_goes_on_after_a_kill(tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     log = start_log(path)

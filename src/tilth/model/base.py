@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+from collections.abc import Mapping
 from itertools import pairwise
 from textwrap import dedent
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, mo
 
 from tilth.errors import BadInput, Problem
 from tilth.model.problems import MOST_NAMES, problems_of, rejection, suggestion
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Declared(BaseModel):
@@ -30,6 +34,26 @@ class Declared(BaseModel):
 
         # Nested tables must be validated in place, not by this wrapper, to have full keys.
         __init__.__pydantic_base_init__ = True
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            """Refuses the change: a declaration that was validated stays as it is."""
+            changed = type(self).__name__
+            raise BadInput(
+                "a declaration is frozen: it cannot be changed",
+                f"make a changed copy: {changed.lower()}.model_copy(update={{{name!r}: ...}}); it "
+                "is validated, and goes into a copy of the model in the same way",
+                key=f"{changed}.{name}",
+                value=value,
+            )
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Returns a copy with the entries of `update` in place of the declaration's own.
+
+        The copy is validated like a new declaration; raises `BadInput` with every wrong entry.
+        `deep` has no meaning for an immutable declaration.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **(update or {})})
 
     @model_validator(mode="before")
     @classmethod

@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import CountPerDirection, CountVector, Name, PositivePerDirection
+from tilth.model.fields import CellName, CountPerDirection, CountVector, Name, PositivePerDirection
 from tilth.model.problems import rejection
 from tilth.model.shapes import Shape
 from tilth.model.surface import Surface
@@ -29,7 +29,7 @@ _NO_RULE_TO_CHOOSE = {
 class Body(Declared):
     """A body of one material; exactly one of points_per_cell, points and spacing subdivides it."""
 
-    name: Name
+    name: CellName
     """Name of the body, unique."""
     material: Name
     """Name of its material, as declared in `materials`."""

@@ -16,6 +16,12 @@ from pydantic import AfterValidator, BeforeValidator, PlainValidator
 
 from tilth.errors import Problem
 from tilth.model.problems import reject
+from tilth.model.texts import CellName as CellName
+from tilth.model.texts import FileName as FileName
+from tilth.model.texts import Label as Label
+from tilth.model.texts import Name as Name
+from tilth.model.texts import PythonFunction as PythonFunction
+from tilth.model.texts import Text as Text
 
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")
@@ -125,20 +131,6 @@ def _flag(value: Any) -> bool:
     if isinstance(value, bool):
         return value
     raise reject("must be true or false", "write true or false without quotes")
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise reject("must be a text", "put it in quotes")
-    if not value.isprintable():
-        raise reject("must be one line of printable characters")
-    return value
-
-
-def _name(value: Any) -> str:
-    if text := _text(value).strip():
-        return text
-    raise reject("must not be empty")
 
 
 def as_list(value: Any) -> list[Any] | None:
@@ -277,14 +269,6 @@ def _axis_or_direction(value: Any) -> str | Sequence[float]:
     raise reject("names no axis", remedy)
 
 
-def _function(value: Any) -> str:
-    file, colon, name = _name(value).rpartition(":")
-    if not (colon and file.endswith(".py") and name.isidentifier()):
-        remedy = 'write the file, a colon and the function\'s name, such as "shape.py:distance"'
-        raise reject("does not name a function in a Python file", remedy)
-    return f"{file}:{name}"
-
-
 Real = Annotated[float, PlainValidator(_real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
@@ -293,8 +277,6 @@ Fraction = Annotated[float, PlainValidator(_fraction)]
 Count = Annotated[int, PlainValidator(_count)]
 CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]
 Flag = Annotated[bool, PlainValidator(_flag)]
-Text = Annotated[str, PlainValidator(_text)]
-Name = Annotated[str, PlainValidator(_name)]
 Vector = Annotated[Sequence[float], PlainValidator(_vector_of(_real))]
 CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
 WholeNumbers = Annotated[Sequence[int], PlainValidator(_whole_numbers)]
@@ -305,7 +287,6 @@ CountPerDirection = Annotated[int | Sequence[int], PlainValidator(_per_direction
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direction)]
 Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
-PythonFunction = Annotated[str, PlainValidator(_function)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
 Profile = Annotated[Sequence[Sequence[float]], PlainValidator(_profile)]

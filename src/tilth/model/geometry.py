@@ -20,9 +20,9 @@ from tilth.model.fields import (
     AxisOrDirection,
     Direction,
     Faces,
+    FileName,
     Flag,
     Matrix,
-    Name,
     Positive,
     PositivePerDirection,
     PythonFunction,
@@ -349,7 +349,7 @@ class StlGeometry(DeclaredGeometry):
     dimensions = (3,)
 
     type: Literal["stl"] = "stl"
-    file: Name
+    file: FileName
     """Path of the .stl file, relative to the case file."""
     soil: Literal["inside", "outside"]
     """Whether the soil is inside or outside."""

@@ -14,6 +14,7 @@ from tilth.model.fields import (
     CountOrZero,
     Flag,
     Fraction,
+    Label,
     Name,
     NotNegative,
     PositivePerDirection,
@@ -30,15 +31,15 @@ Kind = Literal["plane_strain", "axisymmetric", "3d"]
 class Units(Declared):
     """Labels of the user's consistent units, shown in every output; nothing is converted."""
 
-    length: Text = "m"
+    length: Label = "m"
     """Label of lengths and displacements."""
-    force: Text = "N"
+    force: Label = "N"
     """Label of forces (per unit length in plane strain, per full circle in axisymmetry)."""
-    stress: Text = "Pa"
+    stress: Label = "Pa"
     """Label of stresses and moduli."""
-    mass: Text = "kg"
+    mass: Label = "kg"
     """Label of masses."""
-    time: Text = ""
+    time: Label = ""
     """Label of the schedule's time; empty if the time has no physical meaning."""
 
 

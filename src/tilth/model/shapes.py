@@ -19,8 +19,8 @@ from tilth.model.fields import (
     Axis,
     Face,
     Faces,
+    FileName,
     Matrix,
-    Name,
     Positive,
     Vector,
     extent_problems,
@@ -266,7 +266,7 @@ class Mesh(DeclaredShape):
     dimensions = (2, 3)
 
     type: Literal["mesh"] = "mesh"
-    file: Name
+    file: FileName
     """Path of the .msh file, relative to the case file."""
 
 

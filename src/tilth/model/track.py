@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import Axis, Name, Real, Text, Vector
+from tilth.model.fields import Axis, CellName, Label, Name, Real, Vector
 from tilth.model.problems import rejection, suggestion
 
 Quantity = Literal[
@@ -74,7 +74,7 @@ class Track(Declared):
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
 
-    name: Name
+    name: CellName
     """Name of the column in history.csv, unique."""
     quantity: Quantity
     """Recorded quantity."""
@@ -98,7 +98,7 @@ class Track(Declared):
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0
     """Factor on the recorded value."""
-    unit: Text | None = None
+    unit: Label | None = None
     """Label of the unit after scaling; that of `[units]` if not given."""
 
     @model_validator(mode="after")

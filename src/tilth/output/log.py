@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
-from tilth.errors import BadInput
+from tilth.errors import BadInput, visible
 
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 _RESIDUALS_PER_LINE = 6
 _INDENT = " " * 34
-_DURATION = re.compile(r"time taken:\s+([0-9.]+) s")
+_DURATION = re.compile(r"  time taken:\s+([0-9.]+) s")
 
 
 class RunLog:
@@ -46,7 +46,7 @@ class RunLog:
     ) -> None:
         """Writes version, case, date and sizes; ``last_step`` > 0 means that a run is resumed."""
         rows = [
-            ("case", title or "(no title)"),
+            ("case", _one_line(title) or "(no title)"),
             ("date", datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")),
             ("threads", str(threads)),
             ("points", f"{points:,}"),
@@ -140,7 +140,7 @@ def read_log(path: Path | str) -> LogContents:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from error
-    lines = text.splitlines()
+    lines = text.removesuffix("\n").split("\n")
     if text and not text.endswith("\n"):
         lines.pop()
     log = LogContents()
@@ -159,7 +159,7 @@ def read_log(path: Path | str) -> LogContents:
             log.finished = True
         elif line.startswith(STOPPED):
             log.failure = line.removeprefix(STOPPED)
-        elif match := _DURATION.search(line):
+        elif match := _DURATION.fullmatch(line):
             log.seconds = (log.seconds or 0.0) + float(match[1])
         elif line.startswith("  ") and words and words[0].isdigit():
             log.last_step, log.last_residuals = int(words[0]), [float(w) for w in words[3:]]
@@ -186,4 +186,4 @@ def _remove_incomplete_line(path: Path) -> None:
 
 
 def _one_line(text: str) -> str:
-    return " ".join(text.split())
+    return visible(" ".join(text.split()))

@@ -7,6 +7,8 @@ import time
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from tilth.errors import visible
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as RichProgress
@@ -120,7 +122,8 @@ class Progress:
     def message(self, text: str) -> None:
         """Prints a line (a warning, a step cut) above the bar."""
         if not self._quiet and self._console is not None:
-            self._console.print(text, soft_wrap=True, highlight=False, markup=False)
+            line = visible(text)
+            self._console.print(line, soft_wrap=True, highlight=False, markup=False, emoji=False)
 
     def _fraction(self) -> float:
         return (self._now - self._start) / (self._end - self._start)
