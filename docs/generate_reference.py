@@ -88,6 +88,9 @@ without running it.
 * A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
+* A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
+  `"function"`) is code: `tilth run`, `tilth check` and `tilth resume` say so and run that file with
+  your rights. `tilth report` runs no such function.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.

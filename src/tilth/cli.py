@@ -10,6 +10,7 @@ import tempfile
 import traceback
 from collections.abc import MutableMapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -23,7 +24,11 @@ from tilth.errors import (
     BadInput,
     Interrupted,
     TilthError,
+    visible,
 )
+
+if TYPE_CHECKING:
+    from tilth.model import Model
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
 """Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
@@ -86,6 +91,8 @@ def run(
     from tilth.case import load_case
 
     model = load_case(case)
+    if not quiet:
+        _say_what_runs(model)
     folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
     if folder.resolve() == case.parent.resolve():
         raise BadInput(
@@ -115,7 +122,10 @@ def run(
     help="Picture of the set-up; default: CASE.setup.png next to the case file.",
 )
 def check(case: Path, picture: Path | None) -> None:
-    """Validate a case file without running it, and draw its set-up."""
+    """Validate a case file without running it, and draw its set-up.
+
+    A Python function that the case names for a boundary is run to draw it.
+    """
     from tilth.case import load_case
     from tilth.report.summary import print_summary
 
@@ -124,6 +134,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.report.setup import draw_setup
 
     file = case.with_suffix(".setup.png") if picture is None else picture
+    _say_what_runs(model)
     try:
         setup = setup_of(model)
         print_summary(model, setup)
@@ -136,8 +147,8 @@ def check(case: Path, picture: Path | None) -> None:
         problem = f"the picture cannot be written to {error.filename}: {error.strerror}"
         raise BadInput(problem, "choose another file with --picture") from None
     for text in setup.warnings:
-        click.echo(f"warning: {text}", err=True)
-    click.echo(f"set-up drawn in {file}")
+        click.echo(visible(f"warning: {text}"), err=True)
+    click.echo(visible(f"set-up drawn in {file}"))
 
 
 @cli.command()
@@ -148,9 +159,14 @@ def check(case: Path, picture: Path | None) -> None:
 def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) -> None:
     """Continue an interrupted run from its last complete step.
 
-    The result is identical, bit for bit, to that of an uninterrupted run.
+    The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
+    its model names a Python function for a boundary: that function is run.
     """
     _must_be_folder(folder)
+    from tilth.output.folder import MODEL, load_model
+
+    if not quiet and (folder / MODEL).exists():
+        _say_what_runs(load_model(folder))
     from tilth.analysis import run as analysis
 
     try:
@@ -164,11 +180,11 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
 @cli.command()
 @_FOLDER
 def report(folder: Path) -> None:
-    """Write report.html again from the results of a run."""
+    """Write report.html again from the results of a run; no function of the model is run."""
     _must_be_folder(folder)
     from tilth.analysis.setup import write_report
 
-    click.echo(f"report written to {write_report(folder)}")
+    click.echo(visible(f"report written to {write_report(folder)}"))
 
 
 @cli.command()
@@ -186,9 +202,16 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
     context.exit(run_verification(names, long=long, as_json=as_json))
 
 
+def _say_what_runs(model: Model) -> None:
+    """Announces the code of the user that the command is about to run."""
+    for function in model.functions:
+        file, _, name = function.rpartition(":")
+        click.echo(visible(f"runs the Python function {name} in {file}"))
+
+
 def _where(folder: Path, finished: bool) -> str:
-    where = f"results in {folder}"
-    return where if finished else f"{where}; continue with: tilth resume {folder}"
+    where = visible(f"results in {folder}")
+    return where if finished else visible(f"{where}; continue with: tilth resume {folder}")
 
 
 def _must_be_folder(folder: Path) -> None:

@@ -237,7 +237,7 @@ def test_folder_is_made_and_refused(tmp_path: Path) -> None:
 
 def test_overwrite_removes_only_own_files(tmp_path: Path) -> None:
     own = ["results.vtkhdf", ".results.shadow.vtkhdf", "history.csv", "report.html", "log.txt"]
-    own += ["checkpoint.npz", "checkpoint.npz.new", "setup.png"]
+    own += ["checkpoint.npz", "checkpoint.npz.new", "setup.npz", "setup.npz.new"]
     for name in [*own, "model.json", "case.toml", "notes.txt", "results.csv", "my_history.csv"]:
         (tmp_path / name).write_text("x")
     (tmp_path / "checkpoint_folder").mkdir()

@@ -296,4 +296,4 @@ def test_without_meshio_the_package_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(importlib, "import_module", missing)
     with pytest.raises(BadInput) as raised:
         TriangleMesh.from_file(tmp_path / "body.stl", "inside")
-    assert raised.value.remedy == "install it with `pip install tilth[mesh]`"
+    assert raised.value.remedy == "install it with `pip install meshio`"

@@ -12,6 +12,7 @@ from tilth import _core
 from tilth.analysis.clock import Clock
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.recorder import Recorder
+from tilth.analysis.setup import initial_setup, write_report
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.state import MissingState
 from tilth.arrays import Floats
@@ -20,7 +21,8 @@ from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
-from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, load_model
+from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, SETUP, load_model
+from tilth.report.setup_file import write_setup
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ def run(
     active = simulation.check()
     folder = prepare_output_folder(out, overwrite)
     (folder / MODEL).write_text(json.dumps(model.to_dict(), indent=1), encoding="utf-8")
+    write_setup(folder / SETUP, initial_setup(simulation, active))
     recorder = Recorder.start(folder, simulation, active, used)
     return _march(simulation, clock, recorder, quiet)
 
@@ -163,8 +166,6 @@ def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool
 
 def _report(simulation: Simulation, recorder: Recorder) -> None:
     if simulation.model.output.report:
-        from tilth.analysis.setup import write_report
-
         with simulation.timers.measure("other"):
             write_report(recorder.folder)
 

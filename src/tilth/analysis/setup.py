@@ -11,8 +11,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
-from tilth.output.folder import load_model
+from tilth.mpm.grid import ActiveGrid
+from tilth.output.folder import SETUP, load_model
 from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.loads import Loads
@@ -21,24 +21,37 @@ from tilth.terms.loads import Loads
 def write_report(folder: Path) -> Path:
     """Writes report.html into the folder of a run, finished or not; returns its path.
 
+    No function of the user is run. For a folder of a version of tilth that did not store the
+    set-up, its picture is computed from the model, and left out if that would run such a function.
+
     Raises:
         BadInput: `folder` is not that of a run.
     """
     from tilth.report.html import write_report as write
 
     model = load_model(folder)
-    return write(folder, model.to_dict(), setup=setup_of(model))
+    stored = (folder / SETUP).exists()
+    return write(
+        folder, model.to_dict(), setup=None if stored or model.functions else setup_of(model)
+    )
 
 
 def setup_of(model: Model) -> Setup:
-    """Returns the data for the picture of a model's set-up.
+    """Returns the data for the picture of a model's set-up; runs the functions that it names.
 
     Raises:
         BadInput: the model cannot be computed (see `Simulation.check`).
     """
     simulation = Simulation(model)
-    active = simulation.check()
-    points = simulation.points
+    return initial_setup(simulation, simulation.check())
+
+
+def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
+    """Returns the data for the picture of the set-up of a simulation before its first step.
+
+    `active` is the grid of that step.
+    """
+    model, points = simulation.model, simulation.points
     gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
     return Setup(
         title=model.title,
@@ -54,7 +67,7 @@ def setup_of(model: Model) -> Setup:
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
         tracked=simulation.surface_shapes(),
-        loads=[*_loads(model, simulation), *_surface_loads(model, simulation)],
+        loads=[*_loads(model, simulation), *_surface_loads(simulation, active)],
         body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
         force_unit=model.units.force,
         kind=model.analysis.kind,
@@ -97,10 +110,10 @@ ARROWS = 40
 """Arrows of a load on a surface, about."""
 
 
-def _surface_loads(model: Model, simulation: Simulation) -> list[Load]:
+def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     """The loads on surfaces at the end of the schedule, on the initial surface."""
+    model = simulation.model
     end = model.schedule.end
-    active = locate(simulation.points, simulation.grid, Buffers())
     loads = SurfaceLoads(
         declared_loads(model), model.analysis.kind, simulation.surfaces, active, end, end
     )

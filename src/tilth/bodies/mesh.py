@@ -188,5 +188,5 @@ def _meshio(request: Request) -> Any:
     except ModuleNotFoundError as error:
         raise request.refused(
             "a mesh needs the package meshio, which is not installed",
-            "install it with `pip install tilth[mesh]`",
+            "install it with `pip install meshio`",
         ) from error

@@ -350,7 +350,7 @@ def _read(file: Path, key: str) -> Floats:
     except ModuleNotFoundError as error:
         raise error_for(
             "an STL file needs the package meshio, which is not installed",
-            "install it with `pip install tilth[mesh]`",
+            "install it with `pip install meshio`",
         ) from error
     if not file.is_file():
         raise error_for("there is no such file", "check the name and the folder")

@@ -339,7 +339,8 @@ class FunctionGeometry(DeclaredGeometry):
     type: Literal["function"] = "function"
     function: PythonFunction
     """The function as "file.py:name", the file relative to the case file. Its argument is points,
-    shape (n, dimension); it returns their signed distances [length], shape (n,), > 0 in soil.
+    shape (n, dimension); it returns their signed distances [length], shape (n,), > 0 in soil. The
+    file is run: use only one that you trust.
     """
 
 

@@ -77,7 +77,7 @@ class ImplicitBoundary(Declared):
     motion: PythonFunction | None = None
     """Instead of these three, a function as "file.py:name", the file relative to the case file. Its
     arguments are points at time 0, shape (n, dimension), and the factor; it returns their
-    displacements [length], shape (n, dimension).
+    displacements [length], shape (n, dimension). The file is run: use only one that you trust.
     """
     factor: Table | None = None
     """Rows (time, factor) of the motion, first factor 0; 0 to 1 over the schedule if not given."""

@@ -108,6 +108,17 @@ class Model(Declared):
         """Coordinates of a node of the grid [length], shape (dimension,)."""
         return tuple(self.grid.origin or (0.0,) * self.dimension)
 
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """Python functions that the model names, as "file.py:name", each once.
+
+        A simulation of the model runs these files.
+        """
+        found = [b for b in self.boundaries if isinstance(b, ImplicitBoundary)]
+        motions = [b.motion for b in found]
+        shapes = [getattr(b.geometry, "function", None) for b in found]
+        return tuple(dict.fromkeys(name for name in (*motions, *shapes) if name))
+
     def load_curve(self, item: Loaded) -> LoadCurve:
         """Returns how a boundary's motion or a load grows.
 

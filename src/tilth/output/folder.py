@@ -18,7 +18,7 @@ REPORT = "report.html"
 LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
-SETUP = "setup.png"
+SETUP = "setup.npz"
 
 OWN_FILES = (
     RESULTS,
@@ -32,6 +32,7 @@ OWN_FILES = (
     "checkpoint*",
     MODEL,
     SETUP,
+    f"{SETUP}.new",
 )
 """Patterns of the files that tilth itself writes into the folder of a run."""
 

@@ -20,6 +20,7 @@ from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.setup import Setup, draw_setup
+from tilth.report.setup_file import read_setup
 from tilth.report.style import CSS
 from tilth.report.tables import facts_table, model_tables
 
@@ -38,8 +39,9 @@ def write_report(
     """Writes ``report.html`` into the folder of a run, finished or not; returns its path.
 
     ``summary`` is the declared model as nested mappings and lists, read from ``model.json`` of the
-    folder if not given. The set-up is drawn from ``setup``, or else ``setup.png`` of the folder is
-    used. Raises ``BadInput`` if the folder is not that of a run.
+    folder if not given. The set-up is drawn from ``setup.npz`` of the folder, or else from
+    ``setup``. No function of the user is run. Raises ``BadInput`` if the folder is not that of a
+    run.
     """
     if summary is None:
         summary = read_declared(folder)
@@ -51,9 +53,7 @@ def write_report(
     log = read_log(folder / LOG)
     title = results.title or folder.resolve().name
     parts = [_header(title, kind, results, log)]
-    picture = _setup_picture(folder, setup)
-    if picture:
-        parts.append(_section("Set-up", picture))
+    parts.append(_section("Set-up", _setup_picture(folder, results, setup)))
     parts.append(_section("Deformed states", _frames(results, kind, colour_by)))
     curves = draw_curves(history, results.units.get("time", ""))
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
@@ -125,16 +125,17 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     return f"<h1>{escape(title)}</h1>\n{state}\n{facts_table(shown)}"
 
 
-def _setup_picture(folder: Path, setup: Setup | None) -> str:
-    """Returns the figure of the set-up, drawn or from the folder; empty if there is none."""
-    if setup is not None:
-        return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
-    file = folder / SETUP
-    return (
-        _png(file.read_bytes(), "Set-up: points, grid, conditions and loads")
-        if file.exists()
-        else ""
-    )
+def _setup_picture(folder: Path, results: Results, setup: Setup | None) -> str:
+    """Returns the figure of the set-up, or why there is none."""
+    if (folder / SETUP).exists():
+        setup = read_setup(folder / SETUP, results.snapshot(0))
+    if setup is None:
+        return f"<p>{_NOT_DRAWN}</p>"
+    return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
+
+
+_NOT_DRAWN = f"""The set-up is not drawn: the folder has no <code>{SETUP}</code>. A report runs no
+Python function of the model; <code>tilth check</code> draws the set-up of a case file."""
 
 
 def _frames(results: Results, kind: str, colour_by: str) -> str:
@@ -189,9 +190,5 @@ def _image(figure: Figure, text: str) -> str:
     """Returns the figure as an image inside the page; ``text`` is its alternative text."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=130)
-    return _png(buffer.getvalue(), text)
-
-
-def _png(content: bytes, text: str) -> str:
-    data = base64.b64encode(content).decode()
+    data = base64.b64encode(buffer.getvalue()).decode()
     return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'

@@ -17,6 +17,8 @@ from tilth.solvers.system import LinearSystem
 _DIRECT: list[type[Solver]] = [Pardiso, SuperLU, BandedLU]
 SOLVERS = {solver.name: solver for solver in _DIRECT}
 """Direct solvers by their name in a case file, in the order of preference."""
+_PACKAGES = {Pardiso.name: "pypardiso"}
+"""Package of each solver that is optional."""
 
 __all__ = [
     "SOLVERS",
@@ -69,7 +71,7 @@ def choose_solver(name: str, points: int = THREADED_FROM_POINTS) -> Solver:
     if not SOLVERS[name].available():
         raise BadInput(
             f"the solver {name!r} is not installed",
-            f'install it with `pip install "tilth[{name}]"`, or choose solver = "auto"',
+            f'install it with `pip install {_PACKAGES[name]}`, or choose solver = "auto"',
             key="analysis.solver",
             value=name,
         )

@@ -13,7 +13,7 @@ REAL_UNSYMMETRIC = 11
 
 
 class Pardiso:
-    """Threaded sparse LU factorisation; installed by `pip install "tilth[pardiso]"`."""
+    """Threaded sparse LU factorisation; installed by `pip install pypardiso`."""
 
     name: ClassVar[str] = "pardiso"
 
