@@ -162,9 +162,9 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
     The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
     its model names a Python function for a boundary: that function is run.
     """
-    _must_be_folder(folder)
-    from tilth.output.folder import MODEL, load_model
+    from tilth.output.folder import MODEL, load_model, require_folder
 
+    require_folder(folder)
     if not quiet and (folder / MODEL).exists():
         _say_what_runs(load_model(folder))
     from tilth.analysis import run as analysis
@@ -181,10 +181,16 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
 @_FOLDER
 def report(folder: Path) -> None:
     """Write report.html again from the results of a run; no function of the model is run."""
-    _must_be_folder(folder)
+    from tilth.output.folder import require_folder
+    from tilth.output.lock import holder_of
+
+    require_folder(folder)
     from tilth.analysis.setup import write_report
 
     click.echo(visible(f"report written to {write_report(folder)}"))
+    if holder := holder_of(folder):
+        note = f"the run is not finished and may replace the report at its end ({holder})"
+        click.echo(visible(note))
 
 
 @cli.command()
@@ -212,13 +218,6 @@ def _say_what_runs(model: Model) -> None:
 def _where(folder: Path, finished: bool) -> str:
     where = visible(f"results in {folder}")
     return where if finished else visible(f"{where}; continue with: tilth resume {folder}")
-
-
-def _must_be_folder(folder: Path) -> None:
-    if folder.is_dir():
-        return
-    problem = "is a file, not a folder" if folder.exists() else "there is no such folder"
-    raise BadInput(problem, "name the folder of a tilth run").in_file(folder)
 
 
 def _interrupted(folder: Path) -> Interrupted:

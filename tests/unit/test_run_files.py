@@ -12,18 +12,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from result_snapshots import UNITS, make_snapshot
 from rich.console import Console
 
 from tilth.errors import BadInput
 from tilth.output import (
     HistoryWriter,
     Progress,
+    ResultsWriter,
     RunLog,
     prepare_output_folder,
     read_checkpoint,
     read_history,
     read_log,
     write_checkpoint,
+    write_surfaces,
 )
 
 COLUMNS = [("tip", "m"), ("reaction, base", "N"), ("ratio", "")]
@@ -229,25 +232,50 @@ def test_folder_is_made_and_refused(tmp_path: Path) -> None:
     assert folder.is_dir()
     prepare_output_folder(folder, overwrite=False)  # empty: fine
     (folder / "notes.txt").write_text("mine")
-    with pytest.raises(BadInput, match=r"(?s)b is not empty.*--overwrite.*--out"):
+    with pytest.raises(BadInput, match=r"(?s)b is not empty.*--overwrite.*overwrite=True.*--out"):
         prepare_output_folder(folder, overwrite=False)
     with pytest.raises(BadInput, match="is a file"):
         prepare_output_folder(folder / "notes.txt", overwrite=True)
 
 
 def test_overwrite_removes_only_own_files(tmp_path: Path) -> None:
-    own = ["results.vtkhdf", ".results.shadow.vtkhdf", "history.csv", "report.html", "log.txt"]
-    own += ["checkpoint.npz", "checkpoint.npz.new", "setup.npz", "setup.npz.new"]
-    for name in [*own, "model.json", "case.toml", "notes.txt", "results.csv", "my_history.csv"]:
+    own = ["results.vtkhdf", ".results.vtkhdf.shadow", ".results.vtkhdf.old", "history.csv"]
+    own += ["report.html", ".report.html.new.4711", "log.txt", "setup.npz", ".model.json.new"]
+    own += ["checkpoint.npz", ".checkpoint.npz.new", "surface.csv", ".surface.csv.new"]
+    mine = ["case.toml", "notes.txt", "results.csv", "my_history.csv", "checkpoint_of_mine.txt"]
+    mine += ["checkpoint.npz.bak", ".history.csv.newer", ".report.html.new.x", "history.csv.new"]
+    for name in [*own, *mine, "model.json"]:
         (tmp_path / name).write_text("x")
     (tmp_path / "checkpoint_folder").mkdir()
     prepare_output_folder(tmp_path, overwrite=True, protect=[tmp_path / "model.json"])
-    left = sorted(file.name for file in tmp_path.iterdir())
-    kept = ["case.toml", "checkpoint_folder", "model.json", "my_history.csv", "notes.txt"]
-    assert left == [*kept, "results.csv"]
+    left = {file.name for file in tmp_path.iterdir()}
+    assert left == {*mine, "checkpoint_folder", "model.json"}
     prepare_output_folder(tmp_path, overwrite=True)
     assert not (tmp_path / "model.json").exists()
-    assert (tmp_path / "case.toml").exists()
+
+
+def test_temporary_files_are_hidden_and_removed_by_overwrite(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a kill leaves behind: each file is stopped before it gets its name."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", stop)
+    results = ResultsWriter(tmp_path / "results.vtkhdf", units=UNITS)
+    for write in (
+        lambda: write_checkpoint(tmp_path / "checkpoint.npz", {}, {}),
+        lambda: HistoryWriter(tmp_path / "history.csv", COLUMNS),
+        lambda: write_surfaces(tmp_path / "surface.csv", make_snapshot(0), "m"),
+        lambda: results.append(make_snapshot(0)),
+    ):
+        with pytest.raises(KeyboardInterrupt):
+            write()
+    assert len(list(tmp_path.iterdir())) == 4
+    assert all(file.name.startswith(".") for file in tmp_path.iterdir())
+    prepare_output_folder(tmp_path, overwrite=True)
+    assert list(tmp_path.iterdir()) == []
 
 
 def drive(progress: Progress) -> None:

@@ -21,7 +21,17 @@ from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_checkpoint, read_history
-from tilth.output.folder import CHECKPOINT, HISTORY, MODEL, SETUP, load_model
+from tilth.output.files import write_durably
+from tilth.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    MODEL,
+    SETUP,
+    load_model,
+    make_folder,
+    require_folder,
+)
+from tilth.output.lock import FolderLock
 from tilth.report.setup_file import write_setup
 
 
@@ -73,18 +83,20 @@ def run(
 
     Raises:
         BadInput: the model cannot be computed, `until` is not a time of its schedule, or `out` is
-            not empty.
+            not empty or in use by another run.
         AnalysisFailed: no equilibrium with the least step; results so far are on disk.
     """
     clock = _checked(Clock(model.schedule, until=until))
     used = set_threads(threads)
     simulation = Simulation(model)
     active = simulation.check()
-    folder = prepare_output_folder(out, overwrite)
-    (folder / MODEL).write_text(json.dumps(model.to_dict(), indent=1), encoding="utf-8")
-    write_setup(folder / SETUP, initial_setup(simulation, active))
-    recorder = Recorder.start(folder, simulation, active, used)
-    return _march(simulation, clock, recorder, quiet)
+    folder = make_folder(out)
+    with FolderLock(folder) as lock:
+        prepare_output_folder(folder, overwrite)
+        write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
+        write_setup(folder / SETUP, initial_setup(simulation, active))
+        recorder = Recorder.start(folder, simulation, active, used)
+        return _march(simulation, clock, recorder, lock, quiet)
 
 
 def resume(
@@ -100,24 +112,26 @@ def resume(
         threads, until, quiet: as in `run`; `until` is later than the checkpoint.
 
     Raises:
-        BadInput: there is nothing to resume in `out`, or `until` is not a time that is to come.
+        BadInput: there is nothing to resume in `out` or its files are damaged, another run uses
+            it, or `until` is not a time that is to come. Nothing is changed then.
         AnalysisFailed: as in `run`.
     """
-    folder = Path(out)
+    folder = require_folder(out)
     used = set_threads(threads)
-    model = load_model(folder)
-    arrays, meta = read_checkpoint(folder / CHECKPOINT)
-    clock = _checked(Clock(model.schedule, **meta["clock"], until=until))
-    try:
-        simulation = Simulation.restored(model, arrays)
-    except MissingState as missing:
-        raise BadInput(
-            f"{folder / CHECKPOINT} has no {str(missing)!r}: it is of another version of tilth "
-            f"({meta.get('version', 'unknown')})",
-            "resume it with that version, or run the case again",
-        ) from missing
-    recorder = Recorder.resume(folder, simulation, meta, used)
-    return _march(simulation, clock, recorder, quiet)
+    with FolderLock(folder) as lock:
+        model = load_model(folder)
+        arrays, meta = read_checkpoint(folder / CHECKPOINT)
+        clock = _checked(Clock(model.schedule, **meta["clock"], until=until))
+        try:
+            simulation = Simulation.restored(model, arrays)
+        except MissingState as missing:
+            raise BadInput(
+                f"{folder / CHECKPOINT} has no {str(missing)!r}: it is of another version of tilth "
+                f"({meta.get('version', 'unknown')})",
+                "resume it with that version, or run the case again",
+            ) from missing
+        recorder = Recorder.resume(folder, simulation, meta, used)
+        return _march(simulation, clock, recorder, lock, quiet)
 
 
 def _checked(clock: Clock) -> Clock:
@@ -144,9 +158,13 @@ def set_threads(threads: int | None) -> int:
     return used
 
 
-def _march(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> Result:
+def _march(
+    simulation: Simulation, clock: Clock, recorder: Recorder, lock: FolderLock, quiet: bool
+) -> Result:
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = clock.step
+    if lock.warning:
+        simulation.run_warnings.note("lock", lock.warning)
     try:
         iterations = _take_steps(simulation, clock, recorder, quiet)
     except AnalysisFailed:

@@ -14,7 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
-from tilth.output.files import replace_durably
+from tilth.output.files import replace_durably, temporary
 
 META = "meta.json"
 
@@ -29,7 +29,7 @@ def write_checkpoint(
     in ``meta`` are bit-exact. Object arrays are refused with ``ValueError``.
     """
     path = Path(path)
-    new = path.with_name(f"{path.name}.new")
+    new = temporary(path)
     with zipfile.ZipFile(new, "w", zipfile.ZIP_STORED) as archive:
         archive.writestr(META, json.dumps(meta))
         for name, values in arrays.items():

@@ -7,6 +7,14 @@ import os
 import shutil
 from pathlib import Path
 
+WRITTEN_ASIDE = "new."
+"""Before the number of a process that may write a file while another process does, too."""
+
+
+def temporary(path: Path, use: str = "new") -> Path:
+    """Returns the hidden name of a file that exists only while ``path`` is written."""
+    return path.with_name(f".{path.name}.{use}")
+
 
 def sync_file(path: Path) -> None:
     """Waits until the content of ``path`` is on the disk."""
@@ -32,9 +40,12 @@ def replace_durably(new: Path, path: Path) -> None:
     sync_folder(path.parent)
 
 
-def write_durably(path: Path, content: bytes) -> None:
-    """Writes ``content`` to ``path``: at any moment the old or the new file exists, complete."""
-    new = path.with_name(f".{path.name}.new")
+def write_durably(path: Path, content: bytes, use: str = "new") -> None:
+    """Writes ``content`` to ``path``: at any moment the old or the new file exists, complete.
+
+    ``use`` is part of the name of the temporary file: give each of several writers its own.
+    """
+    new = temporary(path, use)
     new.write_bytes(content)
     replace_durably(new, path)
 
@@ -44,7 +55,7 @@ def exchange_durably(new: Path, path: Path) -> bool:
 
     Returns whether there was one. Without hard links it is copied.
     """
-    old = new.with_name(f"{new.name}.old")
+    old = temporary(path, "old")
     old.unlink(missing_ok=True)
     existed = path.exists()
     if existed:

@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput
 from tilth.model import Model
+from tilth.output.files import WRITTEN_ASIDE
+from tilth.output.lock import LOCK
 
 RESULTS = "results.vtkhdf"
 HISTORY = "history.csv"
@@ -20,21 +23,14 @@ CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
 SETUP = "setup.npz"
 
-OWN_FILES = (
-    RESULTS,
-    f".{Path(RESULTS).stem}.shadow*",
-    HISTORY,
-    f".{HISTORY}.new",
-    SURFACE,
-    f".{SURFACE}.new",
-    REPORT,
-    LOG,
-    "checkpoint*",
-    MODEL,
-    SETUP,
-    f"{SETUP}.new",
+FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP)
+"""The files that tilth writes into the folder of a run; the first is removed first, so that what
+is left when a removal is interrupted cannot be resumed."""
+
+_TEMPORARY = re.compile(
+    rf"\.({'|'.join(map(re.escape, FILES))})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)"
 )
-"""Patterns of the files that tilth itself writes into the folder of a run."""
+"""Names of the files that exist only while one of them is written."""
 
 
 def prepare_output_folder(
@@ -43,29 +39,47 @@ def prepare_output_folder(
     """Creates the folder of a run, or removes an earlier run's files from it; returns it.
 
     Raises ``BadInput`` if it is not empty and ``overwrite`` is false, or if it cannot be created.
-    With ``overwrite`` only tilth's own files are removed, and never those in ``protect`` (the case
-    file of the new run).
+    With ``overwrite`` only tilth's own files are removed, by their exact names, and never those in
+    ``protect`` (the case file of the new run).
     """
     protected = {Path(file).resolve() for file in protect}
+    folder = make_folder(path)
+    if not overwrite and any(file.name != LOCK for file in folder.iterdir()):
+        raise BadInput(
+            f"the output folder {folder} is not empty",
+            "to replace an earlier run use --overwrite (in Python overwrite=True), or choose "
+            "another folder with --out (in Python out)",
+        )
+    own = [file for file in folder.iterdir() if _TEMPORARY.fullmatch(file.name)]
+    for file in [*(folder / name for name in FILES), *own]:
+        if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
+            file.unlink()
+    return folder
+
+
+def make_folder(path: Path | str) -> Path:
+    """Creates the folder of a run unless it exists; returns it.
+
+    Raises ``BadInput`` if it cannot be created.
+    """
     folder = Path(path)
+    other = "choose another with --out (in Python out)"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise BadInput(f"{folder} is a file, not a folder", "choose another with --out") from None
+        raise BadInput(f"{folder} is a file, not a folder", other) from None
     except OSError as error:
-        raise BadInput(
-            f"the output folder {folder} cannot be made: {error.strerror}",
-            "choose another with --out",
-        ) from error
-    if not overwrite and any(folder.iterdir()):
-        raise BadInput(
-            f"the output folder {folder} is not empty",
-            "use --overwrite to replace an earlier run, or choose another with --out",
-        )
-    for pattern in OWN_FILES:
-        for file in folder.glob(pattern):
-            if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
-                file.unlink()
+        problem = f"the output folder {folder} cannot be made: {error.strerror}"
+        raise BadInput(problem, other) from error
+    return folder
+
+
+def require_folder(path: Path | str) -> Path:
+    """Returns the folder of an earlier run; raises ``BadInput`` if there is none at ``path``."""
+    folder = Path(path)
+    if not folder.is_dir():
+        problem = "is a file, not a folder" if folder.exists() else "there is no such folder"
+        raise BadInput(problem, "name the folder of a tilth run", file=folder)
     return folder
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput
-from tilth.output.files import exchange_durably, replace_durably
+from tilth.output.files import exchange_durably, replace_durably, temporary
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf_layout import (
     append_snapshot,
@@ -38,7 +38,7 @@ class ResultsWriter:
     def __init__(self, path: Path | str, *, title: str = "", units: Mapping[str, str]) -> None:
         """Raises ``BadInput`` if there is a file at ``path``."""
         self.path = Path(path)
-        self._shadow = shadow_path(self.path)
+        self._shadow = temporary(self.path, "shadow")
         self._title = title
         self._units = dict(units)
         self._last: tuple[int, float] | None = None
@@ -57,7 +57,7 @@ class ResultsWriter:
         results = read_results(path)
         keep = sum(step <= last_step for step in results.steps)
         writer = cls.__new__(cls)
-        writer.path, writer._shadow = path, shadow_path(path)
+        writer.path, writer._shadow = path, temporary(path, "shadow")
         writer._title, writer._units = results.title, results.units
         writer._last = (results.steps[keep - 1], results.times[keep - 1]) if keep else None
         writer._missing = None
@@ -117,7 +117,7 @@ class ResultsWriter:
 
     def _remove_shadow(self) -> None:
         self._shadow.unlink(missing_ok=True)
-        self._shadow.with_name(f"{self._shadow.name}.old").unlink(missing_ok=True)
+        temporary(self.path, "old").unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
@@ -165,11 +165,6 @@ def read_results(path: Path | str) -> Results:
             times=[float(time) for time in file["VTKHDF/points/Steps/Values"]],
             surfaces=surface_names(file),
         )
-
-
-def shadow_path(path: Path) -> Path:
-    """Returns the path of the hidden file for the results ``path``."""
-    return path.with_name(f".{path.stem}.shadow{path.suffix}")
 
 
 def _open_to_write(path: Path) -> Any:

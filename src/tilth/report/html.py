@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import base64
 import io
+import os
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tilth.output.files import write_durably
+from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
 from tilth.output.history import read_history
 from tilth.output.log import LogContents, read_log
@@ -71,7 +72,7 @@ def write_report(
         "</body>\n</html>\n"
     )
     path = folder / REPORT
-    write_durably(path, page.encode())
+    write_durably(path, page.encode(), f"{WRITTEN_ASIDE}{os.getpid()}")
     return path
 
 
