@@ -8,6 +8,7 @@ import math
 import os
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from tilth.output import (
     write_checkpoint,
     write_surfaces,
 )
+from tilth.output.history import Mark, checked_history
 
 COLUMNS = [("tip", "m"), ("reaction, base", "N"), ("ratio", "")]
 
@@ -61,24 +63,32 @@ def test_history_row_is_readable_at_once(tmp_path: Path) -> None:
     history.close()
 
 
-@pytest.mark.parametrize("last_step", [0, 2, 4, 7])
+def mark_of(path: Path, last_step: int) -> Mark:
+    """That of a checkpoint after this step."""
+    content = b"".join(path.read_bytes().splitlines(keepends=True)[: last_step + 2])
+    return Mark(len(content), zlib.crc32(content))
+
+
+@pytest.mark.parametrize("last_step", [0, 2, 4])
 def test_history_resumed_equals_uninterrupted(tmp_path: Path, last_step: int) -> None:
     whole, part = tmp_path / "whole.csv", tmp_path / "part.csv"
     write_history(whole, 8)
     write_history(part, 5)
     with part.open("a") as file:
         file.write("5,1.66")  # a kill in the middle of a line
-    history = HistoryWriter.resume(part, last_step, COLUMNS)
-    for step in range(min(last_step, 4) + 1, 8):
+    mark = mark_of(part, last_step)
+    history = HistoryWriter(part, COLUMNS, checked_history(part, COLUMNS, last_step, mark))
+    for step in range(last_step + 1, 8):
         history.append(step, step / 3, step + 2, [math.pi * step, -1e-300, 1 / 7])
     history.close()
     assert part.read_bytes() == whole.read_bytes()
 
 
 def test_history_of_another_case_is_refused(tmp_path: Path) -> None:
-    write_history(tmp_path / "history.csv", 2)
+    path = tmp_path / "history.csv"
+    write_history(path, 2)
     with pytest.raises(BadInput, match="columns"):
-        HistoryWriter.resume(tmp_path / "history.csv", 1, COLUMNS[:2])
+        checked_history(path, COLUMNS[:2], 1, mark_of(path, 1))
     with pytest.raises(BadInput, match="cannot be read"):
         read_history(tmp_path / "absent.csv")
     (tmp_path / "text.csv").write_text("step,time\n1,many\n")
@@ -86,8 +96,49 @@ def test_history_of_another_case_is_refused(tmp_path: Path) -> None:
         read_history(tmp_path / "text.csv")
 
 
+def test_history_with_a_row_missing_or_changed_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "history.csv"
+    write_history(path, 6)
+    mark, good = mark_of(path, 4), path.read_bytes()
+    rows = good.splitlines(keepends=True)
+    for content, message in (
+        (b"".join(rows[:5]), "row of step 4 is missing"),
+        (b"".join(rows[:5]) + rows[5][:-4], "row of step 4 is damaged"),
+        (b"".join([*rows[:3], *rows[4:]]), "row of step 2 is damaged"),
+        (b"".join([*rows[:2], rows[3], rows[2], *rows[4:]]), "row of step 1 is damaged"),
+        (good.replace(b"-1e-300", b"-one"), "row of step 0 is damaged"),
+        (good.replace(b"-1e-300", b"-1e-200", 1), "was changed after the run wrote it"),
+        (good.replace(b"\n", b"\r\n"), "columns"),
+        (b"", "columns"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(BadInput, match=message) as caught:
+            checked_history(path, COLUMNS, 4, mark)
+        assert str(path) in str(caught.value)
+        assert "copy" in caught.value.remedy
+        assert path.read_bytes() == content
+    path.unlink()
+    with pytest.raises(BadInput, match="cannot be read"):
+        checked_history(path, COLUMNS, 4, mark)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "\n", "step,time\n", "step,time,iterations\n1,0,0\n",
+        "step,time,iterations\n0,0,0\n2,1,1\n", "step,time,iterations\n0,nan,0\n",
+        "step,time,iterations\n0,0,0,1\n", "step,time,iterations\n0,0\n", "\0\0\n\xff\n",
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_history_is_bad_input(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "history.csv"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(BadInput, match=r"history\.csv"):
+        read_history(path)
+
+
 def start_log(path: Path, last_step: int = 0) -> RunLog:
-    log = RunLog(path, resume=last_step > 0)
+    log = RunLog(path, resume=last_step > 0, seconds=100.0 * last_step)
     log.header(
         version="0.1.0", title="Beam", threads=2, points=5760, cells=160, last_step=last_step
     )
@@ -159,8 +210,24 @@ def test_log_goes_on_after_a_kill(tmp_path: Path) -> None:
     assert contents.finished
     assert contents.failure is None
     assert contents.facts["resumed"] == "after step 1"
+    assert contents.seconds is not None
+    assert 100.0 <= contents.seconds < 160.0  # the part before is included, and counted once
     assert contents.last_residuals == [1.0, 1e-4]
     assert "0.7" not in path.read_text()
+
+
+def test_a_damaged_log_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    log = start_log(path)
+    log.step(1, 0.02, 0.02, [1.0, 1e-5])
+    log.warning("poorly supported")
+    log.finish(None, {}, "")
+    log.close()
+    good, random = path.read_bytes(), np.random.default_rng(3)
+    for place in random.integers(len(good), size=300):
+        bit = 1 << int(random.integers(8))
+        path.write_bytes(good[:place] + bytes([good[place] ^ bit]) + good[place + 1 :])
+        read_log(path)
 
 
 def arrays() -> dict[str, np.ndarray]:

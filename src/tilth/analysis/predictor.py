@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, require_table
 from tilth.mpm.grid import ActiveGrid, find_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
@@ -73,7 +73,10 @@ class Predictor:
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Goes on from the state of a checkpoint."""
+        """Goes on from the state of a checkpoint; raises `ValueError` if it is no such state."""
+        require_table({name: state[name] for name in ("key", "displacement")}, increasing="key")
+        if len(state["origin"]) != len(self.origin) or state["size"] < 0.0:
+            raise ValueError("'origin' is no place, or 'size' is negative")
         self.size, self.origin = float(state["size"]), state["origin"]
         self.key, self.displacement = state["key"], state["displacement"]
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,10 +17,11 @@ import numpy.typing as npt
 from tilth import __version__
 from tilth.analysis.clock import Clock
 from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.stored_run import StoredRun
 from tilth.analysis.tracker import Tracker
 from tilth.errors import StepFailed, TilthError
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.output import (
     HistoryWriter,
@@ -31,7 +33,7 @@ from tilth.output import (
     write_checkpoint,
     write_surfaces,
 )
-from tilth.output.folder import CHECKPOINT, HISTORY, LOG, RESULTS, SURFACE
+from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, SURFACE
 from tilth.output.snapshot import FieldsOnDemand
 
 
@@ -72,27 +74,28 @@ class Recorder:
         return recorder
 
     @classmethod
-    def resume(
-        cls, folder: Path, simulation: Simulation, meta: dict[str, Any], threads: int
-    ) -> Recorder:
+    def resume(cls, stored: StoredRun, simulation: Simulation, threads: int) -> Recorder:
         """Goes on with the files of a run, dropping what was written after the checkpoint."""
-        model, step = simulation.model, meta["clock"]["step"]
+        model, folder, progress = stored.model, stored.folder, stored.progress
+        step = progress.clock.step
+        simulation.timers.wall |= progress.seconds.wall
+        simulation.timers.processor |= progress.seconds.processor
+        active = simulation.locate(progress.clock.time)
         tracker = Tracker(model, initial_points(model))
         recorder = cls(
             folder=folder,
             simulation=simulation,
             tracker=tracker,
             results=ResultsWriter.resume(folder / RESULTS, step),
-            history=HistoryWriter.resume(folder / HISTORY, step, tracker.columns),
-            log=RunLog(folder / LOG, resume=True),
-            work=meta["work"],
+            history=HistoryWriter(folder / HISTORY, tracker.columns, stored.history),
+            log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
+            work=progress.work,
         )
         kept = read_results(folder / RESULTS)
         regular = {0.0, *model.schedule.times_of_output()}
         recorder._beside_schedule = kept.times[-1] not in regular
         if kept.surfaces:
             recorder._table_surfaces(kept.snapshot(-1))
-        active = locate(simulation.points, simulation.grid, Buffers())
         recorder._header(len(active.cells()), threads, step)
         return recorder
 
@@ -206,6 +209,14 @@ class Recorder:
                 "successes": clock.successes,
             },
             "work": self.work,
+            "model": zlib.crc32((self.folder / MODEL).read_bytes()),
+            "history": self.history.sync(),
+            "outputs": self.results.outputs,
+            "seconds": {
+                "total": self.log.seconds,
+                "wall": self.simulation.timers.wall,
+                "processor": self.simulation.timers.processor,
+            },
         }
         write_checkpoint(self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 

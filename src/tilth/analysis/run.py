@@ -14,23 +14,15 @@ from tilth.analysis.load_steps import load_steps
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.setup import initial_setup, write_report
 from tilth.analysis.simulation import Simulation
-from tilth.analysis.state import MissingState
+from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.interrupt import InterruptKey
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
-from tilth.output import prepare_output_folder, read_checkpoint, read_history
+from tilth.output import prepare_output_folder, read_history
 from tilth.output.files import write_durably
-from tilth.output.folder import (
-    CHECKPOINT,
-    HISTORY,
-    MODEL,
-    SETUP,
-    load_model,
-    make_folder,
-    require_folder,
-)
+from tilth.output.folder import HISTORY, MODEL, SETUP, make_folder, require_folder
 from tilth.output.lock import FolderLock
 from tilth.report.setup_file import write_setup
 
@@ -45,7 +37,7 @@ class Result:
         points: the material points at the end.
         steps, iterations: load steps taken and Newton iterations in all, of this run.
         seconds, processor_seconds: wall-clock and processor time by part: basis, stress,
-            assembly, solve, other [s].
+            assembly, solve, other [s]; those before a resume are included.
     """
 
     finished: bool
@@ -119,18 +111,11 @@ def resume(
     folder = require_folder(out)
     used = set_threads(threads)
     with FolderLock(folder) as lock:
-        model = load_model(folder)
-        arrays, meta = read_checkpoint(folder / CHECKPOINT)
-        clock = _checked(Clock(model.schedule, **meta["clock"], until=until))
-        try:
-            simulation = Simulation.restored(model, arrays)
-        except MissingState as missing:
-            raise BadInput(
-                f"{folder / CHECKPOINT} has no {str(missing)!r}: it is of another version of tilth "
-                f"({meta.get('version', 'unknown')})",
-                "resume it with that version, or run the case again",
-            ) from missing
-        recorder = Recorder.resume(folder, simulation, meta, used)
+        stored = StoredRun.read(folder)
+        reached = stored.progress.clock
+        clock = _checked(Clock(stored.model.schedule, **reached.model_dump(), until=until))
+        simulation = stored.simulation()
+        recorder = Recorder.resume(stored, simulation, used)
         return _march(simulation, clock, recorder, lock, quiet)
 
 

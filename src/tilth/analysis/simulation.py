@@ -15,7 +15,14 @@ from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import Newton
 from tilth.analysis.run_warnings import RunWarnings
-from tilth.analysis.state import MissingState, Stateful, restore_all, state_of
+from tilth.analysis.state import (
+    Arrays,
+    Stateful,
+    WrongState,
+    restore_all,
+    restored_points,
+    state_of,
+)
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
@@ -158,19 +165,19 @@ class Simulation:
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
-    def restored(cls, model: Model, arrays: dict[str, npt.NDArray[Any]]) -> Simulation:
+    def restored(cls, model: Model, arrays: Arrays) -> Simulation:
         """Returns a simulation in the state that `arrays` stored.
 
         Raises:
             MissingState: they lack something that a step reads.
+            WrongState: they are not of this model.
         """
-        names = MaterialPoints.array_names()
-        missing = [name for name in names if name not in arrays]
-        if missing:
-            raise MissingState(missing[0])
-        state = {name: arrays[name] for name in names}
-        simulation = cls(model, MaterialPoints(bodies=initial_points(model).bodies, **state))
-        restore_all(simulation._owners(), arrays)
+        simulation = cls(model, restored_points(initial_points(model), arrays))
+        owners = simulation._owners()
+        restore_all(owners, arrays)
+        unknown = set(arrays) - set(simulation.arrays())
+        if unknown:
+            raise WrongState(f"{min(unknown)!r} belongs to nothing in it")
         return simulation
 
     @property
@@ -217,6 +224,15 @@ class Simulation:
         """Returns the soil on the grid of a step."""
         return Soil(self.points, active, self.kind, self.timers)
 
+    def locate(self, time: float) -> ActiveGrid:
+        """Locates the points on the grid of the step that begins at `time`; returns it.
+
+        Raises:
+            StepFailed: a point is outside the grid, or its domain extends over too many cells.
+        """
+        self.grid = self._grid_motion.at(time)
+        return locate(self.points, self.grid, self._buffers)
+
     def prepare(self, before: float, after: float) -> PreparedStep:
         """Locates the points and finds the conditions of the step from `before` to `after`.
 
@@ -224,9 +240,8 @@ class Simulation:
             StepFailed: a point is outside the grid, or its domain extends over too many cells.
             BadInput: a boundary prescribes a radial displacement on the axis of symmetry.
         """
-        self.grid = self._grid_motion.at(before)
         with self.timers.measure("basis"):
-            active = locate(self.points, self.grid, self._buffers)
+            active = self.locate(before)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
         with self.timers.measure("boundaries"):

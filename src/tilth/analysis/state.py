@@ -9,11 +9,17 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from tilth.mpm.points import MaterialPoints
+
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
 class MissingState(Exception):
     """An array that a checkpoint lacks; `str` gives its name."""
+
+
+class WrongState(Exception):
+    """An array of a checkpoint that does not fit the model; `str` says which and why."""
 
 
 class Stateful(Protocol):
@@ -24,7 +30,11 @@ class Stateful(Protocol):
         ...
 
     def restore(self, state: Arrays) -> None:
-        """Goes back to what `state` returned."""
+        """Goes back to what `state` returned.
+
+        Raises:
+            ValueError: the arrays do not fit together.
+        """
         ...
 
 
@@ -37,17 +47,71 @@ def state_of(owners: Mapping[str, Stateful]) -> dict[str, npt.NDArray[Any]]:
     }
 
 
+def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
+    """Returns the material points that a checkpoint stored; `initial` are those of the model.
+
+    Raises:
+        MissingState: an array is missing.
+        WrongState: an array is not of these points, or no state of soil.
+    """
+    found: dict[str, Any] = {}
+    for name, first in initial.arrays().items():
+        if name not in arrays:
+            raise MissingState(name)
+        require_kind(name, arrays[name], first)
+        if len(arrays[name]) != len(first):
+            raise WrongState(f"{name!r} is of {len(arrays[name])} points instead of {len(first)}")
+        found[name] = arrays[name]
+    points = MaterialPoints(bodies=initial.bodies, **found)
+    for body in points.bodies:
+        own = np.sort(points.point_id[body.start : body.stop])
+        if not np.array_equal(own, np.arange(body.start, body.stop)):
+            raise WrongState(f"'point_id' has not the numbers of the points of {body.name!r}")
+    for name, least in (
+        ("initial_volume", points.initial_volume.min()),
+        ("assumed_jacobian", points.assumed_jacobian.min()),
+        ("half_length", points.half_length.min()),
+        ("deformation_gradient", points.volume.min()),
+    ):
+        if least <= 0.0:
+            raise WrongState(f"{name!r} has a point whose volume or length is not positive")
+    return points
+
+
 def restore_all(owners: Mapping[str, Stateful], arrays: Arrays) -> None:
-    """Gives each owner back what `state_of` returned.
+    """Gives each owner, which is in its first state, back what `state_of` returned.
 
     Raises:
         MissingState: an array of an owner is missing.
+        WrongState: an array is not of the owner's kind, or they do not fit together.
     """
     for owner, each in owners.items():
         found = {}
-        for name in each.state():
+        for name, first in each.state().items():
             key = f"{owner}.{name}"
             if key not in arrays:
                 raise MissingState(key)
             found[name] = arrays[key]
-        each.restore(found)
+            require_kind(key, arrays[key], first)
+        try:
+            each.restore(found)
+        except ValueError as error:
+            raise WrongState(f"{owner}: {error}") from error
+
+
+def require_kind(name: str, array: npt.NDArray[Any], like: npt.NDArray[Any]) -> None:
+    """Checks type and columns of an array, and that its numbers are finite.
+
+    An array that begins with infinite numbers may keep them, but none is "not a number".
+
+    Raises:
+        WrongState: with the name of the array.
+    """
+    if array.dtype != like.dtype:
+        raise WrongState(f"{name!r} is of type {array.dtype} instead of {like.dtype}")
+    if array.shape[1:] != like.shape[1:] or array.ndim != like.ndim:
+        raise WrongState(f"{name!r} has the shape {array.shape} instead of {like.shape}")
+    if like.dtype.kind == "f":
+        wrong = np.isnan(array) if np.isinf(like).any() else ~np.isfinite(array)
+        if wrong.any():
+            raise WrongState(f"{name!r} has {int(wrong.sum())} numbers that are not finite")

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, require_table
 from tilth.boundaries.axis_rows import AxisRows
 from tilth.boundaries.conditions import UNCONSTRAINED, Conditions
 from tilth.errors import BadInput
@@ -171,7 +171,8 @@ class Axis:
         return {"place": self.height, "carried": self.carried}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Restores the state of a checkpoint."""
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        require_table(state, increasing="place", strictly=False)
         self.height, self.carried = state["place"], state["carried"]
 
     def _refuse_motion(

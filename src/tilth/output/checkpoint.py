@@ -14,7 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
-from tilth.output.files import replace_durably, temporary
+from tilth.output.files import RESTORE, replace_durably, temporary
 
 META = "meta.json"
 
@@ -41,7 +41,8 @@ def write_checkpoint(
 def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     """Returns the arrays and the plain data of a checkpoint.
 
-    Raises ``BadInput`` if there is none, or if it is damaged (its check sum is tested).
+    The arrays are C-contiguous. Raises ``BadInput`` if there is none, or if it is damaged (its
+    check sums are tested).
     """
     path = Path(path)
     arrays: dict[str, NDArray[Any]] = {}
@@ -54,11 +55,13 @@ def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str
                         values = npy.read_array(member, allow_pickle=False)
                         if member.read(1):
                             raise ValueError(f"{name} is longer than its header states")
-                        arrays[name.removesuffix(".npy")] = values
+                        arrays[name.removesuffix(".npy")] = np.asarray(values, order="C")
     except FileNotFoundError:
         raise BadInput(
             f"{path} does not exist: there is nothing to resume", "run the case again"
         ) from None
-    except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError) as error:
-        raise BadInput(f"{path} is damaged ({error})", "run the case again") from error
+    except Exception as error:  # the modules for zip archives and arrays raise all kinds
+        raise BadInput(f"{path} is damaged ({error})", RESTORE) from error
+    if not isinstance(meta, dict):
+        raise BadInput(f"{path} is damaged ({META} is no table)", RESTORE)
     return arrays, meta

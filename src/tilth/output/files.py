@@ -11,6 +11,10 @@ WRITTEN_ASIDE = "new."
 """Before the number of a process that may write a file while another process does, too."""
 
 
+RESTORE = "restore it from a copy, or run the case again"
+"""What helps where a file of a run is damaged."""
+
+
 def temporary(path: Path, use: str = "new") -> Path:
     """Returns the hidden name of a file that exists only while ``path`` is written."""
     return path.with_name(f".{path.name}.{use}")

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tilth.errors import BadInput
+from tilth.errors import BadInput, shown
 from tilth.model import Model
-from tilth.output.files import WRITTEN_ASIDE
+from tilth.output.files import RESTORE, WRITTEN_ASIDE
 from tilth.output.lock import LOCK
 
 RESULTS = "results.vtkhdf"
@@ -86,21 +86,33 @@ def require_folder(path: Path | str) -> Path:
 def read_declared(folder: Path | str) -> dict[str, Any]:
     """Returns the declared model of a run, as nested mappings and lists, from its folder.
 
-    Raises ``BadInput`` if the folder is not that of a run.
+    Raises ``BadInput`` if the folder is not that of a run, or the file is damaged.
     """
     file = Path(folder) / MODEL
     try:
-        return dict(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
+        entries = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
         raise BadInput(f"{file} cannot be read: {error}", "name the folder of a tilth run") from (
             error
         )
+    if not isinstance(entries, dict):
+        raise BadInput(
+            f"{file} is no model but {shown(entries)}",
+            "name the folder of a tilth run, or restore the file from a copy",
+        )
+    return entries
 
 
 def load_model(folder: Path) -> Model:
     """Returns the model of the run in `folder`.
 
     Raises:
-        BadInput: `folder` is not that of a run.
+        BadInput: `folder` is not that of a run, or its model cannot be computed.
     """
-    return Model.from_dict(read_declared(folder))
+    entries, file = read_declared(folder), folder / MODEL
+    try:
+        return Model.from_dict(entries)
+    except BadInput as error:
+        raise error.in_file(file) from None
+    except RecursionError:
+        raise BadInput(f"{file} is nested too deeply to be a model", RESTORE) from None

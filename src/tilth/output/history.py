@@ -5,16 +5,26 @@ from __future__ import annotations
 
 import csv
 import io
+import os
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.output.files import write_durably
+from tilth.output.files import RESTORE, write_durably
 
 FIRST_COLUMNS = ("step", "time", "iterations")
+
+
+class Mark(NamedTuple):
+    """Up to where a checkpoint counts on the history: number of bytes and their check sum."""
+
+    size: int
+    checksum: int
 
 
 class HistoryWriter:
@@ -24,67 +34,104 @@ class HistoryWriter:
     are written with all digits, so that reading is bit-exact.
     """
 
-    def __init__(self, path: Path | str, columns: Sequence[tuple[str, str]]) -> None:
-        """Starts a new file, replacing any at ``path``."""
+    def __init__(
+        self, path: Path | str, columns: Sequence[tuple[str, str]], content: bytes = b""
+    ) -> None:
+        """Starts a new file, replacing any at ``path``, or goes on after ``content``.
+
+        ``content`` is what :func:`checked_history` returned; what the file has after it is deleted.
+        """
         self.path = Path(path)
         self._count = len(columns)
-        write_durably(self.path, _row([*FIRST_COLUMNS, *_headings(columns)]).encode())
-        self._file = self.path.open("a", encoding="utf-8", newline="")
-
-    @classmethod
-    def resume(
-        cls, path: Path | str, last_step: int, columns: Sequence[tuple[str, str]]
-    ) -> HistoryWriter:
-        """Continues the file at ``path``, after removing all rows after ``last_step``.
-
-        An incomplete last line (of a run that was killed) is removed as well. Raises ``BadInput``
-        if the columns are not those of the file.
-        """
-        path = Path(path)
-        lines = _complete_lines(path)
-        if not lines or lines[0] != _row([*FIRST_COLUMNS, *_headings(columns)]):
-            raise BadInput(f"{path}: the columns are not those of this case", "run the case again")
-        kept = [lines[0]]
-        kept += [line for line in lines[1:] if int(line.split(",", 1)[0]) <= last_step]
-        write_durably(path, "".join(kept).encode())
-        writer = cls.__new__(cls)
-        writer.path = path
-        writer._count = len(columns)
-        writer._file = path.open("a", encoding="utf-8", newline="")
-        return writer
+        content = content or heading_row(columns).encode()
+        self._mark = Mark(len(content), zlib.crc32(content))
+        write_durably(self.path, content)
+        self._file = self.path.open("ab")
 
     def append(self, step: int, time: float, iterations: int, values: Sequence[float]) -> None:
         """Writes the row of one step; ``values`` in the order of the columns."""
         if len(values) != self._count:
             raise ValueError(f"{len(values)} values for {self._count} columns")
         numbers = [repr(float(value)) for value in (time, *values)]
-        self._file.write(_row([str(step), numbers[0], str(iterations), *numbers[1:]]))
+        row = _row([str(step), numbers[0], str(iterations), *numbers[1:]]).encode()
+        self._file.write(row)
         self._file.flush()
+        self._mark = Mark(self._mark.size + len(row), zlib.crc32(row, self._mark.checksum))
+
+    def sync(self) -> Mark:
+        """Waits until all rows are on the disk; returns what a checkpoint keeps of them."""
+        os.fsync(self._file.fileno())
+        return self._mark
 
     def close(self) -> None:
         """Closes the file."""
         self._file.close()
 
 
+def checked_history(
+    path: Path | str, columns: Sequence[tuple[str, str]], last_step: int, mark: Mark
+) -> bytes:
+    """Returns the rows of the steps 0 to ``last_step`` with the headings, as they are in the file.
+
+    Later rows, and an incomplete last one (of a run that was killed), are left out. ``mark`` is
+    that of the checkpoint. Raises ``BadInput`` if the columns are not ``columns``, or a row is
+    missing or not as it was written.
+    """
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}", RESTORE) from error
+    heading = heading_row(columns).encode()
+    if not content.startswith(heading):
+        raise BadInput(f"{path}: the columns are not those of this case", RESTORE)
+    rows = content[len(heading) :].splitlines(keepends=True)[: last_step + 1]
+    kept = heading + b"".join(rows)
+    if Mark(len(kept), zlib.crc32(kept)) == mark and len(rows) == last_step + 1:
+        return kept
+    for step in range(last_step + 1):
+        if step >= len(rows) or not _is_row(rows[step], step, len(columns)):
+            state = "missing" if step >= len(rows) else "damaged"
+            problem = (
+                f"{path}: the row of step {step} is {state}, but the checkpoint is of step "
+                f"{last_step}"
+            )
+            raise BadInput(problem, RESTORE)
+    raise BadInput(f"{path} was changed after the run wrote it", RESTORE)
+
+
 def read_history(path: Path | str) -> dict[str, Floats]:
     """Returns all columns by heading (``name [unit]``), each of shape (rows,).
 
-    Raises ``BadInput`` if the file is not the history of a run.
+    An incomplete last row (of a run that was killed) is left out. Raises ``BadInput`` if the file
+    is not the history of a run: other first columns, rows that are no numbers, steps that are not
+    0, 1, 2, ...
     """
     path = Path(path)
-    lines = _complete_lines(path)
-    if not lines:
-        raise BadInput(f"{path} is empty: it is not the history of a tilth run")
-    rows = list(csv.reader(lines))
     try:
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        rows = list(csv.reader(line for line in lines if line.endswith("\n")))
+        if not rows:
+            raise BadInput(f"{path} is empty: it is not the history of a tilth run", RESTORE)
         table = np.array(rows[1:], dtype=np.float64).reshape(len(rows) - 1, len(rows[0]))
-    except ValueError as error:
-        raise BadInput(f"{path}: not a table of numbers ({error})") from error
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}", RESTORE) from error
+    except (ValueError, csv.Error) as error:
+        raise BadInput(f"{path}: not a table of numbers ({error})", RESTORE) from error
+    if tuple(rows[0][: len(FIRST_COLUMNS)]) != FIRST_COLUMNS:
+        problem = f"{path}: the first columns are not {', '.join(FIRST_COLUMNS)}"
+        raise BadInput(problem, RESTORE)
+    wrong = np.flatnonzero(table[:, 0] != np.arange(len(table)))
+    if len(wrong) or not np.isfinite(table[:, : len(FIRST_COLUMNS)]).all():
+        step = int(wrong[0]) if len(wrong) else "a later one"
+        raise BadInput(f"{path}: the row of step {step} is missing or damaged", RESTORE)
     return {heading: table[:, index].copy() for index, heading in enumerate(rows[0])}
 
 
-def _headings(columns: Sequence[tuple[str, str]]) -> list[str]:
-    return [f"{name} [{unit}]" if unit else name for name, unit in columns]
+def heading_row(columns: Sequence[tuple[str, str]]) -> str:
+    """Returns the first line of a history; ``columns`` as in :class:`HistoryWriter`."""
+    headings = [f"{name} [{unit}]" if unit else name for name, unit in columns]
+    return _row([*FIRST_COLUMNS, *headings])
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -94,10 +141,15 @@ def _row(cells: Sequence[str]) -> str:
     return text.getvalue()
 
 
-def _complete_lines(path: Path) -> list[str]:
-    """Returns the lines of a file without an incomplete last one."""
+def _is_row(line: bytes, step: int, columns: int) -> bool:
+    """Returns whether a line is complete, of this step, and of numbers."""
+    cells = line.split(b",")
     try:
-        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}") from error
-    return [line for line in lines if line.endswith("\n")]
+        numbers = [float(cell) for cell in cells[1:]]
+        return (
+            line.endswith(b"\n")
+            and cells[0] == str(step).encode()
+            and len(numbers) == len(FIRST_COLUMNS) - 1 + columns
+        )
+    except ValueError:
+        return False

@@ -16,30 +16,36 @@ from tilth.errors import BadInput, visible
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 _RESIDUALS_PER_LINE = 6
 _INDENT = " " * 34
-_DURATION = re.compile(r"  time taken:\s+([0-9.]+) s")
+_DURATION = re.compile(r"  time taken:\s+(\d+\.\d+) s")
 
 
 class RunLog:
     """Writes the log line by line; each line is flushed to the file.
 
     ``warnings`` contains the text of all warnings of this run so far. With ``resume`` the log of
-    the stopped run is continued and its warnings are included.
+    the stopped run is continued and its warnings are included; ``seconds`` is the time [s] that its
+    parts took.
     """
 
-    def __init__(self, path: Path | str, resume: bool = False) -> None:
+    def __init__(self, path: Path | str, resume: bool = False, seconds: float = 0.0) -> None:
         """Starts a new log, or continues the one at ``path``."""
         self.path = Path(path)
         self.warnings: list[str] = []
         self._cuts = 0
         self._steps = 0
         self._iterations = 0
-        self._start = time.perf_counter()
+        self._start = time.perf_counter() - seconds
         if resume:
             _remove_incomplete_line(self.path)
             earlier = read_log(self.path)
             self.warnings += earlier.warnings
             self._cuts = len(earlier.cuts)
         self._file = self.path.open("a" if resume else "w", encoding="utf-8")
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock time of all parts of the run so far [s]."""
+        return time.perf_counter() - self._start
 
     def header(
         self, *, version: str, title: str, threads: int, points: int, cells: int, last_step: int = 0
@@ -87,16 +93,15 @@ class RunLog:
         """Writes the summary; ``failure`` is the reason if the run ended before its schedule.
 
         ``parts`` is the wall-clock time [s] of each part of the computation, ``solved`` the number
-        of linear systems by solver.
+        of linear systems by solver. The times are those of all parts of a run that was resumed.
         """
-        seconds = time.perf_counter() - self._start
         rows = [
             ("steps", str(self._steps)),
             ("iterations", str(self._iterations)),
             ("systems", solved),
             ("step cuts", str(self._cuts)),
             ("warnings", str(len(self.warnings))),
-            ("time taken", f"{seconds:.2f} s"),
+            ("time taken", f"{self.seconds:.2f} s"),
             *((f"  {name}", f"{duration:.2f} s") for name, duration in parts.items()),
         ]
         self._write("")
@@ -128,16 +133,20 @@ class LogContents:
     failure: str | None = None
     """Why the run stopped; None if it is running, was killed or finished."""
     seconds: float | None = None
-    """Wall-clock time of all finished parts of the run; None where none has finished."""
+    """Wall-clock time [s] of the run up to its last end, a resumed one's earlier parts included;
+    None where it has not ended yet."""
     facts: dict[str, str] = field(default_factory=dict)
     """The header of the (last part of the) run: version, date, threads, points, active cells."""
 
 
 def read_log(path: Path | str) -> LogContents:
-    """Read back what :class:`RunLog` wrote. Raises ``BadInput`` where the file is missing."""
+    """Reads what :class:`RunLog` wrote; damaged lines are left out.
+
+    Raises ``BadInput`` where the file is missing.
+    """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from error
     lines = text.removesuffix("\n").split("\n")
@@ -148,7 +157,7 @@ def read_log(path: Path | str) -> LogContents:
     for line in lines:
         was_step, in_step = in_step, False
         words = line.split()
-        if line.startswith("tilth "):
+        if line.startswith("tilth ") and len(words) > 1:
             log.facts = {"tilth": words[1]}
             log.finished, log.failure = False, None
         elif line.startswith(WARNING):
@@ -160,12 +169,13 @@ def read_log(path: Path | str) -> LogContents:
         elif line.startswith(STOPPED):
             log.failure = line.removeprefix(STOPPED)
         elif match := _DURATION.fullmatch(line):
-            log.seconds = (log.seconds or 0.0) + float(match[1])
-        elif line.startswith("  ") and words and words[0].isdigit():
-            log.last_step, log.last_residuals = int(words[0]), [float(w) for w in words[3:]]
-            in_step = True
+            log.seconds = float(match[1])
+        elif line.startswith("  ") and words and words[0].isdecimal():
+            if (residuals := _numbers(words[3:])) is not None:
+                log.last_step, log.last_residuals = int(words[0]), residuals
+                in_step = True
         elif was_step and line.startswith(_INDENT):
-            log.last_residuals += [float(word) for word in words]
+            log.last_residuals += _numbers(words) or []
             in_step = True
         elif line.startswith("  ") and ": " in line:
             name, value = line.strip().split(":", 1)
@@ -183,6 +193,14 @@ def _remove_incomplete_line(path: Path) -> None:
         os.truncate(path, content.rfind(b"\n") + 1)
     else:
         path.touch()
+
+
+def _numbers(words: Sequence[str]) -> list[float] | None:
+    """Returns the words as numbers; None if one is none."""
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        return None
 
 
 def _one_line(text: str) -> str:

@@ -12,19 +12,24 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tilth.errors import BadInput
-from tilth.output.files import exchange_durably, replace_durably, temporary
+from tilth.output.files import RESTORE, exchange_durably, replace_durably, temporary
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf_layout import (
+    DamagedResults,
     append_snapshot,
     copy_last_snapshot,
     create_file,
     read_snapshot,
     surface_names,
+    whole_column,
 )
 
 
@@ -42,6 +47,8 @@ class ResultsWriter:
         self._title = title
         self._units = dict(units)
         self._last: tuple[int, float] | None = None
+        self.outputs: list[tuple[int, int]] = []
+        """Step and check sum of each output in the file."""
         self._missing: int | None = 0
         """Number of outputs missing in the shadow, 0 or 1; None if the shadow cannot be used."""
         if self.path.exists():
@@ -60,6 +67,7 @@ class ResultsWriter:
         writer.path, writer._shadow = path, temporary(path, "shadow")
         writer._title, writer._units = results.title, results.units
         writer._last = (results.steps[keep - 1], results.times[keep - 1]) if keep else None
+        writer.outputs = results.outputs[:keep]
         writer._missing = None
         writer._remove_shadow()
         if keep == 0:
@@ -91,10 +99,14 @@ class ResultsWriter:
                 names = [surface.name for surface in snapshot.surfaces]
                 create_file(file, snapshot.dim, self._title, self._units, names)
             if missing:
-                with _open_to_read(self.path) as visible:
-                    copy_last_snapshot(visible, file)
-            append_snapshot(file, snapshot)
+                with _opened(self.path) as visible:
+                    try:
+                        copy_last_snapshot(visible, file)
+                    except DamagedResults as error:
+                        raise _damaged(self.path, error) from error
+            checksum = append_snapshot(file, snapshot)
         exchange_durably(self._shadow, self.path)
+        self.outputs.append((snapshot.step, checksum))
         self._missing = 1
         self._last = (snapshot.step, snapshot.time)
 
@@ -134,10 +146,15 @@ class Results:
     """Time of each output."""
     surfaces: tuple[str, ...] = ()
     """Names of the tracked surfaces."""
+    outputs: list[tuple[int, int]] = field(default_factory=list)
+    """Step and check sum of each output."""
 
     def snapshot(self, index: int) -> Snapshot:
-        """Returns output number ``index`` (0 is the initial state, -1 the last), bit-exact."""
-        with _open_to_read(self.path) as file:
+        """Returns output number ``index`` (0 is the initial state, -1 the last), bit-exact.
+
+        Raises ``BadInput`` if the file is damaged, for example if the output's check sum differs.
+        """
+        with _reading(self.path) as file:
             return read_snapshot(file, range(len(self.steps))[index])
 
     def __iter__(self) -> Iterator[Snapshot]:
@@ -152,28 +169,37 @@ class Results:
 def read_results(path: Path | str) -> Results:
     """Returns the contents of a results file; raises ``BadInput`` if it cannot be read."""
     path = Path(path)
-    with _open_to_read(path) as file:
+    with _reading(path) as file:
         if "tilth" not in file or "VTKHDF" not in file:
             raise BadInput(f"{path} was not written by tilth", "name the folder of a tilth run")
         info = file["tilth"]
-        return Results(
+        steps = [int(step) for step in whole_column(info["step"])]
+        times = [float(time) for time in whole_column(file["VTKHDF/points/Steps/Values"])]
+        checksums = [int(checksum) for checksum in whole_column(info["checksum"])]
+        results = Results(
             path=path,
             dim=int(info.attrs["dim"]),
             title=str(info.attrs["title"]),
-            units=json.loads(info.attrs["units"]),
-            steps=[int(step) for step in info["step"]],
-            times=[float(time) for time in file["VTKHDF/points/Steps/Values"]],
+            units={str(name): str(unit) for name, unit in json.loads(info.attrs["units"]).items()},
+            steps=steps,
+            times=times,
             surfaces=surface_names(file),
+            outputs=list(zip(steps, checksums, strict=True)),
         )
+        if not 0 < len(steps) == len(times) or results.dim not in (2, 3):
+            raise ValueError(f"{len(steps)} steps, {len(times)} times, {results.dim} directions")
+        if not (np.diff(steps) > 0).all() or not (np.diff(times) >= 0).all():
+            raise ValueError("the outputs are not in order")
+        return results
 
 
 def _open_to_write(path: Path) -> Any:
     import h5py
 
-    return h5py.File(path, "a", libver=("earliest", "v110"))
+    return h5py.File(path, "a", libver=("v110", "v110"))  # metadata with check sums
 
 
-def _open_to_read(path: Path) -> Any:
+def _opened(path: Path) -> Any:
     import h5py
 
     try:
@@ -181,4 +207,20 @@ def _open_to_read(path: Path) -> Any:
     except FileNotFoundError:
         raise BadInput(f"{path} does not exist", "name the folder of a tilth run") from None
     except OSError as error:
-        raise BadInput(f"{path} cannot be read as HDF5: {error}") from error
+        raise BadInput(f"{path} cannot be read as HDF5: {error}", RESTORE) from error
+
+
+def _damaged(path: Path, error: Exception) -> BadInput:
+    return BadInput(f"{path} is damaged ({error})", RESTORE)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[Any]:
+    """Opens a results file only to read it; whatever is wrong with it becomes ``BadInput``."""
+    with _opened(path) as file:
+        try:
+            yield file
+        except BadInput:
+            raise
+        except Exception as error:  # HDF5 raises all kinds
+            raise _damaged(path, error) from error

@@ -5,8 +5,8 @@ Source: VTK documentation, "VTKHDF format specification". Each block is an unstr
 arrays grow with every output; the group ``Steps`` contains, per output, where its rows begin. One
 output is one part. The points keep their count, so their vertices, ``point_id`` and ``body_id``
 are written once and all outputs refer to that part. Each tracked surface is a block of its own.
-Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels and the
-names of the surfaces as the user wrote them; VTK ignores it.
+Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels, the
+names of the surfaces as the user wrote them and a check sum of each output; VTK ignores it.
 
 The reader of VTK 9.7 reads ``Steps/NSteps`` of the root of a collection, and shows the first output
 for every time if there is none, although the format has the steps in the blocks only. The link
@@ -17,7 +17,10 @@ show the right output; its disadvantage is an empty last member of the collectio
 from __future__ import annotations
 
 import json
+import os
 import re
+import struct
+import zlib
 from collections import ChainMap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +36,10 @@ VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_QUAD, VTK_HEXAHEDRON = 1, 3, 5, 9, 12
 VERSION = (2, 2)
 BLOCKS = ("points", "grid")
 STATIC_FIELDS = ("point_id", "body_id")
+
+
+class DamagedResults(ValueError):
+    """The file does not contain what was written to it."""
 
 
 def create_file(
@@ -97,8 +104,8 @@ def _surface_blocks_of(file: Any) -> dict[str, str]:
     return dict(json.loads(file["tilth"].attrs.get("surfaces", "{}")))
 
 
-def append_snapshot(file: Any, snapshot: Snapshot) -> None:
-    """Appends one output to the open, writable ``h5py.File``.
+def append_snapshot(file: Any, snapshot: Snapshot) -> int:
+    """Appends one output to the open, writable ``h5py.File``; returns its check sum.
 
     Raises ``ValueError`` if its fields or surfaces are not those of the first output.
     """
@@ -116,39 +123,55 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> None:
     vertices = np.arange(n, dtype=np.int64)[:, None]
     cell_type = VTK_QUAD if snapshot.dim == 2 else VTK_HEXAHEDRON
     root = file["VTKHDF"]
-    _append_block(
-        root["points"], snapshot.time, snapshot.position, vertices, VTK_VERTEX, point_fields
-    )
-    _append_block(
-        root["grid"],
-        snapshot.time,
-        snapshot.node_position,
-        np.asarray(snapshot.cells, dtype=np.int64).reshape(-1, 2**snapshot.dim),
-        cell_type,
-        snapshot.node_fields,
-    )
-    for surface in snapshot.surfaces:
+    sums = [
         _append_block(
-            root[blocks[surface.name]],
-            snapshot.time,
-            surface.position,
-            np.asarray(surface.cells, dtype=np.int64).reshape(-1, snapshot.dim),
-            VTK_LINE if snapshot.dim == 2 else VTK_TRIANGLE,
-            surface.fields,
+            root["points"], snapshot.time, snapshot.position, vertices, VTK_VERTEX, point_fields
         )
+    ]
+    sums += [
+        _append_block(
+            root["grid"],
+            snapshot.time,
+            snapshot.node_position,
+            np.asarray(snapshot.cells, dtype=np.int64).reshape(-1, 2**snapshot.dim),
+            cell_type,
+            snapshot.node_fields,
+        )
+    ]
+    for surface in snapshot.surfaces:
+        sums += [
+            _append_block(
+                root[blocks[surface.name]],
+                snapshot.time,
+                surface.position,
+                np.asarray(surface.cells, dtype=np.int64).reshape(-1, snapshot.dim),
+                VTK_LINE if snapshot.dim == 2 else VTK_TRIANGLE,
+                surface.fields,
+            )
+        ]
     root["grid"].attrs["NSteps"] = root["grid/Steps"].attrs["NSteps"]
-    _append(file["tilth"], "step", np.array([snapshot.step], dtype=np.int64))
+    _append(file["tilth"], "step", _row(snapshot.step))
+    checksum = _checksum_of_output(snapshot, sums)
+    _append(file["tilth"], "checksum", _row(checksum))
+    return checksum
 
 
 def copy_last_snapshot(file: Any, to: Any) -> None:
-    """Appends the last output of one open ``h5py.File`` to another, a field at a time."""
-    append_snapshot(to, _snapshot_on_demand(file, len(file["tilth/step"]) - 1))
+    """Appends the last output of one open ``h5py.File`` to another, a field at a time.
+
+    Raises ``DamagedResults`` if it is not as it was written.
+    """
+    index = len(file["tilth/step"]) - 1
+    _require_checksum(file, index, append_snapshot(to, _snapshot_on_demand(file, index)))
 
 
 def read_snapshot(file: Any, index: int) -> Snapshot:
-    """Returns output number ``index`` of the open ``h5py.File``, exactly as it was appended."""
+    """Returns output number ``index`` of the open ``h5py.File``, exactly as it was appended.
+
+    Raises ``DamagedResults`` if its check sum shows that it is not.
+    """
     on_demand = _snapshot_on_demand(file, index)
-    return replace(
+    snapshot = replace(
         on_demand,
         point_fields=dict(on_demand.point_fields),
         node_fields=dict(on_demand.node_fields),
@@ -156,6 +179,54 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
             replace(surface, fields=dict(surface.fields)) for surface in on_demand.surfaces
         ),
     )
+    fields = {**snapshot.point_fields, "body_id": snapshot.body_id}
+    sums = [_checksum_of_block(snapshot.position, None, fields)]
+    sums += [_checksum_of_block(snapshot.node_position, snapshot.cells, snapshot.node_fields)]
+    sums += [
+        _checksum_of_block(each.position, each.cells, each.fields) for each in snapshot.surfaces
+    ]
+    _require_checksum(file, index, _checksum_of_output(snapshot, sums))
+    return snapshot
+
+
+def _require_checksum(file: Any, index: int, found: int) -> None:
+    if found != int(file["tilth/checksum"][index]):
+        raise DamagedResults(f"output {index} is not as it was written: its check sum differs")
+
+
+def _checksum_of_output(snapshot: Snapshot, blocks: Sequence[int]) -> int:
+    head = struct.pack("<qd", snapshot.step, snapshot.time)
+    return zlib.crc32(struct.pack(f"<{len(blocks)}q", *blocks), zlib.crc32(head))
+
+
+def _checksum_of_block(
+    position: NDArray[np.float64],
+    cells: NDArray[np.int64] | None,
+    fields: Mapping[str, NDArray[Any]],
+) -> int:
+    """Returns the check sum of a block in memory, the same as that of :class:`_BlockSum`."""
+    found = _BlockSum()
+    found.add("position", position)
+    if cells is not None:
+        found.add("cells", cells)
+    for name, values in fields.items():
+        found.add(name, values)
+    return found.total
+
+
+class _BlockSum:
+    """Check sum of the arrays of a block, added in any order."""
+
+    def __init__(self) -> None:
+        self._sums: dict[str, int] = {}
+
+    def add(self, name: str, values: NDArray[Any]) -> None:
+        if name != "point_id":  # follows from the number of points
+            self._sums[name] = zlib.crc32(np.ascontiguousarray(values).data)
+
+    @property
+    def total(self) -> int:
+        return zlib.crc32(json.dumps(self._sums, sort_keys=True).encode())
 
 
 def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
@@ -195,8 +266,15 @@ def _append_block(
     cells: NDArray[np.int64],
     cell_type: int,
     fields: Mapping[str, NDArray[Any]],
-) -> None:
-    """Appends one output of one block; ``cells`` has one row of node numbers per cell."""
+) -> int:
+    """Appends one output of one block; ``cells`` has one row of node numbers per cell.
+
+    Returns its check sum, without the vertices, which follow from the number of points.
+    """
+    checksum = _BlockSum()
+    checksum.add("position", position)
+    if cell_type != VTK_VERTEX:
+        checksum.add("cells", cells)
     steps, data = block["Steps"], block["PointData"]
     index = int(steps.attrs["NSteps"])
     if index > 0 and set(data) != set(fields):
@@ -216,11 +294,13 @@ def _append_block(
         _append(block, "Offsets", offsets)
         cell_start = _append(block, "Types", np.full(len(cells), cell_type, dtype=np.uint8))
         connectivity_start = _append(block, "Connectivity", cells.reshape(-1))
-    for name, values in fields.items():
+    for name, each in fields.items():
+        values = np.asarray(each)
+        checksum.add(name, values)
         if reuse and name in STATIC_FIELDS:
             start = int(steps["PointDataOffsets"][name][index - 1])
         else:
-            start = _append(data, name, _to_vtk(np.asarray(values)))
+            start = _append(data, name, _to_vtk(values))
         _append(steps["PointDataOffsets"], name, _row(start))
     _append(steps, "PointOffsets", _row(_append(block, "Points", _to_vtk(position))))
     _append(steps, "CellOffsets", _row(cell_start)[:, None])
@@ -229,6 +309,7 @@ def _append_block(
     _append(steps, "NumberOfParts", _row(1))
     _append(steps, "Values", np.array([time], dtype=np.float64))
     steps.attrs["NSteps"] = index + 1
+    return checksum.total
 
 
 def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], FieldsOnDemand]:
@@ -236,11 +317,11 @@ def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], 
     steps = block["Steps"]
     count = int(block["NumberOfPoints"][steps["PartOffsets"][index]])
     first = int(steps["PointOffsets"][index])
-    position = block["Points"][first : first + count]
+    position = _rows(block["Points"], first, count)
 
     def field(name: str) -> NDArray[Any]:
         first = int(steps["PointDataOffsets"][name][index])
-        return _from_vtk(block["PointData"][name][first : first + count], dim)
+        return _from_vtk(_rows(block["PointData"][name], first, count), dim)
 
     fields = FieldsOnDemand({name: partial(field, name) for name in block["PointData"]})
     return np.ascontiguousarray(position[:, :dim]), fields
@@ -251,7 +332,25 @@ def _read_cells(block: Any, index: int) -> NDArray[np.int64]:
     steps = block["Steps"]
     first = int(steps["ConnectivityIdOffsets"][index, 0])
     count = int(block["NumberOfConnectivityIds"][steps["PartOffsets"][index]])
-    return np.asarray(block["Connectivity"][first : first + count])
+    return _rows(block["Connectivity"], first, count)
+
+
+def _rows(dataset: Any, first: int, count: int) -> NDArray[Any]:
+    """Returns rows of a dataset; raises ``DamagedResults`` where it has none.
+
+    A damaged file may state any numbers. Data sets are not compressed, so none is larger than the
+    file.
+    """
+    width = int(np.prod(dataset.shape[1:])) * dataset.dtype.itemsize
+    size = os.fstat(dataset.file.id.get_vfd_handle()).st_size
+    if not 0 <= first <= first + count <= dataset.shape[0] or count * width > size:
+        raise DamagedResults(f"{dataset.name} has no rows {first} to {first + count}")
+    return np.asarray(dataset[first : first + count])
+
+
+def whole_column(dataset: Any) -> list[Any]:
+    """Returns a data set with one row per output as a list."""
+    return list(_rows(dataset, 0, int(dataset.shape[0])).tolist())
 
 
 def _to_vtk(values: NDArray[Any]) -> NDArray[Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Flags, Floats, Integers
+from tilth.arrays import Flags, Floats, Integers, require_table, require_within
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
 from tilth.curves.nearest import NearestPoints
@@ -265,6 +265,12 @@ class TrackedSurface:
         chains = []
         for number, tracked in enumerate(self.chains):
             closed, corner = tracked.current.closed, state[f"{number}_corner"]
+            require_within("marked", state[f"{number}_marked"], len(corner))
+            if len(state[f"{number}_marked"]) != len(tracked.marked):
+                raise ValueError(f"chain {number} has not the ends of loads that are declared")
+            if len(state[f"{number}_point_id"]) != len(tracked.point_id):
+                raise ValueError(f"chain {number} does not have the declared material points")
+            require_table({name: state[f"{number}_{name}"] for name in ("points", "initial")})
             chains.append(
                 TrackedChain(
                     current=Chain(state[f"{number}_points"], closed, corner),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, require_table, require_within
 from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model, SurfaceLoad
@@ -142,7 +142,11 @@ class TrackedSolidSurface:
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """As `BodySurface.restore`."""
+        require_table({name: state[name] for name in ("vertices", "initial")})
+        require_table({name: state[name] for name in ("triangle", "part_number")})
+        require_within("triangle", state["triangle"], len(state["vertices"]))
         part = self.triangles.current.part
+        require_within("part_number", state["part_number"], len(part))
         vertices, triangle = state["vertices"], state["triangle"]
         current = Triangles(vertices, triangle, part, state["part_number"])
         self.triangles = TrackedTriangles(current, state["initial"])

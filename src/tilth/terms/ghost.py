@@ -36,7 +36,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, require_table
 from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
@@ -334,7 +334,8 @@ class Ghost:
         return {"face": self.face, "moved": self.moved, "modulus": self.modulus}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Restores the state of a checkpoint."""
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        require_table(state, increasing="face")
         self.face, self.moved, self.modulus = state["face"], state["moved"], state["modulus"]
 
 

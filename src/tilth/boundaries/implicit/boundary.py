@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, require_table
 from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.boundaries.implicit.quadrature import (
     BoundaryQuadrature,
@@ -315,10 +315,16 @@ class Implicit:
         return {"lower": self._lower, "upper": self._upper, "carried": self.carried}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Restores the state of a checkpoint."""
-        self._lower, self._upper = state["lower"], state["upper"]
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        lower, upper = state["lower"], state["upper"]
+        if len(lower) != len(self._lower) or len(upper) != len(self._upper):
+            raise ValueError("'lower' and 'upper' are not of one place")
+        self._lower, self._upper = lower, upper
         if len(state["carried"]):
+            if not (lower <= upper).all() or not np.isfinite([lower, upper]).all():
+                raise ValueError("'lower' is above 'upper', or one is infinite")
             self._make_points()
+            require_table({"points": self.carried, "carried": state["carried"]})
             self.carried = state["carried"]
 
 

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a run left in its folder, checked before it is resumed; nothing is changed on the disk."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import MissingState, WrongState
+from tilth.analysis.tracker import unit_of
+from tilth.errors import BadInput, StepFailed, shown
+from tilth.model import Model
+from tilth.output import read_checkpoint, read_results
+from tilth.output.files import RESTORE
+from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, load_model
+from tilth.output.history import Mark, checked_history
+
+_Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+_Number = Annotated[int, Field(ge=0)]
+
+
+class _Plain(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class ClockState(_Plain):
+    """Where the run is in its schedule, see `Clock`."""
+
+    step: Annotated[int, Field(ge=1)]
+    time: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    size: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    successes: _Number
+
+
+class TimeTaken(_Plain):
+    """Wall-clock time of the run [s], and wall-clock and processor time of its parts, by name."""
+
+    total: _Seconds
+    wall: dict[str, _Seconds]
+    processor: dict[str, _Seconds]
+
+
+class Progress(_Plain):
+    """The plain data of a checkpoint, and what it counts on in the other files.
+
+    Attributes:
+        version: of tilth.
+        clock: where the run is in its schedule.
+        work: external work since the start [force length].
+        model: check sum of model.json.
+        history: size and check sum of the rows of history.csv up to the step.
+        outputs: step and check sum of each output up to the step.
+        seconds: time taken so far.
+    """
+
+    version: str
+    clock: ClockState
+    work: Annotated[float, Field(allow_inf_nan=False)]
+    model: _Number
+    history: tuple[_Number, _Number]
+    outputs: list[tuple[_Number, _Number]]
+    seconds: TimeTaken
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run that can be resumed.
+
+    Attributes:
+        model: the declared problem.
+        progress: plain data of the checkpoint.
+        history: headings and rows of history.csv up to the checkpoint.
+    """
+
+    folder: Path
+    model: Model
+    progress: Progress
+    history: bytes
+    _arrays: Mapping[str, npt.NDArray[Any]]
+
+    @classmethod
+    def read(cls, folder: Path) -> StoredRun:
+        """Reads and checks the files of a run.
+
+        Raises:
+            BadInput: one is missing, damaged, or not as the checkpoint expects it.
+        """
+        model = load_model(folder)
+        arrays, meta = read_checkpoint(folder / CHECKPOINT)
+        progress = _progress(folder / CHECKPOINT, meta)
+        if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:
+            raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
+        _check_clock(folder / CHECKPOINT, progress.clock, model)
+        history = checked_history(
+            folder / HISTORY,
+            [(track.name, unit_of(track, model)) for track in model.track],
+            progress.clock.step,
+            Mark(*progress.history),
+        )
+        _check_outputs(folder / RESULTS, progress, model)
+        if (folder / LOG).exists() and not (folder / LOG).is_file():
+            raise BadInput(f"{folder / LOG} is no file", "rename or delete it")
+        return cls(folder, model, progress, history, arrays)
+
+    def simulation(self) -> Simulation:
+        """Returns the simulation in the state of the checkpoint.
+
+        Raises:
+            BadInput: the checkpoint's arrays are not those of this model.
+        """
+        file = self.folder / CHECKPOINT
+        try:
+            simulation = Simulation.restored(self.model, self._arrays)
+            simulation.locate(self.progress.clock.time)
+            return simulation
+        except MissingState as missing:
+            raise BadInput(
+                f"{file} has no {str(missing)!r}: it is of another version of tilth "
+                f"({self.progress.version})",
+                "resume it with that version, or run the case again",
+            ) from missing
+        except (WrongState, StepFailed) as wrong:
+            raise BadInput(f"{file} does not fit the model: {wrong}", RESTORE) from wrong
+        except BadInput as error:
+            raise error if error.file else error.in_file(self.folder / MODEL) from None
+
+
+def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
+    try:
+        # lists of JSON stand for tuples
+        entries = dict(meta)
+        if isinstance(entries.get("history"), list):
+            entries["history"] = tuple(entries["history"])
+        if isinstance(entries.get("outputs"), list):
+            entries["outputs"] = [
+                tuple(each) if isinstance(each, list) else each for each in entries["outputs"]
+            ]
+        return Progress.model_validate(entries)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first["loc"]))
+        if first["type"] == "missing":
+            problem = f"has no {key!r}"
+        else:
+            problem = f"{key} = {shown(first['input'])} is wrong ({first['msg'].lower()})"
+        raise BadInput(
+            f"{file}: {problem}: it is damaged or of another version of tilth "
+            f"({shown(meta.get('version', 'unknown'))})",
+            "resume it with that version, restore it from a copy, or run the case again",
+        ) from None
+
+
+def _check_clock(file: Path, clock: ClockState, model: Model) -> None:
+    schedule = model.schedule
+    for name, value, most in (
+        ("time", clock.time, schedule.end),
+        ("size", clock.size, schedule.first_step * (1.0 + 1e-9)),
+    ):
+        if value > most:
+            problem = f"{file}: clock.{name} = {value:g} is more than the schedule's {most:g}"
+            raise BadInput(problem, RESTORE)
+
+
+def _check_outputs(file: Path, progress: Progress, model: Model) -> None:
+    """Checks that the results have every output up to the checkpoint, as it was written.
+
+    The state at which a run stopped may come in addition.
+    """
+    results, clock = read_results(file), progress.clock
+    due = [0.0, *(time for time in model.schedule.times_of_output() if time <= clock.time)]
+    found = [output for output in results.outputs if output[0] <= clock.step]
+    if found != progress.outputs and not (
+        found[:-1] == progress.outputs and found[-1][0] == clock.step
+    ):
+        here = dict(found)
+        wrong = [step for step, checksum in progress.outputs if here.get(step) != checksum]
+        problem = f"the output of step {wrong[0]} is missing or changed" if wrong else (
+            f"there are more outputs up to step {clock.step} than the checkpoint counts on"
+        )  # fmt: skip
+        raise BadInput(f"{file}: {problem}", RESTORE)
+    times = results.times[: len(progress.outputs)]
+    if times != due:
+        problem = f"the times of output {times} are not those of the schedule, {due}"
+        raise BadInput(f"{file}: {shown(problem, 300)}", RESTORE)
+    for index in range(len(found)):
+        results.snapshot(index)
