@@ -58,6 +58,16 @@ CUBE = {"type": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
         ),
         ({"boundaries": [DRIVE, BASE]}, "boundaries[0].type", "cannot be combined"),
         (
+            {"analysis": {"kind": "plane_strain", "tolerance": 0.02}},
+            "analysis.tolerance",
+            "must be at most 0.01",
+        ),
+        (
+            {"analysis": {"kind": "plane_strain", "tolerance": 0}},
+            "analysis.tolerance",
+            "must be greater than zero",
+        ),
+        (
             {"boundaries": [{**DRIVE, "deformation_gradient": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}]},
             "boundaries[0].deformation_gradient",
             "3 x 3",

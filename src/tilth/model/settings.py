@@ -13,10 +13,10 @@ from tilth.model.fields import (
     Count,
     CountOrZero,
     Flag,
-    Fraction,
     Label,
     Name,
     NotNegative,
+    Positive,
     PositivePerDirection,
     Text,
     Vector,
@@ -26,6 +26,19 @@ from tilth.model.laws import state_units
 from tilth.model.problems import reject, rejection, suggestion
 
 Kind = Literal["plane_strain", "axisymmetric", "3d"]
+
+LARGEST_TOLERANCE = 1e-2
+"""Largest tolerance of the equilibrium [-]: with more, hundredths of the forces are not balanced."""
+
+
+def _tolerance(value: float) -> float:
+    if value > LARGEST_TOLERANCE:
+        what = f"must be at most {LARGEST_TOLERANCE:g}: with more there is no equilibrium"
+        raise reject(what, "leave it out for 1e-9")
+    return value
+
+
+Tolerance = Annotated[Positive, AfterValidator(_tolerance)]
 
 
 class Units(Declared):
@@ -50,8 +63,10 @@ class Analysis(Declared):
     """Kind of analysis: "plane_strain", "axisymmetric" (x is r, y the axis; soil on the axis is
     constrained radially without a declaration) or "3d".
     """
-    tolerance: Fraction = 1e-9
-    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-]."""
+    tolerance: Tolerance = 1e-9
+    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], > 0 and
+    at most 0.01.
+    """
     maximum_iterations: Count = 15
     """Maximum number of Newton iterations of a load step."""
     line_search: Flag | None = None
