@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from tilth.analysis.check import check as check
     from tilth.analysis.run import resume as resume
     from tilth.analysis.run import run as run
     from tilth.case import load_case as load_case
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from tilth.model import *  # noqa: F403 - all that can be declared
 
 _HOME = {
+    "check": "tilth.analysis.check",
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
     "load_case": "tilth.case",
     **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),

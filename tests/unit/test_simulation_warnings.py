@@ -26,9 +26,13 @@ def test_a_boundary_away_from_all_material_is_named() -> None:
     far = plane("far", "y", 7.0)
     sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
     entries = block_entries("plane_strain", "linear", boundaries=[far, *sides])
+    entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -0.1]}]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    assert simulation.warnings == ["boundary 'far' touches no node of a cell with material"]
+    assert simulation.warnings == [
+        "boundary 'far' touches no node of a cell with material: the nearest one is 5 away; "
+        "correct its position (boundaries[0]), or leave it out"
+    ]
 
 
 @pytest.mark.parametrize("name", ["cap", "floor"])
@@ -37,6 +41,7 @@ def test_no_name_of_a_boundary_silences_another_warning(name: str) -> None:
     sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
     entries = block_entries("plane_strain", "gimp", boundaries=[far, *sides])
     entries["bodies"][0]["points_per_cell"] = 1
+    entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -0.1]}]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     simulation.run_warnings.bounds({"floor": 1, "cap": 1})

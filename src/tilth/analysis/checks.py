@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tilth.analysis.model_warnings import warnings_of
 from tilth.boundaries.axis_consistency import require_no_radial_motion
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.consistency import require_consistency, table_times
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def check_first_step(simulation: Simulation) -> ActiveGrid:
-    """Checks the conditions of the first step; returns its grid.
+    """Checks the conditions of the first step, and notes warnings of the model; returns its grid.
 
     Raises:
         BadInput: contradicting conditions, a rigid-body motion that none of them prevents, a
@@ -43,4 +44,6 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
         step.active, simulation.kind, step.conditions.constrained, step.constraints
     )
     require_near_soil(model, simulation.surfaces, step.active)
+    for key, text in warnings_of(simulation):
+        simulation.run_warnings.note(key, text)
     return step.active

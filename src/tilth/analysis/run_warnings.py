@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries import Conditions, ImplicitConstraints
+from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
 from tilth.model import Model, PlaneBoundary
@@ -67,15 +67,46 @@ class RunWarnings:
                     f"motion of {boundary.name}",
                     f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "
                     f"cell, but it acts on the nodes at {boundary.axis} = {boundary.at:g} "
-                    "throughout: it loses the material that moves away from them",
+                    "throughout: it loses the material that moves away from them; for a boundary "
+                    'that moves with the soil choose type = "implicit"',
                 )
 
-    def places(self, conditions: Conditions, constraints: ImplicitConstraints) -> None:
-        """Boundaries that touch nothing, and what `ImplicitConstraints.warnings` finds."""
-        for name, touched in zip(conditions.names, conditions.has_nodes, strict=True):
-            if not touched:
-                key = f"place of {name}"
-                self.note(key, f"boundary {name!r} touches no node of a cell with material")
+    def places(
+        self,
+        boundaries: Sequence[Boundary],
+        conditions: Conditions,
+        constraints: ImplicitConstraints,
+        keys: Mapping[str, str],
+        time: float,
+    ) -> None:
+        """Boundaries that touch nothing, and what `ImplicitConstraints.warnings` finds.
+
+        keys: of the boundaries in the case file, by name. time: at the start of the step.
+        """
+        active = constraints.active
+        for boundary, touched in zip(boundaries, conditions.has_nodes, strict=True):
+            key = f"place of {boundary.name}"
+            if touched or key in self._said:
+                continue
+            self.note(
+                key,
+                f"boundary {boundary.name!r} touches no node of a cell with material: the nearest "
+                f"one is {boundary.distance_from(active):.3g} away; correct its position "
+                f"({keys[boundary.name]}), or leave it out",
+            )
+        for implicit in constraints.without_contact:
+            key = f"place of {implicit.name}"
+            if key in self._said:
+                continue
+            distance = np.abs(implicit.distance(active.points.position, time)).min()
+            remedy = f"correct its position ({implicit.key}.geometry), or leave it out"
+            if implicit.declared.is_moving:
+                remedy = f"unless it is to come to the soil later, {remedy}"
+            self.note(
+                key,
+                f"boundary {implicit.name!r} is not in contact with soil: no material point is "
+                f"next to it, the nearest is {distance:.3g} away; {remedy}",
+            )
         for key, text in constraints.warnings():
             self.note(key, text)
 
@@ -103,12 +134,15 @@ class RunWarnings:
             depth = depth_behind(boundary, points, time, cell_size)
             if depth <= small:
                 continue
-            level = math.floor(math.log2(depth / small))
             self.note(
-                f"depth of {level} behind {boundary.name}",
+                _depth_key(boundary.name, depth, small),
                 f"material points are up to {depth:.3g} behind the boundary {boundary.name!r} at "
                 f"time {time:.6g}",
             )
+
+    def known_depth(self, name: str, depth: float, cell_size: Floats) -> None:
+        """Leaves out the warning of `depths` for soil so deep [length] behind a boundary."""
+        self._said.add(_depth_key(name, depth, PASSAGE_TOLERANCE * float(cell_size.min())))
 
     def jump(
         self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float
@@ -129,3 +163,8 @@ class RunWarnings:
                 "than the one that it followed; compare a run in smaller steps or with "
                 "predictor = true",
             )
+
+
+def _depth_key(name: str, depth: float, small: float) -> str:
+    """Returns the key of the warning of soil behind a boundary: a new one for twice the depth."""
+    return f"depth of {math.floor(math.log2(depth / small))} behind {name}"

@@ -249,7 +249,9 @@ class Simulation:
                 self.implicit, self.points, active, self.kind, before, after,
                 on_axis.conditions.constrained,
             )  # fmt: skip
-        self.run_warnings.places(on_axis.conditions, constraints)
+        self.run_warnings.places(
+            self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
+        )
         return PreparedStep(before, after, active, on_axis, constraints)
 
     def advance(

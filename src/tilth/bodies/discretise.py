@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.bodies.box import box_points
-from tilth.bodies.mesh import mesh_points
+from tilth.bodies.inside import Inside, inside_mesh, inside_of
+from tilth.bodies.mesh import mesh_points, read_mesh
 from tilth.bodies.polygon import polygon_points
 from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
@@ -41,16 +43,7 @@ def discretise(
     Raises BadInput, naming the body, for a body without points, a shape of another dimension, or
     points so far apart that cells inside the body are empty.
     """
-    request = Request(
-        name=body.name,
-        axisymmetric=kind == "axisymmetric",
-        grid_origin=np.asarray(grid_origin, dtype=float),
-        cell_size=np.asarray(cell_size, dtype=float),
-        points_per_cell=per_direction(body.points_per_cell, dimension),
-        points=per_direction(body.points, dimension),
-        spacing=per_direction(body.spacing, dimension),
-        basis=body.basis,
-    )
+    request = _request(body, kind, dimension, grid_origin, cell_size)
     if dimension not in body.shape.dimensions:
         raise request.refused(
             f"a {body.shape.type} is not a shape of {dimension} dimensions",
@@ -65,3 +58,31 @@ def discretise(
     half_length = points.half_length.copy()
     half_length[:, 0] = np.minimum(half_length[:, 0], points.position[:, 0])
     return replace(points, half_length=half_length)
+
+
+def inside_body(
+    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
+) -> Inside:
+    """Returns the test of which positions [length], (n, dimension), are inside a body's shape.
+
+    Arguments as those of `discretise`. Raises BadInput for a mesh that cannot be read.
+    """
+    if not isinstance(body.shape, Mesh):
+        return inside_of(body.shape)
+    request = _request(body, kind, dimension, grid_origin, cell_size)
+    return inside_mesh(read_mesh(Path(body.shape.file), dimension, request))
+
+
+def _request(
+    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
+) -> Request:
+    return Request(
+        name=body.name,
+        axisymmetric=kind == "axisymmetric",
+        grid_origin=np.asarray(grid_origin, dtype=float),
+        cell_size=np.asarray(cell_size, dtype=float),
+        points_per_cell=per_direction(body.points_per_cell, dimension),
+        points=per_direction(body.points, dimension),
+        spacing=per_direction(body.spacing, dimension),
+        basis=body.basis,
+    )

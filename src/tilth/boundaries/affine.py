@@ -64,3 +64,7 @@ class Affine:
             return Prescribed(np.ones(increment.shape, dtype=bool), increment)
         constrained = np.repeat(outer_nodes(active)[:, None], increment.shape[1], axis=1)
         return Prescribed(constrained, np.where(constrained, increment, 0.0))
+
+    def distance_from(self, active: ActiveGrid) -> float:
+        """As `Boundary.distance_from`: it acts on nodes wherever they are."""
+        return 0.0

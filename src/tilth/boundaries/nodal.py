@@ -90,3 +90,16 @@ class Nodal:
             constrained[nodes, component] = True
             increment[nodes, component] = value * factor
         return Prescribed(constrained, increment)
+
+    def distance_from(self, active: ActiveGrid) -> float:
+        """As `Boundary.distance_from`."""
+        declared, dim = self._declared, active.grid.dim
+        if isinstance(declared, NodeBoundary):
+            lower = upper = np.asarray(declared.at, dtype=float)
+        else:
+            lower, upper = np.full(dim, -np.inf), np.full(dim, np.inf)
+            for name, (low, high) in (declared.range or {}).items():
+                lower[AXES.index(name)], upper[AXES.index(name)] = low, high
+            lower[AXES.index(declared.axis)] = upper[AXES.index(declared.axis)] = declared.at
+        beyond = np.maximum(np.maximum(lower - active.position, active.position - upper), 0.0)
+        return float(np.linalg.norm(beyond, axis=1).min())

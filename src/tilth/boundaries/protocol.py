@@ -31,3 +31,7 @@ class Boundary(Protocol):
     def prescribe(self, active: ActiveGrid, before: float, after: float) -> Prescribed:
         """Returns the degrees of freedom prescribed in the step from time `before` to `after`."""
         ...
+
+    def distance_from(self, active: ActiveGrid) -> float:
+        """Returns how far the nearest active node is from where the boundary acts [length]."""
+        ...

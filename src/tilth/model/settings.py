@@ -28,7 +28,7 @@ from tilth.model.problems import reject, rejection, suggestion
 Kind = Literal["plane_strain", "axisymmetric", "3d"]
 
 LARGEST_TOLERANCE = 1e-2
-"""Largest tolerance of the equilibrium [-]: with more, hundredths of the forces are not balanced."""
+"""Largest tolerance of the equilibrium [-]: with more, too much of the forces is not balanced."""
 
 
 def _tolerance(value: float) -> float:
@@ -64,8 +64,8 @@ class Analysis(Declared):
     constrained radially without a declaration) or "3d".
     """
     tolerance: Tolerance = 1e-9
-    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], > 0 and
-    at most 0.01.
+    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], at most
+    0.01.
     """
     maximum_iterations: Count = 15
     """Maximum number of Newton iterations of a load step."""

@@ -151,14 +151,7 @@ class ImplicitConstraints:
 
     def warnings(self) -> list[tuple[str, str]]:
         """Returns warnings of probable mistakes: a key for each, and its text."""
-        found = [
-            (
-                f"place of {boundary.name}",
-                f"boundary {boundary.name!r} is not in contact with soil: no material point is "
-                "next to it",
-            )
-            for boundary in self.without_contact
-        ]
+        found = []
         for part in self.parts:
             if isinstance(part, BandConstraint) and part.may_lock():
                 name = part.boundary.name

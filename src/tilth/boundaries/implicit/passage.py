@@ -182,6 +182,21 @@ def depth_behind(
     return float(-distance.min(initial=0.0))
 
 
+def points_behind(
+    boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
+) -> tuple[Integers, Floats]:
+    """Returns the points with centres behind a boundary, however deep: indices and depths, (k,).
+
+    Those by more than `PASSAGE_TOLERANCE` cells, with their depths [length]; none if soil can pass
+    through the boundary.
+    """
+    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
+    chosen, distance, _ = _distances(boundary, points.position, None, time, cell_size)
+    behind = np.flatnonzero(distance < -PASSAGE_TOLERANCE * float(cell_size.min()))
+    return chosen[behind], -distance[behind]
+
+
 def _distances(
     boundary: Implicit,
     position: Floats,

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks a model without running it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tilth.analysis.simulation import Simulation
+from tilth.model import Model
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """A model that can be computed: its size, and what in it is probably not meant.
+
+    Attributes:
+        points: number of material points.
+        active_cells: number of grid cells in the points' supports before the first step.
+        unknowns: displacement components of their nodes, prescribed ones included.
+        warnings: texts with place in the case file, numbers and remedy, as `tilth run` logs them.
+    """
+
+    points: int
+    active_cells: int
+    unknowns: int
+    warnings: list[str]
+
+    def __repr__(self) -> str:
+        size = f"{self.points} points, {self.active_cells} active cells, {self.unknowns} unknowns"
+        said = [f"\n  warning: {text}" for text in self.warnings]
+        return f"<CheckResult: {size}, {len(said) or 'no'} warnings{''.join(said)}>"
+
+
+def check(model: Model) -> CheckResult:
+    """Checks a model as `run` does before its first step, without running it.
+
+    Raises:
+        BadInput: the model cannot be computed.
+    """
+    simulation = Simulation(model)
+    active = simulation.check()
+    return CheckResult(
+        points=len(simulation.points),
+        active_cells=len(active.cell_keys),
+        unknowns=active.nodes * model.dimension,
+        warnings=list(simulation.warnings),
+    )

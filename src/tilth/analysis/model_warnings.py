@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Warnings of what can be computed in a model, and is probably not meant.
+
+Each begins with its key in the case file and ends with a remedy; docs/reference/warnings.md lists
+them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tilth.analysis.overlaps import overlapping_bodies
+from tilth.arrays import Floats
+from tilth.boundaries.implicit.passage import points_behind
+from tilth.model import (
+    AffineBoundary,
+    BodyForce,
+    ImplicitBoundary,
+    Model,
+    PointForce,
+    SurfaceLoad,
+    VonMises,
+)
+from tilth.model.boundaries import Boundary
+from tilth.model.loads import Load
+from tilth.mpm.points import MaterialPoints
+from tilth.terms.loads import nearest_points
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
+
+NEARLY_INCOMPRESSIBLE = 0.45
+"""Poisson's ratio from which on elements without F-bar lock: K / G is 10 there."""
+
+LEAST_RADIUS = 4.0
+"""Least radius of a curved boundary, in cells, for which results were compared with others
+(examples/buried_pipe, examples/rigid_sphere)."""
+
+ROUND_OFF = 1e-9
+"""Share of a cell that does not count."""
+
+
+def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Yields the warnings of a model before its first step: what each is about, and its text.
+
+    The simulation must have prepared its first step.
+
+    Raises:
+        BadInput: the mesh of a body cannot be read.
+    """
+    model, points = simulation.model, simulation.points
+    yield from _no_cause(model)
+    yield from _overlaps(model, points)
+    yield from _behind(simulation)
+    yield from _far_positions(model, points)
+    yield from _locking(model)
+    yield from _small_radii(model)
+    yield from _thin_or_sparse(model, points)
+    yield from _one_step(model)
+
+
+def at(position: Floats) -> str:
+    """Returns a position as a message writes it."""
+    return "(" + ", ".join(f"{x:.4g}" for x in position) + ")"
+
+
+def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
+    """Nothing loads or moves the soil."""
+    loaded = any(_loads(load, model) for load in model.loads)
+    if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
+        yield (
+            "no cause",
+            "loads: no load other than zero acts and no boundary moves, so all displacements and "
+            "stresses stay zero; add [[loads]], or a boundary with a displacement, and check the "
+            "values and the tables `factor`",
+        )
+
+
+def _loads(load: Load, model: Model) -> bool:
+    """Whether a load is other than zero at some time."""
+    if not any(factor for _, factor in model.load_curve(load).table):
+        return False
+    if isinstance(load, BodyForce):
+        used = {body.material for body in model.bodies}
+        mass = any(model.materials[name].density for name in used)
+        return mass and any(load.acceleration)
+    if isinstance(load, PointForce):
+        return any(load.force)
+    assert isinstance(load, SurfaceLoad)
+    profile = any(pressure for _, pressure in load.pressure_along or ())
+    constant = bool(load.pressure or load.shear or load.hydrostatic)
+    return constant or profile or any(load.traction or ())
+
+
+def _moves(boundary: Boundary, model: Model) -> bool:
+    """Whether a boundary moves at some time."""
+    if not any(factor for _, factor in model.load_curve(boundary).table):
+        return False
+    if isinstance(boundary, AffineBoundary):
+        gradient = np.array(boundary.deformation_gradient)
+        return not np.array_equal(gradient, np.eye(len(gradient)))
+    if any((boundary.displacement or {}).values()):
+        return True
+    if not isinstance(boundary, ImplicitBoundary):
+        return False
+    turns = boundary.rotation is not None and boundary.rotation.angle != 0.0
+    return turns or bool(boundary.radius_change) or boundary.motion is not None
+
+
+def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+    """Bodies that overlap."""
+    for body, other, inside in overlapping_bodies(model, points):
+        total = points.bodies[body].stop - points.bodies[body].start
+        names = f"{model.bodies[body].name!r} and {model.bodies[other].name!r}"
+        yield (
+            f"overlap of {body} and {other}",
+            f"bodies[{body}].shape: the bodies {names} overlap: {len(inside)} of the {total} "
+            f"points of the first are inside the second, such as number "
+            f"{points.point_id[inside[0]]} at {at(points.position[inside[0]])}; their material "
+            "counts twice, with the weight and stiffness of both; move or cut one of them",
+        )
+
+
+def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Soil that begins behind an implicit boundary or inside a rigid shape."""
+    points, cell_size = simulation.points, simulation.grid.cell_size
+    for boundary in simulation.implicit:
+        behind, depth = points_behind(boundary, points, 0.0, cell_size)
+        if len(behind) == 0:
+            continue
+        deepest = behind[int(depth.argmax())]
+        simulation.run_warnings.known_depth(boundary.name, float(depth.max()), cell_size)
+        yield (
+            f"start behind {boundary.name}",
+            f"{boundary.key}.geometry: {len(behind)} of {len(points)} material points "
+            f"({100.0 * len(behind) / len(points):.2g} %) are behind the boundary "
+            f"{boundary.name!r} at the start, up to {depth.max():.3g} deep (number "
+            f"{points.point_id[deepest]} at {at(points.position[deepest])}); it does not push them "
+            "out: move the body or the boundary, or turn its side to the soil",
+        )
+
+
+def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+    """Positions of point forces and tracked quantities away from the soil."""
+    places: list[tuple[str, Sequence[float], str | None, str]] = [
+        (f"loads[{i}].at", load.at, load.body, "the force acts on")
+        for i, load in enumerate(model.loads)
+        if isinstance(load, PointForce)
+    ]
+    places += [
+        (f"track[{i}].at", track.at, track.body, f"{track.name!r} is that of")
+        for i, track in enumerate(model.track)
+        if track.at is not None
+    ]
+    diagonal = float(np.sqrt(model.dimension))
+    for key, place, body, what in places:
+        nearest = points.index_of(nearest_points(points, place, model.cell_size, body))[0]
+        offset = points.position[nearest] - np.array(place)
+        cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
+        if cells > diagonal * (1.0 + ROUND_OFF):
+            yield (
+                f"place of {key}",
+                f"{key}: no soil is at {at(np.array(place))}: {what} the nearest material point, "
+                f"number {points.point_id[nearest]} at {at(points.position[nearest])}, "
+                f"{np.linalg.norm(offset):.3g} ({cells:.1f} cells) away; correct the position",
+            )
+
+
+def _locking(model: Model) -> Iterator[tuple[str, str]]:
+    """Nearly incompressible bodies without F-bar."""
+    if any(isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries):
+        return
+    for i, body in enumerate(model.bodies):
+        material = model.materials[body.material]
+        if body.anti_locking != "none" or material.poisson_ratio < NEARLY_INCOMPRESSIBLE:
+            continue
+        effect = "deformations are too small and pressures oscillate"
+        if isinstance(material, VonMises):
+            effect = "limit loads are too large or are never reached, and pressures oscillate"
+        yield (
+            f"locking of {i}",
+            f"bodies[{i}].anti_locking: the body {body.name!r} is nearly incompressible (Poisson's "
+            f"ratio {material.poisson_ratio:g}) and has no remedy against locking: {effect}; give "
+            'anti_locking = "f_bar"',
+        )
+
+
+def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
+    """Curved boundaries of a few cells."""
+    edge = max(model.cell_size)
+    for i, boundary in enumerate(model.boundaries):
+        radius = _least_radius(boundary, model)
+        if radius is not None and radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
+            yield (
+                f"radius of {boundary.name}",
+                f"boundaries[{i}].geometry.radius: the radius of the boundary {boundary.name!r} is "
+                f"only {radius / edge:.2g} cells; results were compared with others for "
+                f"{LEAST_RADIUS:g} and more, where forces are already up to 4 % too large on a "
+                f"smooth boundary and more on a rough one; cells of {radius / LEAST_RADIUS:.3g} or "
+                "less resolve it",
+            )
+
+
+def _least_radius(boundary: Boundary, model: Model) -> float | None:
+    """Returns the least radius of a boundary in the schedule [length]; None if it has none."""
+    radius = boundary.geometry.radius_at_rest if isinstance(boundary, ImplicitBoundary) else None
+    if radius is None:
+        return None
+    assert isinstance(boundary, ImplicitBoundary)
+    change = boundary.radius_change or 0.0
+    return radius + min(0.0, *(change * factor for _, factor in model.load_curve(boundary).table))
+
+
+def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+    """Bodies thinner than a cell, or with cells that may hold no point."""
+    for i, body in enumerate(points.bodies):
+        own = slice(body.start, body.stop)
+        position, half, cell = points.position[own], points.half_length[own], model.cell_size
+        extent = ((position + half).max(axis=0) - (position - half).min(axis=0)) / cell
+        thin = int(extent.argmin())
+        if extent[thin] < 1.0 - 1e-6:
+            yield (
+                f"extent of {i}",
+                f"bodies[{i}].shape: the body {body.name!r} is only {extent[thin]:.2g} of a cell "
+                f"thick along {'xyz'[thin]}, so the grid hardly sees what happens across it; "
+                "choose smaller cells",
+            )
+        apart = (2.0 * half / cell).max(axis=0)
+        worst = int(apart.argmax())
+        if not body.has_corners and apart[worst] > 1.0 + 1e-6:
+            yield (
+                f"spacing of {i}",
+                f"bodies[{i}]: the points of the body {body.name!r} are {apart[worst]:.3g} cells "
+                f"apart along {'xyz'[worst]}, so cells inside it may hold no point and carry no "
+                "stress; put two or more in a cell along each direction",
+            )
+
+
+def _one_step(model: Model) -> Iterator[tuple[str, str]]:
+    """The whole load on a plastic body in one step."""
+    plastic = any(isinstance(model.materials[body.material], VonMises) for body in model.bodies)
+    if plastic and model.schedule.number_of_steps == 1:
+        yield (
+            "one step",
+            "schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
+            "on the path; compare a run with ten steps or more",
+        )
