@@ -9,13 +9,15 @@ import sys
 import tempfile
 import traceback
 from collections.abc import MutableMapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
 from tilth import __version__
 from tilth.errors import (
+    EXIT_ANALYSIS_FAILED,
     EXIT_BAD_INPUT,
     EXIT_BUG,
     EXIT_DONE,
@@ -26,6 +28,7 @@ from tilth.errors import (
     TilthError,
     visible,
 )
+from tilth.interrupt import StopSignals, ignore_stop_signals
 
 if TYPE_CHECKING:
     from tilth.model import Model
@@ -229,35 +232,68 @@ def _interrupted(folder: Path) -> Interrupted:
 
 
 def run_command(arguments: Sequence[str]) -> int:
-    """Runs `tilth ARGUMENTS`, prints any error as a plain message; returns the exit code."""
-    try:
-        code = cli.main(list(arguments), prog_name="tilth", standalone_mode=False)
-    except click.ClickException as error:
-        error.show()
-        return EXIT_BAD_INPUT
-    except TilthError as error:
-        click.secho(str(error), err=True, fg="red" if error.exit_code != EXIT_INTERRUPTED else None)
-        return error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        return EXIT_INTERRUPTED
-    except Exception as error:  # any other exception is a bug
-        click.secho(_bug_report(error, arguments), err=True, fg="red")
-        return EXIT_BUG
-    return code if isinstance(code, int) else EXIT_DONE
+    """Runs `tilth ARGUMENTS`, prints any error as a plain message; returns the exit code.
+
+    Ctrl-C, SIGTERM and SIGHUP end it with exit code 3.
+    """
+    with StopSignals():
+        try:
+            code = cli.main(list(arguments), prog_name="tilth", standalone_mode=False)
+        except click.ClickException as error:
+            with suppress(OSError):
+                error.show()
+            return EXIT_BAD_INPUT
+        except TilthError as error:
+            _say_error(str(error), None if error.exit_code == EXIT_INTERRUPTED else "red")
+            return error.exit_code
+        except (click.Abort, KeyboardInterrupt):
+            _say_error("interrupted", None)
+            return EXIT_INTERRUPTED
+        except BrokenPipeError:  # as after `tilth verify | head`
+            return EXIT_ANALYSIS_FAILED
+        except Exception as error:
+            return _unforeseen(error, arguments)
+        return code if isinstance(code, int) else EXIT_DONE
+
+
+def _unforeseen(error: Exception, arguments: Sequence[str]) -> int:
+    """Reports an exception that is no `TilthError`: a bug, if the disk is in order."""
+    from tilth.output.disk import is_of_the_disk, reason_of
+
+    if isinstance(error, OSError) and is_of_the_disk(error):
+        file = f"{error.filename}" if error.filename else "a file"
+        _say_error(f"{file} cannot be written: {reason_of(error)}")
+        return EXIT_ANALYSIS_FAILED
+    _say_error(_bug_report(error, arguments))
+    return EXIT_BUG
+
+
+def _say_error(text: str, colour: str | None = "red") -> None:
+    """Prints an error, if there still is a screen."""
+    with suppress(OSError):
+        click.secho(text, err=True, fg=colour)
 
 
 def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
-    """Writes the traceback to a file; returns the message to the user."""
-    details = "".join(traceback.format_exception(error))
-    with tempfile.NamedTemporaryFile(
-        "w", prefix="tilth-bug-", suffix=".txt", encoding="utf-8", delete=False
-    ) as file:
-        file.write(f"tilth {__version__}, Python {platform.python_version()}, ")
-        file.write(f"{platform.platform()}\ntilth {' '.join(arguments)}\n\n{details}")
+    """Writes the traceback to a file; returns the message to the user.
+
+    The traceback is in the message where no file can be written.
+    """
+    details = (
+        f"tilth {__version__}, Python {platform.python_version()}, {platform.platform()}\n"
+        f"tilth {' '.join(arguments)}\n\n{''.join(traceback.format_exception(error))}"
+    )
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="tilth-bug-", suffix=".txt", encoding="utf-8", delete=False
+        ) as file:
+            file.write(details)
+        where = file.name
+    except OSError:
+        where = f"this text:\n\n{details}"
     return (
         f"a bug in tilth: {type(error).__name__}: {error}\n"
-        f"  please report it at {ISSUE_TRACKER}, with the case file and {file.name}"
+        f"  please report it at {ISSUE_TRACKER}, with the case file and {where}"
     )
 
 
@@ -276,4 +312,20 @@ def set_environment(environment: MutableMapping[str, str]) -> None:
 def main() -> None:
     """Entry point of the `tilth` command."""
     set_environment(os.environ)
-    sys.exit(run_command(sys.argv[1:]))
+    with StopSignals():
+        try:
+            code = run_command(sys.argv[1:])
+        except KeyboardInterrupt:  # while the end was reported
+            code = EXIT_INTERRUPTED
+        ignore_stop_signals()
+    _flush_or_forget(sys.stdout, sys.stderr)
+    sys.exit(code)
+
+
+def _flush_or_forget(*streams: TextIO) -> None:
+    """Drops text that nobody can read any more, at which Python would fail when it ends."""
+    for stream in streams:
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -1,24 +1,47 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The interrupt key (Ctrl-C): stops a run between two Newton iterations, never in between files."""
+"""Requests to stop: Ctrl-C, SIGTERM (a queue, a shutdown), SIGHUP (a terminal that is closed).
+
+All three raise KeyboardInterrupt, in the main thread only, since Python has signals only there.
+"""
 
 from __future__ import annotations
 
 import signal
 import threading
+from contextlib import ContextDecorator
 from types import FrameType, TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
 
 
-class InterruptKey:
-    """Within this context the key is only noted; `check` raises. A second press acts at once."""
+class StopSignals(ContextDecorator):
+    """Within this context (or the decorated function) a request to stop raises KeyboardInterrupt.
+
+    The handlers from before are restored at the end. A signal that is ignored (as by ``nohup``), or
+    for which the calling program has a handler of its own, keeps that. Outside the main thread
+    nothing is changed. The text of the KeyboardInterrupt is the name of the signal, empty for
+    Ctrl-C.
+    """
 
     def __init__(self) -> None:
-        self._pressed = False
-        self._before: Any = None
+        self._before: dict[int, Any] = {}
 
-    def __enter__(self) -> InterruptKey:
+    def _recreate_cm(self) -> Self:
+        return type(self)()
+
+    def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGINT, self._note)
+            for number in SIGNALS:
+                before = signal.getsignal(number)
+                if _can_be_replaced(before):
+                    self._before[number] = before
+                    signal.signal(number, self._receive)
         return self
 
     def __exit__(
@@ -27,15 +50,53 @@ class InterruptKey:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
+        for number, before in self._before.items():
+            signal.signal(number, before)
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        if self._pressed:
-            raise KeyboardInterrupt
-        self._pressed = True
+    def _receive(self, number: int, frame: FrameType | None) -> None:
+        raise _interrupt(number)
+
+
+class DeferredStop(StopSignals):
+    """As `StopSignals`, but a request is only noted; `check` raises the KeyboardInterrupt.
+
+    So a run stops between two Newton iterations and never while a file is written. A second Ctrl-C
+    acts at once. What comes after the KeyboardInterrupt is ignored, so that the files are closed
+    in order.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._noted: int | None = None
+        self._raised = False
+
+    def _receive(self, number: int, frame: FrameType | None) -> None:
+        if self._noted is None:
+            self._noted = number
+        elif number == signal.SIGINT:
+            self.check()
 
     def check(self) -> None:
-        """Raises KeyboardInterrupt if the key was pressed."""
-        if self._pressed:
-            raise KeyboardInterrupt
+        """Raises KeyboardInterrupt, once, if a request to stop has come."""
+        if self._noted is not None and not self._raised:
+            self._raised = True
+            raise _interrupt(self._noted)
+
+
+def ignore_stop_signals() -> None:
+    """Ignores further requests to stop, for the last moments of a process."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def _interrupt(number: int) -> KeyboardInterrupt:
+    if number == signal.SIGINT:
+        return KeyboardInterrupt()
+    return KeyboardInterrupt(signal.Signals(number).name)
+
+
+def _can_be_replaced(handler: Any) -> bool:
+    """Whether a handler is one of Python's own, or of an outer `StopSignals`."""
+    if handler in (signal.SIG_DFL, signal.default_int_handler):
+        return True
+    return isinstance(getattr(handler, "__self__", None), StopSignals)

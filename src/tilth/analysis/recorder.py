@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ from tilth.analysis.clock import Clock
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.stored_run import StoredRun
 from tilth.analysis.tracker import Tracker
-from tilth.errors import StepFailed, TilthError
+from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
@@ -115,6 +115,7 @@ class Recorder:
         end = self.simulation.model.schedule.end if clock.until is None else clock.until
         progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
         failure: str | None = "the run was interrupted by an unexpected error"
+        broken = True
         try:
             with progress:
                 self._progress = progress
@@ -122,23 +123,39 @@ class Recorder:
                 yield progress
                 if clock.stops and not clock.done:
                     self._write_last()
-            failure = None
+            failure, broken = None, False
             if not clock.done:
                 failure = (
                     f"stopped at time {clock.until:.6g} as requested; `tilth resume` continues"
                 )
         except TilthError as error:
             failure = error.message
-            self._write_last()
+            with suppress(AnalysisFailed):
+                self._write_last()
             raise
-        except KeyboardInterrupt:
-            failure = f"interrupted by the user after step {clock.step}"
+        except KeyboardInterrupt as error:
+            failure = f"interrupted by {str(error) or 'the user'} after step {clock.step}"
             raise
         finally:
-            self.log.finish(failure, self.simulation.timers.wall, self.simulation.solved)
-            self.log.close()
-            self.results.close()
-            self.history.close()
+            self._finish(failure, broken)
+
+    def _finish(self, failure: str | None, broken: bool) -> None:
+        """Completes the log and closes all files.
+
+        Raises `AnalysisFailed` if that cannot be written, unless the run is `broken` by another
+        error, which is not to be hidden.
+        """
+        unwritten: AnalysisFailed | None = None
+        summary = partial(
+            self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
+        )
+        for action in (self.results.close, self.history.close, summary, self.log.close):
+            try:
+                action()
+            except AnalysisFailed as error:
+                unwritten = unwritten or error
+        if unwritten is not None and not broken:
+            raise unwritten
 
     def step(self, clock: Clock, size: float, result: StepResult) -> None:
         """Records a converged step."""
@@ -156,6 +173,7 @@ class Recorder:
                 self._write_last()
             every = model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
+                self.history.sync()
                 self._checkpoint(clock)
 
     def _write_last(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +17,12 @@ from tilth.analysis.setup import initial_setup, write_report
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
-from tilth.errors import AnalysisFailed, BadInput, StepFailed
-from tilth.interrupt import InterruptKey
+from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
+from tilth.interrupt import DeferredStop, StopSignals
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_history
+from tilth.output.disk import writing
 from tilth.output.files import write_durably
 from tilth.output.folder import HISTORY, MODEL, SETUP, make_folder, require_folder
 from tilth.output.lock import FolderLock
@@ -54,6 +56,7 @@ class Result:
         return read_history(self.folder / HISTORY)
 
 
+@StopSignals()
 def run(
     model: Model,
     out: Path | str,
@@ -76,7 +79,10 @@ def run(
     Raises:
         BadInput: the model cannot be computed, `until` is not a time of its schedule, or `out` is
             not empty or in use by another run.
-        AnalysisFailed: no equilibrium with the least step; results so far are on disk.
+        AnalysisFailed: no equilibrium with the least step, or a file that cannot be written (a full
+            disk); results so far are on disk. Or the report, after a complete analysis.
+        KeyboardInterrupt: by Ctrl-C, and in the main thread also by SIGTERM and SIGHUP, unless the
+            program has handlers of its own for them; `resume` continues.
     """
     clock = _checked(Clock(model.schedule, until=until))
     used = set_threads(threads)
@@ -85,12 +91,14 @@ def run(
     folder = make_folder(out)
     with FolderLock(folder) as lock:
         prepare_output_folder(folder, overwrite)
-        write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
+        with writing(folder / MODEL):
+            write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
         write_setup(folder / SETUP, initial_setup(simulation, active))
         recorder = Recorder.start(folder, simulation, active, used)
         return _march(simulation, clock, recorder, lock, quiet)
 
 
+@StopSignals()
 def resume(
     out: Path | str,
     *,
@@ -106,7 +114,7 @@ def resume(
     Raises:
         BadInput: there is nothing to resume in `out` or its files are damaged, another run uses
             it, or `until` is not a time that is to come. Nothing is changed then.
-        AnalysisFailed: as in `run`.
+        AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
     folder = require_folder(out)
     used = set_threads(threads)
@@ -153,7 +161,8 @@ def _march(
     try:
         iterations = _take_steps(simulation, clock, recorder, quiet)
     except AnalysisFailed:
-        _report(simulation, recorder)
+        with suppress(AnalysisFailed):
+            _report(simulation, recorder)
         raise
     _report(simulation, recorder)
     return Result(
@@ -168,18 +177,31 @@ def _march(
 
 
 def _report(simulation: Simulation, recorder: Recorder) -> None:
-    if simulation.model.output.report:
+    """Writes the report; the results are complete without it.
+
+    Raises:
+        AnalysisFailed: it cannot be drawn or written, whatever the reason.
+    """
+    if not simulation.model.output.report:
+        return
+    try:
         with simulation.timers.measure("other"):
             write_report(recorder.folder)
+    except Exception as error:
+        reason = error.message if isinstance(error, TilthError) else f"{error}"
+        raise AnalysisFailed(
+            f"the results are in {recorder.folder}, but not the report: {reason}",
+            f"write it again with: tilth report {recorder.folder}",
+        ) from error
 
 
 def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
     """Takes and records the load steps; returns the number of Newton iterations."""
     iterations = 0
-    with recorder.recording(clock, quiet) as progress, InterruptKey() as interrupt:
+    with DeferredStop() as stop, recorder.recording(clock, quiet) as progress:
 
         def on_iteration(iteration: int, residual: float) -> None:
-            interrupt.check()
+            stop.check()
             progress.iteration(clock.step + 1, iteration, residual)
 
         def on_cut(time: float, failure: StepFailed) -> None:

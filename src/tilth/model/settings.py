@@ -64,8 +64,8 @@ class Analysis(Declared):
     constrained radially without a declaration) or "3d".
     """
     tolerance: Tolerance = 1e-9
-    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], at most
-    0.01.
+    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], at
+    most 0.01.
     """
     maximum_iterations: Count = 15
     """Maximum number of Newton iterations of a load step."""

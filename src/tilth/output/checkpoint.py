@@ -14,7 +14,8 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
-from tilth.output.files import RESTORE, replace_durably, temporary
+from tilth.output.disk import writing
+from tilth.output.files import RESTORE, removed_on_failure, replace_durably, temporary
 
 META = "meta.json"
 
@@ -26,16 +27,18 @@ def write_checkpoint(
 
     A kill at any moment leaves the old or the new one, complete. The file is a zip archive of
     ``.npy`` members (as NumPy's ``.npz``, uncompressed, with check sums) and ``meta.json``. Floats
-    in ``meta`` are bit-exact. Object arrays are refused with ``ValueError``.
+    in ``meta`` are bit-exact. Object arrays are refused with ``ValueError``. Raises
+    ``AnalysisFailed`` if it cannot be written; the old one remains.
     """
     path = Path(path)
     new = temporary(path)
-    with zipfile.ZipFile(new, "w", zipfile.ZIP_STORED) as archive:
-        archive.writestr(META, json.dumps(meta))
-        for name, values in arrays.items():
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                npy.write_array(member, np.asarray(values), allow_pickle=False)
-    replace_durably(new, path)
+    with writing(path), removed_on_failure(new):
+        with zipfile.ZipFile(new, "w", zipfile.ZIP_STORED) as archive:
+            archive.writestr(META, json.dumps(meta))
+            for name, values in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    npy.write_array(member, np.asarray(values), allow_pickle=False)
+        replace_durably(new, path)
 
 
 def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 WRITTEN_ASIDE = "new."
@@ -50,8 +52,20 @@ def write_durably(path: Path, content: bytes, use: str = "new") -> None:
     ``use`` is part of the name of the temporary file: give each of several writers its own.
     """
     new = temporary(path, use)
-    new.write_bytes(content)
-    replace_durably(new, path)
+    with removed_on_failure(new):
+        new.write_bytes(content)
+        replace_durably(new, path)
+
+
+@contextmanager
+def removed_on_failure(new: Path) -> Iterator[None]:
+    """Removes the file ``new`` if it is not completed within this context."""
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
+        raise
 
 
 def exchange_durably(new: Path, path: Path) -> bool:

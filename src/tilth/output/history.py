@@ -15,6 +15,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 
 FIRST_COLUMNS = ("step", "time", "iterations")
@@ -31,7 +32,8 @@ class HistoryWriter:
     """Writes the history row by row; ``append`` flushes each row to the file.
 
     ``columns`` are (name, unit) of the tracked quantities, the unit "" for pure numbers. Numbers
-    are written with all digits, so that reading is bit-exact.
+    are written with all digits, so that reading is bit-exact. All methods raise ``AnalysisFailed``
+    if the file cannot be written.
     """
 
     def __init__(
@@ -45,8 +47,9 @@ class HistoryWriter:
         self._count = len(columns)
         content = content or heading_row(columns).encode()
         self._mark = Mark(len(content), zlib.crc32(content))
-        write_durably(self.path, content)
-        self._file = self.path.open("ab")
+        with writing(self.path):
+            write_durably(self.path, content)
+            self._file = self.path.open("ab")
 
     def append(self, step: int, time: float, iterations: int, values: Sequence[float]) -> None:
         """Writes the row of one step; ``values`` in the order of the columns."""
@@ -54,18 +57,21 @@ class HistoryWriter:
             raise ValueError(f"{len(values)} values for {self._count} columns")
         numbers = [repr(float(value)) for value in (time, *values)]
         row = _row([str(step), numbers[0], str(iterations), *numbers[1:]]).encode()
-        self._file.write(row)
-        self._file.flush()
+        with writing(self.path):
+            self._file.write(row)
+            self._file.flush()
         self._mark = Mark(self._mark.size + len(row), zlib.crc32(row, self._mark.checksum))
 
     def sync(self) -> Mark:
         """Waits until all rows are on the disk; returns what a checkpoint keeps of them."""
-        os.fsync(self._file.fileno())
+        with writing(self.path):
+            os.fsync(self._file.fileno())
         return self._mark
 
     def close(self) -> None:
         """Closes the file."""
-        self._file.close()
+        with writing(self.path):
+            self._file.close()
 
 
 def checked_history(

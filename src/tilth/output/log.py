@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from tilth.errors import BadInput, visible
+from tilth.output.disk import writing
 
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 _RESIDUALS_PER_LINE = 6
@@ -24,7 +25,7 @@ class RunLog:
 
     ``warnings`` contains the text of all warnings of this run so far. With ``resume`` the log of
     the stopped run is continued and its warnings are included; ``seconds`` is the time [s] that its
-    parts took.
+    parts took. All methods raise ``AnalysisFailed`` if the file cannot be written.
     """
 
     def __init__(self, path: Path | str, resume: bool = False, seconds: float = 0.0) -> None:
@@ -35,12 +36,13 @@ class RunLog:
         self._steps = 0
         self._iterations = 0
         self._start = time.perf_counter() - seconds
-        if resume:
-            _remove_incomplete_line(self.path)
-            earlier = read_log(self.path)
-            self.warnings += earlier.warnings
-            self._cuts = len(earlier.cuts)
-        self._file = self.path.open("a" if resume else "w", encoding="utf-8")
+        with writing(self.path):
+            if resume:
+                _remove_incomplete_line(self.path)
+                earlier = read_log(self.path)
+                self.warnings += earlier.warnings
+                self._cuts = len(earlier.cuts)
+            self._file = self.path.open("a" if resume else "w", encoding="utf-8")
 
     @property
     def seconds(self) -> float:
@@ -112,11 +114,13 @@ class RunLog:
 
     def close(self) -> None:
         """Closes the file."""
-        self._file.close()
+        with writing(self.path):
+            self._file.close()
 
     def _write(self, line: str) -> None:
-        self._file.write(line + "\n")
-        self._file.flush()
+        with writing(self.path):
+            self._file.write(line + "\n")
+            self._file.flush()
 
 
 @dataclass

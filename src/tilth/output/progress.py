@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO, cast
 
 from tilth.errors import visible
+from tilth.output.screen import Screen
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,8 +22,9 @@ class Progress:
     """Shows the progress of a run; a context manager.
 
     On a terminal it is a progress bar; elsewhere (a file, a queue system) a plain line at most
-    every ``seconds_between_lines``; with ``quiet`` nothing is printed. ``end`` is the end of the
-    schedule and ``points`` the number of material points.
+    every ``seconds_between_lines``; with ``quiet`` nothing is printed. It ends silently with the
+    terminal or the reader of a pipe. ``end`` is the end of the schedule and ``points`` the number
+    of material points.
     """
 
     def __init__(
@@ -52,7 +55,7 @@ class Progress:
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
         from rich.progress import Progress as RichProgress
 
-        self._console = self._console or Console(stderr=True)
+        self._console = self._console or Console(file=cast(TextIO, Screen(sys.stderr)))
         if not self._console.is_terminal:
             return self
         bar = RichProgress(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
+from tilth.output.disk import writing
 from tilth.output.files import write_durably
 from tilth.output.snapshot import Snapshot, SurfaceShape
 
@@ -25,7 +26,8 @@ def write_surfaces(path: Path | str, snapshot: Snapshot, length_unit: str) -> No
 
     In 2D each row is a point of a chain, in order along the curve, in 3D a vertex of the triangles.
     ``point`` is the vertex's number in the results file. Numbers are written with all digits, so
-    that reading is bit-exact. A kill at any moment leaves the old or the new file.
+    that reading is bit-exact. A kill at any moment leaves the old or the new file. Raises
+    ``AnalysisFailed`` if it cannot be written.
     """
     axes, unit = "xyz"[: snapshot.dim], f" [{length_unit}]" if length_unit else ""
     headings = ["step", "time", "surface"]
@@ -40,7 +42,8 @@ def write_surfaces(path: Path | str, snapshot: Snapshot, length_unit: str) -> No
     for surface in snapshot.surfaces:
         rows = _plane_rows(surface) if snapshot.dim == 2 else _space_rows(surface)
         table.writerows([*moment, surface.name, *row] for row in rows)
-    write_durably(Path(path), text.getvalue().encode())
+    with writing(Path(path)):
+        write_durably(Path(path), text.getvalue().encode())
 
 
 def read_surface(path: Path | str) -> dict[str, NDArray[Any]]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,9 @@ from typing import Any
 import numpy as np
 
 from tilth.errors import BadInput
+from tilth.output.disk import writing
 from tilth.output.files import RESTORE, exchange_durably, replace_durably, temporary
+from tilth.output.hdf5_file import KeptError, open_to_write
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf_layout import (
     DamagedResults,
@@ -59,7 +61,11 @@ class ResultsWriter:
 
     @classmethod
     def resume(cls, path: Path | str, last_step: int) -> ResultsWriter:
-        """Continues the results at ``path``, after removing outputs after ``last_step``."""
+        """Continues the results at ``path``, after removing outputs after ``last_step``.
+
+        Raises ``BadInput`` if they cannot be read, ``AnalysisFailed`` if they cannot be written;
+        they are then as before.
+        """
         path = Path(path)
         results = read_results(path)
         keep = sum(step <= last_step for step in results.steps)
@@ -73,17 +79,19 @@ class ResultsWriter:
         if keep == 0:
             path.unlink()
         elif keep < len(results.steps):
-            with _open_to_write(writer._shadow) as file:
-                create_file(file, results.dim, results.title, results.units, results.surfaces)
-                for index in range(keep):
-                    append_snapshot(file, results.snapshot(index))
-            replace_durably(writer._shadow, path)
+            with writer._changing_shadow():
+                with open_to_write(KeptError(writer._shadow)) as file:
+                    create_file(file, results.dim, results.title, results.units, results.surfaces)
+                    for index in range(keep):
+                        append_snapshot(file, results.snapshot(index))
+                replace_durably(writer._shadow, path)
         return writer
 
     def append(self, snapshot: Snapshot) -> None:
         """Writes one output; on return it is on the disk in the visible file.
 
-        The steps must increase. Raises ``ValueError`` for a snapshot that does not fit the run.
+        The steps must increase. Raises ``ValueError`` for a snapshot that does not fit the run, and
+        ``AnalysisFailed`` if it cannot be written; the visible file is then as before.
         """
         if self._last is not None and not (
             snapshot.step > self._last[0] and snapshot.time >= self._last[1]
@@ -92,20 +100,20 @@ class ResultsWriter:
                 f"output of step {snapshot.step}, time {snapshot.time} after that of "
                 f"step {self._last[0]}, time {self._last[1]}"
             )
-        file, missing = self._open_shadow()
-        self._missing = None
-        with file:
-            if "tilth" not in file:
-                names = [surface.name for surface in snapshot.surfaces]
-                create_file(file, snapshot.dim, self._title, self._units, names)
-            if missing:
-                with _opened(self.path) as visible:
-                    try:
-                        copy_last_snapshot(visible, file)
-                    except DamagedResults as error:
-                        raise _damaged(self.path, error) from error
-            checksum = append_snapshot(file, snapshot)
-        exchange_durably(self._shadow, self.path)
+        with self._changing_shadow():
+            shadow, missing = self._open_shadow()
+            with open_to_write(shadow) as file:
+                if "tilth" not in file:
+                    names = [surface.name for surface in snapshot.surfaces]
+                    create_file(file, snapshot.dim, self._title, self._units, names)
+                if missing:
+                    with _opened(self.path) as visible:
+                        try:
+                            copy_last_snapshot(visible, file)
+                        except DamagedResults as error:
+                            raise _damaged(self.path, error) from error
+                checksum = append_snapshot(file, snapshot)
+            exchange_durably(self._shadow, self.path)
         self.outputs.append((snapshot.step, checksum))
         self._missing = 1
         self._last = (snapshot.step, snapshot.time)
@@ -115,21 +123,32 @@ class ResultsWriter:
         self._remove_shadow()
         self._missing = None
 
-    def _open_shadow(self) -> tuple[Any, int]:
+    @contextmanager
+    def _changing_shadow(self) -> Iterator[None]:
+        """Removes the shadow, and so frees its space, if it cannot be completed."""
+        try:
+            with writing(self.path):
+                yield
+        except BaseException:
+            self.close()
+            raise
+
+    def _open_shadow(self) -> tuple[KeptError, int]:
         """Returns the open shadow and the number of missing outputs; a new copy if needed."""
         if self._missing is not None:
             try:
-                return _open_to_write(self._shadow), self._missing
+                return KeptError(self._shadow), self._missing
             except OSError:  # the earlier visible file is still open in another program
                 pass
         self._remove_shadow()
         if self.path.exists():
             shutil.copyfile(self.path, self._shadow)
-        return _open_to_write(self._shadow), 0
+        return KeptError(self._shadow), 0
 
     def _remove_shadow(self) -> None:
-        self._shadow.unlink(missing_ok=True)
-        temporary(self.path, "old").unlink(missing_ok=True)
+        for hidden in (self._shadow, temporary(self.path, "old")):
+            with suppress(OSError):  # a disk that became read-only; the results are complete
+                hidden.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
@@ -191,12 +210,6 @@ def read_results(path: Path | str) -> Results:
         if not (np.diff(steps) > 0).all() or not (np.diff(times) >= 0).all():
             raise ValueError("the outputs are not in order")
         return results
-
-
-def _open_to_write(path: Path) -> Any:
-    import h5py
-
-    return h5py.File(path, "a", libver=("v110", "v110"))  # metadata with check sums
 
 
 def _opened(path: Path) -> Any:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
 from tilth.output.history import read_history
@@ -42,7 +43,7 @@ def write_report(
     ``summary`` is the declared model as nested mappings and lists, read from ``model.json`` of the
     folder if not given. The set-up is drawn from ``setup.npz`` of the folder, or else from
     ``setup``. No function of the user is run. Raises ``BadInput`` if the folder is not that of a
-    run.
+    run, ``AnalysisFailed`` if the report cannot be written.
     """
     if summary is None:
         summary = read_declared(folder)
@@ -72,7 +73,8 @@ def write_report(
         "</body>\n</html>\n"
     )
     path = folder / REPORT
-    write_durably(path, page.encode(), f"{WRITTEN_ASIDE}{os.getpid()}")
+    with writing(path, f"put this right, then write it again with: tilth report {folder}"):
+        write_durably(path, page.encode(), f"{WRITTEN_ASIDE}{os.getpid()}")
     return path
 
 

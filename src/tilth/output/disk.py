@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the system says of a file that it cannot write, in words of the user."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tilth.errors import AnalysisFailed
+
+_REASONS = {
+    errno.ENOSPC: "the disk is full",
+    errno.EDQUOT: "the quota of the disk is used up",
+    errno.EFBIG: "the file would be larger than the system allows",
+    errno.EIO: "the disk reports an input or output error",
+    errno.EROFS: "the disk is read-only",
+    errno.EACCES: "there is no permission to write there",
+    errno.EPERM: "there is no permission to write there",
+    errno.ENODEV: "the disk is not there any more",
+    errno.ENXIO: "the disk is not there any more",
+    errno.ESTALE: "the disk is not there any more",
+}
+_OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.ESTALE)
+
+
+def reason_of(error: OSError) -> str:
+    """Returns why the system refused, in one line."""
+    if error.errno in _REASONS:
+        return _REASONS[error.errno]
+    text = os.strerror(error.errno) if error.errno else str(error)
+    return " ".join(text.split())
+
+
+def is_of_the_disk(error: BaseException) -> bool:
+    """Whether an error is a full, damaged or read-only disk, whatever was written."""
+    return isinstance(error, OSError) and error.errno in _OF_THE_DISK
+
+
+@contextmanager
+def writing(path: Path, remedy: str = "") -> Iterator[None]:
+    """Within this context an `OSError` becomes `AnalysisFailed` with one sentence about ``path``.
+
+    ``remedy`` is what to do then; if not given, how to continue the run in the folder of ``path``.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise AnalysisFailed(
+            f"{path} cannot be written: {reason_of(error)}", remedy or _how_to_go_on(path.parent)
+        ) from error
+
+
+def _how_to_go_on(folder: Path) -> str:
+    from tilth.output.folder import CHECKPOINT
+
+    if (folder / CHECKPOINT).exists():
+        return f"put this right, then continue with: tilth resume {folder}"
+    return "put this right, then start the run again with --overwrite"
