@@ -135,13 +135,14 @@ def check(case: Path, picture: Path | None) -> None:
     model = load_case(case)
     from tilth.analysis.setup import setup_of
     from tilth.report.setup import draw_setup
+    from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
     _say_what_runs(model)
     try:
         setup = setup_of(model)
         print_summary(model, setup)
-        draw_setup(setup).savefig(file)
+        save(draw_setup(setup), file)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     except OSError as error:

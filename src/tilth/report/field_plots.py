@@ -13,6 +13,7 @@ from tilth.output.snapshot import Snapshot
 from tilth.report.domains import corners_of_boxes, outlines
 from tilth.report.fields import field_values, with_unit
 from tilth.report.points_3d import draw_points_3d
+from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 from tilth.report.tracked_surfaces import (
     add_tracked_legend,
     draw_tracked_2d,
@@ -93,7 +94,7 @@ def draw_frames(
         panels.append(axes)
     pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
     bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=pad)
-    bar.set_label(coloured[0][1], fontsize=9)
+    bar.set_label(on_lines(coloured[0][1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
     bar.ax.tick_params(labelsize=8)
     bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
     if stretch > 1.001:
@@ -153,8 +154,8 @@ def _set_axes(
     axes.set_aspect(1.0 / stretch)
     axes.set_xlim(lower[0], upper[0])
     axes.set_ylim(lower[1], upper[1])
-    axes.set_xlabel(with_unit("r" if axisymmetric else "x", unit), fontsize=9)
-    axes.set_ylabel(with_unit("y", unit), fontsize=9)
+    axes.set_xlabel(with_unit("r" if axisymmetric else "x", unit), fontsize=9, **AS_IT_IS)
+    axes.set_ylabel(with_unit("y", unit), fontsize=9, **AS_IT_IS)
     axes.tick_params(labelsize=8)
     if stretch > 1.0 or (upper - lower)[1] > 2.5 * (upper - lower)[0]:
         axes.locator_params(axis="x", nbins=3)

@@ -11,6 +11,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.output.history import FIRST_COLUMNS
 from tilth.report.fields import with_unit
+from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,8 +40,8 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
             marker="o" if few else None,
             markersize=3,
         )
-        axes.set_xlabel(with_unit("time", time_unit), fontsize=9)
-        axes.set_ylabel(name, fontsize=9)
+        axes.set_xlabel(with_unit("time", time_unit), fontsize=9, **AS_IT_IS)
+        axes.set_ylabel(on_lines(name, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
         axes.tick_params(labelsize=8)
         axes.ticklabel_format(axis="y", scilimits=(-3, 5))
         axes.grid(color="0.9", linewidth=0.6)

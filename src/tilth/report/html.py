@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
@@ -25,6 +26,7 @@ from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup
 from tilth.report.style import CSS
 from tilth.report.tables import facts_table, model_tables
+from tilth.report.texts import save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,7 +55,7 @@ def write_report(
     results = read_results(folder / RESULTS)
     history = read_history(folder / HISTORY)
     log = read_log(folder / LOG)
-    title = results.title or folder.resolve().name
+    title = results.title or visible(folder.resolve().name)
     parts = [_header(title, kind, results, log)]
     parts.append(_section("Set-up", _setup_picture(folder, results, setup)))
     parts.append(_section("Deformed states", _frames(results, kind, colour_by)))
@@ -192,6 +194,6 @@ def _section(heading: str, content: str) -> str:
 def _image(figure: Figure, text: str) -> str:
     """Returns the figure as an image inside the page; ``text`` is its alternative text."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=130)
+    save(figure, buffer, format="png", dpi=130)
     data = base64.b64encode(buffer.getvalue()).decode()
     return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'

@@ -10,6 +10,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.report.domains import corners_of_boxes, sides_towards
 from tilth.report.fields import with_unit
+from tilth.report.texts import AS_IT_IS
 from tilth.report.visible_points import exterior_points, points_with_free_sides
 
 MAXIMUM_DRAWN_DOMAINS = 8_000
@@ -49,7 +50,7 @@ def draw_points_3d(
     axes.view_init(elev=_ELEVATION, azim=_AZIMUTH)
     for k, name in enumerate("xyz"):
         getattr(axes, f"set_{name}lim")(lower[k], upper[k])
-        getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8)
+        getattr(axes, f"set_{name}label")(with_unit(name, unit), fontsize=8, **AS_IT_IS)
         axes.locator_params(axis=name, nbins=4 if shown[k] > 0.4 * shown.max() else 2)
     axes.tick_params(labelsize=7)
     if corners is None:

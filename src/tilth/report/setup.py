@@ -12,6 +12,7 @@ from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
 from tilth.report.symbols import arrow, hatching, support
+from tilth.report.texts import AS_IT_IS, add_legend, any_characters, on_lines
 from tilth.report.tracked_surfaces import tracked_handles
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ __all__ = ["Condition", "Load", "Setup", "Surface", "draw_setup"]
 
 _MAXIMUM_ASPECT_RATIO = 6.0
 """Ratio of the sides above which the ends are also shown enlarged."""
+_TITLE_CHARACTERS = 10.5
+"""Characters of the title per inch of the figure's width, on average."""
 
 
 def draw_setup(setup: Setup) -> Figure:
@@ -43,9 +46,12 @@ def draw_setup(setup: Setup) -> Figure:
             draw_view(figure.add_subplot(), setup, (0, 1), lower, upper, notes)
         else:
             figure = _draw_elongated(setup, lower, upper, notes)
-    figure.suptitle(setup.title or "Set-up", fontsize=12, x=0.02, ha="left")
-    figure.legend(
-        handles=_legend(setup),
+    width = int(_TITLE_CHARACTERS * float(figure.get_size_inches()[0]))
+    title = on_lines(setup.title or "Set-up", width)
+    figure.suptitle(title, fontsize=12, x=0.02, ha="left", **AS_IT_IS)
+    add_legend(
+        figure,
+        _legend(setup),
         loc="outside right upper",
         fontsize=8.5,
         frameon=False,
@@ -58,12 +64,12 @@ def draw_setup(setup: Setup) -> Figure:
         if len(surface.visible_vertices(*setup.bounds())) == 0
     ]
     if notes:
-        figure.supxlabel("\n".join(dict.fromkeys(notes)), fontsize=7.5, color="0.35")
+        text = on_lines("\n".join(dict.fromkeys(notes)), 2 * width)
+        figure.supxlabel(text, fontsize=7.5, color="0.35", **AS_IT_IS)
     layout = figure.get_layout_engine()
     if layout is not None and setup.surfaces:
-        layout.execute(
-            figure
-        )  # next to a wide legend the layout needs more iterations than matplotlib's
+        with any_characters():  # next to a wide legend more iterations than matplotlib's are needed
+            layout.execute(figure)
     return figure
 
 

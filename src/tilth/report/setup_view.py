@@ -14,6 +14,7 @@ from tilth.report.fields import with_unit
 from tilth.report.setup_data import Condition, Setup
 from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
+from tilth.report.texts import AS_IT_IS
 from tilth.report.tracked_surfaces import draw_tracked_lines
 
 if TYPE_CHECKING:
@@ -48,8 +49,8 @@ def draw_view(
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     names = setup.axis_names
-    axes.set_xlabel(with_unit(names[chosen[0]], setup.length_unit))
-    axes.set_ylabel(with_unit(names[chosen[1]], setup.length_unit))
+    axes.set_xlabel(with_unit(names[chosen[0]], setup.length_unit), **AS_IT_IS)
+    axes.set_ylabel(with_unit(names[chosen[1]], setup.length_unit), **AS_IT_IS)
     axes.tick_params(labelsize=8)
     if float(high[1] - low[1]) > 6.0 * float(high[0] - low[0]):
         axes.locator_params(axis="x", nbins=2)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from tilth.model import (
     AffineBoundary,
@@ -41,7 +41,7 @@ def print_summary(model: Model, setup: Setup, console: Console | None = None) ->
     table.add_column(overflow="fold")
     section = ""
     for heading, text in _rows(model, setup):
-        table.add_row("" if heading == section else heading, escape(text))
+        table.add_row("" if heading == section else heading, Text(text))
         section = heading
     console.print(table)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import Snapshot, SurfaceShape
+from tilth.report.texts import LEGEND_WIDTH, add_legend, any_characters, on_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,11 +111,14 @@ def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | N
     if not handles:
         return
     width, height = figure.get_size_inches()
-    longest = max(len(handle.get_label()) for handle in handles)
+    texts = [on_lines(handle.get_label(), LEGEND_WIDTH) for handle in handles]
+    longest = max(len(line) for text in texts for line in text.split("\n"))
+    lines = max(text.count("\n") for text in texts) + 1
     columns = int(np.clip(width / (_HANDLE_WIDTH + _CHARACTER_WIDTH * longest), 1, len(handles)))
-    figure.set_size_inches(width, height + _ROW_HEIGHT * -(-len(handles) // columns))
-    figure.legend(
-        handles=handles,
+    figure.set_size_inches(width, height + _ROW_HEIGHT * lines * -(-len(handles) // columns))
+    add_legend(
+        figure,
+        handles,
         loc="outside upper center",
         ncols=columns,
         fontsize=8.5,
@@ -123,9 +127,8 @@ def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | N
     )
     layout = figure.get_layout_engine()
     if layout is not None:
-        layout.execute(
-            figure
-        )  # below a high legend the layout needs more iterations than matplotlib's
+        with any_characters():  # below a high legend more iterations than matplotlib's are needed
+            layout.execute(figure)
 
 
 def _line() -> dict[str, Any]:
