@@ -31,7 +31,7 @@ TYPE_DESCRIPTIONS = {
     "NotNegative": "number >= 0",
     "Fraction": "number in (0, 1]",
     "Angle": "number",
-    "Tolerance": "number in (0, 0.01]",
+    "Tolerance": "number in [1e-15, 0.01]",
     "PoissonRatio": "number in (-1, 0.5)",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",

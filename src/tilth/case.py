@@ -22,6 +22,10 @@ MOST_BYTES = 4_000_000
 """Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
 
 
+LONGEST_PATH = 4096
+"""Characters in the path of a file, at most."""
+
+
 def load_case(path: str | Path) -> Model:
     """Returns the model that a case file declares.
 
@@ -76,7 +80,7 @@ def _parsed(text: str) -> dict[str, Any]:
         ) from None
     except RecursionError:
         raise BadInput(
-            "has brackets nested too deeply to be read", "a case file needs four levels at most"
+            "has brackets nested too deeply to be read", "a case file needs six levels at most"
         ) from None
     except ValueError as error:  # what Python, not TOML, cannot read, such as too long a number
         raise BadInput(f"has a value that cannot be read: {error}", "check the numbers") from None
@@ -105,13 +109,24 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
             path, colon, function = given.rpartition(":")
             if not colon:
                 continue
+        if "\0" in path or len(path) > LONGEST_PATH:
+            what = "is not the path of a file"
+            problems.append(Problem(f"{key}.{name}", what, "name a file", given))
+            continue
         file = (folder / path).resolve()
-        if not file.is_file():
+        if not _is_file(file):
             remedy = f"the path is relative to the case file: {file} does not exist"
             problems.append(Problem(f"{key}.{name}", "there is no such file", remedy, given))
         table[name] = f"{file}:{function}" if function else str(file)
     if problems:
         raise BadInput.of(problems)
+
+
+def _is_file(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # a name that is too long for the file system
+        return False
 
 
 def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]:

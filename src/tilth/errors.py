@@ -23,6 +23,10 @@ MOST_SHOWN: Final = 20
 """Wrong entries that one message lists, at most."""
 
 
+LONGEST_KEY: Final = 200
+"""Characters of a key that a message shows, at most."""
+
+
 class _NotGiven:
     """Type of the marker for 'no value was given', since `None` can be a value."""
 
@@ -87,7 +91,8 @@ class Problem:
     value: Any = NOT_GIVEN
 
     def __str__(self) -> str:
-        subject = self.key.replace("\n", "\\n")
+        key = self.key.replace("\n", "\\n")
+        subject = key if len(key) <= LONGEST_KEY else f"{key[: LONGEST_KEY - 4]} ..."
         if self.key and self.value is not NOT_GIVEN:
             subject = f"{subject} = {shown(self.value)}"
         text = f"{subject}: {self.problem}" if subject else self.problem

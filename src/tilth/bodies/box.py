@@ -25,6 +25,7 @@ def box_points(shape: Box, request: Request) -> BodyPoints:
     lower, upper = np.asarray(shape.lower, dtype=float), np.asarray(shape.upper, dtype=float)
     side = upper - lower
     number = _number(side, request)
+    request.check_spacing(number / np.maximum(side / request.cell_size, 1.0))
     request.check_number(float(np.prod(number)))
     request.check_radius(shape.bounds()[0][0], "its corner")
     axes = [(np.arange(n) + 0.5) * (length / n) for n, length in zip(number, side, strict=True)]

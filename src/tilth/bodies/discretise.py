@@ -41,7 +41,7 @@ def discretise(
     axisymmetry the domains' half lengths along r are limited to r, so that none extends across the
     axis; rotated domains and those of a mesh (CPDI) fill the body and need no limit.
     Raises BadInput, naming the body, for a body without points, a shape of another dimension, or
-    points so far apart that cells inside the body are empty.
+    points so close that it can only be an error, or so far apart that cells in the body are empty.
     """
     request = _request(body, kind, dimension, grid_origin, cell_size)
     if dimension not in body.shape.dimensions:
@@ -50,6 +50,8 @@ def discretise(
             "choose " + ", ".join(s.__name__.lower() for s in SHAPES if dimension in s.dimensions),
             "shape.type",
         )
+    if request.points is None:
+        request.check_spacing(request.cell_size / request.requested_spacing())
     points = SHAPES[type(body.shape)](body.shape, request)
     request.check_distance(points)
     rotated = points.frame is not None and request.has_corners

@@ -15,6 +15,7 @@ from tilth.bodies.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
 
 MAXIMUM_POINTS = 1_000_000_000
+MAXIMUM_PER_CELL = 1000  # points per cell and direction
 # Largest distance of neighbouring points [cell sizes]. With one point per cell and a body that does
 # not fit the grid it is at most this; beyond it cells inside the body may be empty.
 MAXIMUM_SPACING = 1.5
@@ -112,6 +113,19 @@ class Request:
             raise self.refused(
                 f"{what} extends to x = {least:.6g}, beyond the axis of symmetry",
                 "x is the radius: move the body to where x is at least 0",
+            )
+
+    def check_spacing(self, per_cell: Floats) -> None:
+        """Refuses, before memory is allocated, points so close that it can only be an error.
+
+        per_cell: points per cell along each direction, shape (d,).
+        """
+        if per_cell.max() > MAXIMUM_PER_CELL:
+            raise self.refused(
+                f"makes {per_cell.max():.3g} points per cell along {'xyz'[per_cell.argmax()]}, "
+                f"more than {MAXIMUM_PER_CELL:,}",
+                "use fewer points per cell, a larger spacing or smaller cells",
+                self.resolution,
             )
 
     def check_number(self, number: float) -> None:

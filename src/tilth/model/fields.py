@@ -35,6 +35,12 @@ GREATEST, LEAST = 1e30, 1e-30
 A force is at most a mass density times an acceleration times a volume, that is five such numbers
 multiplied; its square is still a double-precision number."""
 
+ROUND_OFF = 1e-15
+"""Least relative tolerance."""
+
+LARGEST_TOLERANCE = 1e-2
+"""Largest tolerance of the equilibrium [-]: with more, too much of the forces is not balanced."""
+
 MOST = 1_000_000_000
 """Greatest whole number that counts something."""
 
@@ -101,6 +107,15 @@ def _angle(value: Any) -> float:
     if abs(number := _real(value)) <= FULL_TURNS:
         return number
     raise reject(f"is greater than {FULL_TURNS:g} degrees in magnitude", "leave out whole turns")
+
+
+def _tolerance(value: Any) -> float:
+    if (number := _positive(value)) < ROUND_OFF:
+        raise reject(f"is below {ROUND_OFF:g}, the round-off of numbers")
+    if number > LARGEST_TOLERANCE:
+        what = f"must be at most {LARGEST_TOLERANCE:g}: with more there is no equilibrium"
+        raise reject(what, "leave it out for 1e-9")
+    return number
 
 
 def _fraction(value: Any) -> float:
@@ -273,6 +288,7 @@ Real = Annotated[float, PlainValidator(_real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
 Angle = Annotated[float, PlainValidator(_angle)]
+Tolerance = Annotated[float, PlainValidator(_tolerance)]
 Fraction = Annotated[float, PlainValidator(_fraction)]
 Count = Annotated[int, PlainValidator(_count)]
 CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]

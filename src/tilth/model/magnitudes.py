@@ -3,12 +3,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.geometry import (
+    BoxGeometry,
+    CylinderGeometry,
+    DeclaredGeometry,
+    FootingGeometry,
+    PolylineGeometry,
+    SphereGeometry,
+    SplineGeometry,
+)
 from tilth.model.implicit import ImplicitBoundary
 
 if TYPE_CHECKING:
@@ -22,9 +33,21 @@ LARGEST_COORDINATE = 1e9
 """Coordinates, at most, as a multiple of the cell size: their round-off is 1e-7 of a cell."""
 
 
+MOST_PIECES = 2_000_000
+"""Cells through which an implicit boundary passes, about, at most: each makes pieces of it."""
+
+SMALLEST_SPACING = 0.01
+"""Distance of boundary points on a surface, at least, as a multiple of the cell size."""
+
+SMALLEST_LENGTH = 1e-6
+"""Sizes of bodies and boundaries, at least, as a multiple of the cell size."""
+
+
 def magnitude_problems(model: Model) -> Iterator[Problem]:
-    """Yields positions that are too far from the grid's origin or from the zero of coordinates."""
+    """Yields positions too far from the grid's origin or from zero, and sizes too small for it."""
     yield from _beyond_resolution(model)
+    yield from _too_small(model)
+    yield from _too_large(model)
     for i, body in enumerate(model.bodies):
         for bound in body.shape.bounds() or ():
             if too_far := _too_far(model, bound):
@@ -61,6 +84,78 @@ def _beyond_resolution(model: Model) -> Iterator[Problem]:
                 "be more than 1e-7 of a cell"
             )
             yield Problem(key, what, "use larger cells, or coordinates nearer to 0", value)
+
+
+def _too_small(model: Model) -> Iterator[Problem]:
+    least = SMALLEST_LENGTH * min(model.cell_size)
+    for i, body in enumerate(model.bodies):
+        spacing = body.surface.spacing if body.surface is not None else None
+        if spacing is not None and spacing < SMALLEST_SPACING * min(model.cell_size):
+            what = f"is smaller than {SMALLEST_SPACING:g} of a cell"
+            remedy = "use smaller cells, or a larger spacing"
+            yield Problem(f"bodies[{i}].surface.spacing", what, remedy, spacing)
+    for key, value in _sizes(model):
+        if value is not None and any(each < least for each in _numbers(value)):
+            what = f"is smaller than {SMALLEST_LENGTH:g} of a cell ({least:g})"
+            yield Problem(key, what, "use smaller cells, or a larger size", value)
+
+
+def _too_large(model: Model) -> Iterator[Problem]:
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, ImplicitBoundary):
+            pieces = _pieces(boundary.geometry, min(model.cell_size), _soil_length(model))
+            if pieces > MOST_PIECES:
+                what = f"passes through about {pieces:.3g} cells, more than {MOST_PIECES:,}"
+                remedy = "use larger cells, or give only the part near the soil"
+                yield Problem(f"boundaries[{i}].geometry", what, remedy)
+
+
+def _pieces(geometry: DeclaredGeometry, cell: float, soil: float) -> float:
+    """Returns the number of cells through which a boundary passes, about.
+
+    cell: edge of a cell. soil: length of the soil, which bounds an infinite cylinder [length].
+    """
+    radius = getattr(geometry, "radius", 0.0) / cell
+    if isinstance(geometry, CylinderGeometry):
+        return 2.0 * math.pi * radius * (soil / cell + 1.0)
+    if isinstance(geometry, SphereGeometry):
+        return 4.0 * math.pi * radius**2
+    if isinstance(geometry, PolylineGeometry | SplineGeometry):
+        return sum(math.dist(a, b) / cell for a, b in pairwise(geometry.vertices))
+    if isinstance(geometry, BoxGeometry):
+        sides = [high - low for low, high in zip(geometry.lower, geometry.upper, strict=True)]
+        faces = [sides[:j] + sides[j + 1 :] for j in range(len(sides))]
+        return 2.0 * sum(math.prod(side / cell for side in face) for face in faces)
+    if isinstance(geometry, FootingGeometry):
+        widths = geometry.width if isinstance(geometry.width, Sequence) else [geometry.width]
+        return math.prod(width / cell for width in widths)
+    return 2.0 * math.pi * radius
+
+
+def _soil_length(model: Model) -> float:
+    """Returns the diagonal of the bodies whose bounds are declared [length]."""
+    bounds = [found for body in model.bodies if (found := body.shape.bounds()) is not None]
+    if not bounds:
+        return 0.0
+    lower = [min(values) for values in zip(*(low for low, _ in bounds), strict=True)]
+    upper = [max(values) for values in zip(*(high for _, high in bounds), strict=True)]
+    return math.dist(lower, upper)
+
+
+def _sizes(model: Model) -> Iterator[tuple[str, Any]]:
+    """Yields the sizes of bodies and of implicit boundaries."""
+    for i, body in enumerate(model.bodies):
+        if bounds := body.shape.bounds():
+            extent = tuple(high - low for low, high in zip(*bounds, strict=True))
+            yield f"bodies[{i}].shape", extent
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, ImplicitBoundary):
+            key, geometry = f"boundaries[{i}].geometry", boundary.geometry
+            yield f"{key}.radius", getattr(geometry, "radius", None)
+            yield f"{key}.width", getattr(geometry, "width", None)
+            if isinstance(geometry, BoxGeometry):
+                sides = zip(geometry.lower, geometry.upper, strict=True)
+                yield key, tuple(high - low for low, high in sides)
 
 
 def _numbers(value: Any) -> Iterator[float]:

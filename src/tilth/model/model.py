@@ -38,6 +38,9 @@ Loaded = (
 FORMAT = 1
 """Version of the case file's schema that this version of tilth reads."""
 
+MOST_LEVELS = 20
+"""Levels of lists and tables in a case file, at most."""
+
 BAND = 1e-3
 """Default width of an implicit boundary's band as a fraction of a cell's smallest edge."""
 
@@ -53,6 +56,23 @@ def _one(value: Any) -> Any:
     if not value:
         raise reject("must have at least one entry")
     return value
+
+
+def _require_few_levels(entries: Mapping[str, Any]) -> None:
+    """Refuses lists and tables nested so deeply that functions that call themselves end in them."""
+    found: list[tuple[str, Any, int]] = [(str(key), value, 1) for key, value in entries.items()]
+    while found:
+        key, value, level = found.pop()
+        if isinstance(value, Mapping):
+            value = list(value.values())
+        if not isinstance(value, list | tuple):
+            continue
+        if level > MOST_LEVELS:
+            what = f"has more than {MOST_LEVELS} levels of lists and tables"
+            raise BadInput(what, "a case file needs six at most", key=key)
+        found += [
+            (key, each, level + 1) for each in value if isinstance(each, Mapping | list | tuple)
+        ]
 
 
 class Model(Declared):
@@ -142,6 +162,7 @@ class Model(Declared):
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Model:
         """Returns the model from such a dictionary or that of a case file; raises `BadInput`."""
+        _require_few_levels(entries)
         try:
             return cls.model_validate(dict(entries))
         except ValidationError as error:

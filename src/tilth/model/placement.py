@@ -20,6 +20,10 @@ ON_GRID_LINE = 1e-9
 """Distance from a grid line, as a fraction of a cell, below which a position is on it."""
 
 
+LEAST_BAND = 1e-6
+"""Width of the band of an implicit boundary, at least, as a fraction of the smallest edge."""
+
+
 def geometry_problems(model: Model) -> list[Problem]:
     """Returns the problems of boundaries off the grid lines or too wide, and of bodies outside."""
     return [
@@ -65,11 +69,13 @@ def _implicit(model: Model) -> Iterator[Problem]:
     for i, boundary in enumerate(model.boundaries):
         if not isinstance(boundary, ImplicitBoundary):
             continue
-        if not 0.0 < model.delta(boundary) <= 0.5 * edge:
+        if not LEAST_BAND * edge <= model.delta(boundary) <= 0.5 * edge:
             what = (
                 f"must be greater than 0 and at most {0.5 * edge:g}, half the smallest edge of a "
                 "cell"
             )
+            if 0.0 < model.delta(boundary) < LEAST_BAND * edge:
+                what = f"must be at least {LEAST_BAND * edge:g}, {LEAST_BAND:g} of a cell"
             remedy = f"leave it out for a thousandth of that edge, {1e-3 * edge:g}"
             yield Problem(f"boundaries[{i}].delta", what, remedy, boundary.delta)
         if model.analysis.kind == "axisymmetric":

@@ -16,9 +16,9 @@ from tilth.model.fields import (
     Label,
     Name,
     NotNegative,
-    Positive,
     PositivePerDirection,
     Text,
+    Tolerance,
     Vector,
     extent_problems,
 )
@@ -26,19 +26,6 @@ from tilth.model.laws import state_units
 from tilth.model.problems import reject, rejection, suggestion
 
 Kind = Literal["plane_strain", "axisymmetric", "3d"]
-
-LARGEST_TOLERANCE = 1e-2
-"""Largest tolerance of the equilibrium [-]: with more, too much of the forces is not balanced."""
-
-
-def _tolerance(value: float) -> float:
-    if value > LARGEST_TOLERANCE:
-        what = f"must be at most {LARGEST_TOLERANCE:g}: with more there is no equilibrium"
-        raise reject(what, "leave it out for 1e-9")
-    return value
-
-
-Tolerance = Annotated[Positive, AfterValidator(_tolerance)]
 
 
 class Units(Declared):
