@@ -27,8 +27,9 @@ class CheckResult:
 
     def __repr__(self) -> str:
         size = f"{self.points} points, {self.active_cells} active cells, {self.unknowns} unknowns"
-        said = [f"\n  warning: {text}" for text in self.warnings]
-        return f"<CheckResult: {size}, {len(said) or 'no'} warnings{''.join(said)}>"
+        said = "".join(f"\n  warning: {text}" for text in self.warnings)
+        count = f"{len(self.warnings) or 'no'} warning{'' if len(self.warnings) == 1 else 's'}"
+        return f"<CheckResult: {size}, {count}{said}>"
 
 
 def check(model: Model) -> CheckResult:

@@ -8,9 +8,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.likely_causes import likely_causes
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.errors import AnalysisFailed, StepFailed
 from tilth.output.folder import REPORT
+
+CUTS_IN_A_ROW = 3
+"""Cuts of one step after which likely causes are named."""
 
 
 def load_steps(
@@ -33,6 +37,7 @@ def load_steps(
     Raises:
         AnalysisFailed: no equilibrium with the smallest step.
     """
+    cuts = 0
     while not (clock.done or clock.stops):
         before, after = clock.time, clock.next_time()
         try:
@@ -40,8 +45,12 @@ def load_steps(
         except StepFailed as failure:
             if not clock.cut(failure.share):
                 raise _failed(simulation, clock, after - before, failure) from failure
+            cuts += failure.share is None  # else it is known how much of the step is possible
+            if cuts == CUTS_IN_A_ROW and (causes := likely_causes(simulation, clock, failure)):
+                simulation.run_warnings.repeated_cuts(clock.step + 1, cuts, causes)
             on_cut(after, failure)
             continue
+        cuts = 0
         clock.accept(after)
         yield after - before, result
 
@@ -57,10 +66,12 @@ def _failed(
         where = f"; worst point: number {failure.point} at ({at})"
     shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
     residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
+    causes = "; ".join(likely_causes(simulation, clock, failure))
+    likely = f"likely causes: {causes}; " if causes else ""
     return AnalysisFailed(
         f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
         f" (step size {size:.2g}; relative residuals: {residuals}{where})",
-        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; "
+        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; {likely}"
         f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
         f"or see where the soil fails (`tilth report` writes {REPORT})",
     )

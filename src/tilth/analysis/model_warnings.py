@@ -69,7 +69,7 @@ def at(position: Floats) -> str:
 
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
-    loaded = any(_loads(load, model) for load in model.loads)
+    loaded = any(acts(load, model) for load in model.loads)
     if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
         yield (
             "no cause",
@@ -79,8 +79,8 @@ def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
         )
 
 
-def _loads(load: Load, model: Model) -> bool:
-    """Whether a load is other than zero at some time."""
+def acts(load: Load, model: Model) -> bool:
+    """Returns whether a load is other than zero at some time."""
     if not any(factor for _, factor in model.load_curve(load).table):
         return False
     if isinstance(load, BodyForce):

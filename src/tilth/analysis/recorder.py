@@ -209,6 +209,7 @@ class Recorder:
             self._progress.message(
                 f"step {clock.step + 1} to time {time:.6g} undone: {failure.reason}"
             )
+        self._say_warnings()
 
     def _say_warnings(self) -> None:
         for text in self.simulation.warnings:

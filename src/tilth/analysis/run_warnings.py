@@ -54,6 +54,13 @@ class RunWarnings:
             "repeated with a line search; later steps may need it too, without a further warning",
         )
 
+    def repeated_cuts(self, step: int, cuts: int, causes: Sequence[str]) -> None:
+        """A step that was shortened several times in a row; causes: the likely ones."""
+        self.note(
+            f"cuts by {causes[0][:20]}",
+            f"step {step} was undone {cuts} times in a row; likely causes: {'; '.join(causes)}",
+        )
+
     def departures(self, model: Model, cell_size: Floats) -> None:
         """Grid planes whose prescribed motion takes the material away from them."""
         for boundary in model.boundaries:

@@ -31,7 +31,7 @@ from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
@@ -398,4 +398,4 @@ class Simulation:
         outside = self.grid.first_point_outside(self.points.position + moved)
         if outside is not None:
             number = int(self.points.point_id[outside])
-            raise StepFailed("a point left the limits of the grid", point=number)
+            raise StepFailed(LEFT_LIMITS, point=number)

@@ -51,7 +51,7 @@ class Analysis(Declared):
     constrained radially without a declaration) or "3d".
     """
     tolerance: Tolerance = 1e-9
-    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-], at
+    """Relative tolerance of the residual in the Newton iteration, divided by the forces [-]; at
     most 0.01.
     """
     maximum_iterations: Count = 15

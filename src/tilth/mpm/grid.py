@@ -16,6 +16,9 @@ from tilth.mpm.groups import Groups, group
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
 
+LEFT_LIMITS = "a point left the limits of the grid"
+"""Reason of a step that failed because of the grid's limits."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -259,7 +262,7 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     """
     outside = grid.first_point_outside(points.position)
     if outside is not None:
-        raise StepFailed("a point left the limits of the grid", point=int(points.point_id[outside]))
+        raise StepFailed(LEFT_LIMITS, point=int(points.point_id[outside]))
     found = [group(points, body, grid) for body in points.bodies]
     key = _union([groups.active_nodes() for groups in found])
     stencils = [_stencil(points, i, grid, key, buffers, groups) for i, groups in enumerate(found)]

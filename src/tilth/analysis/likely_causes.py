@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Likely causes of a load step that fails again and again, from the state of the soil."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tilth.analysis.clock import Clock
+from tilth.analysis.model_warnings import NEARLY_INCOMPRESSIBLE, acts, at
+from tilth.analysis.simulation import Simulation
+from tilth.boundaries.conditions import require_no_rigid_motion
+from tilth.boundaries.implicit.passage import points_behind
+from tilth.errors import BadInput, StepFailed
+from tilth.model import VonMises
+from tilth.mpm.domains import LARGEST_HALF_LENGTH
+from tilth.mpm.grid import LEFT_LIMITS
+
+STEADY_FLOW = 0.5
+"""Elastic share of the last step's strain below which a point flows."""
+
+FLOWING_SHARE = 0.05
+"""Share of the points in plastic flow from which on a mechanism is likely."""
+
+WIDE_DOMAIN = 2.0
+"""Width of a domain, in cells, from which on it averages the deformation over too many of them."""
+
+
+def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> list[str]:
+    """Returns likely causes of a failed step, one sentence each, those with most evidence first.
+
+    simulation: in the state before the step, to which it has been undone. clock: at that time.
+    """
+    return [
+        *_left_limits(simulation, failure),
+        *_behind(simulation, clock),
+        *_not_constrained(simulation, clock),
+        *_limit_load(simulation, clock),
+        *_domains(simulation),
+        *_locking(simulation),
+        *_first_step(simulation, clock),
+    ]
+
+
+def _left_limits(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
+    limits = simulation.model.grid.limits
+    if failure.reason != LEFT_LIMITS or limits is None or failure.point is None:
+        return
+    points = simulation.points
+    position = points.position[points.index_of(np.array([failure.point]))[0]]
+    yield (
+        f"soil moves out of the grid's limits, first point {failure.point} from {at(position)}: "
+        "smaller steps only delay it; widen grid.limits, or add a boundary that holds the soil"
+    )
+
+
+def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
+    cell_size = simulation.grid.cell_size
+    for boundary in simulation.implicit:
+        if boundary.quadrature is None:
+            continue
+        behind, depth = points_behind(boundary, simulation.points, clock.time, cell_size)
+        if len(behind):
+            yield (
+                f"{len(behind)} material points are behind the boundary {boundary.name!r} "
+                f"({boundary.key}), up to {depth.max():.3g} deep, and nothing pushes them out: "
+                "begin with all soil in front of it; near it choose smaller cells or steps"
+            )
+
+
+def _not_constrained(simulation: Simulation, clock: Clock) -> Iterator[str]:
+    """A rigid-body motion that the conditions at this time leave free."""
+    try:
+        step = simulation.prepare(clock.time, clock.next_time())
+        require_no_rigid_motion(
+            step.active, simulation.kind, step.conditions.constrained, step.constraints
+        )
+    except StepFailed:
+        return
+    except BadInput as error:
+        free = error.problem.removesuffix(": the system of equations is singular")
+        yield (
+            f"{free}, since it has lost the boundaries that held it: add a boundary that acts on "
+            "it throughout, or end the schedule before"
+        )
+
+
+def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
+    """A load that changes while much of the soil flows plastically."""
+    model, points = simulation.model, simulation.points
+    before, after = clock.time, clock.next_time()
+    factors = {
+        f"loads[{i}] {curve.factor(before):.4g}": curve.factor(after) != curve.factor(before)
+        for i, load in enumerate(model.loads)
+        if acts(load, model) and (curve := model.load_curve(load))
+    }
+    if not any(factors.values()):
+        return
+    flowing = float(np.mean(points.elastic_share < STEADY_FLOW))
+    if flowing < FLOWING_SHARE:
+        return
+    yield (
+        f"the limit load is probably reached: {100.0 * flowing:.0f} % of the material points flow "
+        f"plastically while the load changes (last equilibrium at the factors {', '.join(factors)})"
+        ", and no smaller step has an equilibrium beyond it; prescribe a displacement instead of the load "
+        "to go on, or end the load there"
+    )
+
+
+def _domains(simulation: Simulation) -> Iterator[str]:
+    """Domains of the points that have grown over the cells."""
+    points, cell = simulation.points, simulation.grid.cell_size
+    for i, body in enumerate(points.bodies):
+        own = slice(body.start, body.stop)
+        width = 2.0 * (points.half_length[own] / cell).max(axis=1)
+        if body.has_corners:
+            wide, rule = width > WIDE_DOMAIN, f'basis = "{body.basis}"'
+            size, remedy = f"wider than {WIDE_DOMAIN:g} cells", 'basis = "gimp"'
+        elif body.domain_update is not None:
+            first = 2.0 * (points.initial_half_length[own] / cell).max(axis=1)
+            most = 2.0 * LARGEST_HALF_LENGTH * (1.0 - 1e-9)
+            wide, rule = (width >= most) & (first < most), f'domain_update = "{body.domain_update}"'
+            size, remedy = "grown to the size of a cell", "another domain_update"
+        else:
+            continue
+        if wide.any():
+            yield (
+                f"the domains of {int(wide.sum())} of {len(wide)} points of the body "
+                f"{body.name!r} are {size} with {rule} (bodies[{i}]): choose {remedy}, or more "
+                "points per cell"
+            )
+
+
+def _locking(simulation: Simulation) -> Iterator[str]:
+    """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
+    model, points = simulation.model, simulation.points
+    for i, body in enumerate(points.bodies):
+        if body.anti_locking != "none":
+            continue
+        material = model.materials[model.bodies[i].material]
+        flows = points.elastic_share[body.start : body.stop] < STEADY_FLOW
+        if material.poisson_ratio >= NEARLY_INCOMPRESSIBLE:
+            why = f"is nearly incompressible (Poisson's ratio {material.poisson_ratio:g})"
+        elif isinstance(material, VonMises) and float(np.mean(flows)) >= FLOWING_SHARE:
+            why = "flows plastically at constant volume"
+        else:
+            continue
+        yield (
+            f"the body {body.name!r} {why} without a remedy against locking, so that its pressures "
+            f'oscillate: give bodies[{i}].anti_locking = "f_bar"'
+        )
+
+
+def _first_step(simulation: Simulation, clock: Clock) -> Iterator[str]:
+    """A first step without an equilibrium."""
+    if clock.step > 0:
+        return
+    schedule = simulation.model.schedule
+    yield (
+        f"already the first step ({schedule.first_step:.4g} in the schedule, tried down to "
+        f"{min(clock.size, schedule.first_step):.4g}) has no equilibrium: its load or motion is "
+        "too large for the soil; check the units of loads, stiffness and strength, or give more "
+        "steps"
+    )
