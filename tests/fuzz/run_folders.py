@@ -24,6 +24,8 @@ from fuzz.sandbox import Job
 SECONDS = 30.0
 STOP = 0.5
 """Time at which the interrupted runs stop; the schedules end at 1."""
+OTHER_NUMBERS = ("model.json", "checkpoint.npz: meta.json")
+"""Where a changed number that is right by itself gives another, complete analysis."""
 EXTREMES = (float("nan"), float("inf"), -1, 0, 1e308, 2**40, 3.5, None, "x", [], {}, True)
 
 
@@ -70,7 +72,7 @@ def folder_jobs(seed: int, numbers: Iterable[int], runs: Path, work: Path) -> It
 def folder_job(name: str, out: Path, command: str, damaged: str, whole: Path) -> Job:
     """Returns the job that resumes or reports a damaged run.
 
-    damaged: name of the file that was damaged. whole: folder of the uninterrupted run.
+    damaged: the file that was damaged, and the array in it. whole: folder of the uninterrupted run.
     """
     before = _contents(out)
     quiet = ["--threads", "1", "--quiet"] if command == "resume" else []
@@ -84,11 +86,13 @@ def folder_job(name: str, out: Path, command: str, damaged: str, whole: Path) ->
                 if name != "report.html" and before.get(name) != after.get(name)
             )  # fmt: skip
             return [f"{command} with exit code {code} changes {name}" for name in changed]
-        if code != 0 or damaged == "model.json":  # other numbers are another model
+        if code != 0 or damaged in OTHER_NUMBERS:
             return []
         return [f"{damaged} damaged, and resume {text}" for text in _differences(out, whole)]
 
-    return Job(name, out.parent, [command, str(out), *quiet], SECONDS, inspect)
+    return Job(
+        name, out.parent, [command, str(out), *quiet], SECONDS, inspect, about=f"{damaged} damaged"
+    )
 
 
 def _contents(folder: Path) -> dict[str, bytes]:
@@ -109,7 +113,7 @@ def _differences(out: Path, whole: Path) -> list[str]:
 
 
 def _damage(folder: Path, random: Random) -> str:
-    """Damages one file of a run; returns its name."""
+    """Damages one file of a run; returns its name, and that of the array in it."""
     name = random.choice((
         "results.vtkhdf", "history.csv", "checkpoint.npz", "checkpoint.npz", "checkpoint.npz",
         "model.json", "log.txt",
@@ -126,7 +130,7 @@ def _damage(folder: Path, random: Random) -> str:
         content = file.read_bytes()
         file.write_bytes(content[: random.randrange(len(content))])
     elif name == "checkpoint.npz" and kind < 7:
-        _rewrite_checkpoint(file, random)
+        return f"{name}: {_rewrite_checkpoint(file, random)}"
     elif name == "model.json" and kind < 6:
         _rewrite_model(file, random)
     elif name == "history.csv" and kind < 5:
@@ -155,8 +159,8 @@ def _rewrite_model(file: Path, random: Random) -> None:
     file.write_text(json.dumps(tree), encoding="utf-8")
 
 
-def _rewrite_checkpoint(file: Path, random: Random) -> None:
-    """Writes the archive anew, its check sums right, with one array or the plain data changed."""
+def _rewrite_checkpoint(file: Path, random: Random) -> str:
+    """Writes the archive anew, its check sums right, with one member changed; returns its name."""
     with zipfile.ZipFile(file) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = random.choice(sorted(members))
@@ -180,6 +184,7 @@ def _rewrite_checkpoint(file: Path, random: Random) -> None:
     with zipfile.ZipFile(file, "w") as archive:
         for key, content in members.items():
             archive.writestr(key, content)
+    return name
 
 
 def _npy(array: Any) -> bytes:
@@ -207,7 +212,7 @@ def _other_array(array: Any, random: Random) -> Any:
         return np.zeros((0,))
     other = array.copy()
     if other.size:
-        extremes = (np.nan, np.inf, 1e300) if array.dtype.kind == "f" else (-1, 2**31 - 1, 10**6)
+        extremes = (np.nan, np.inf) if array.dtype.kind == "f" else (-1, 2**31 - 1, 10**6)
         other.flat[random.randrange(other.size)] = random.choice(extremes)
     return other
 

@@ -34,7 +34,8 @@ class Job:
     """A command to be run in a folder of its own.
 
     seconds: processor time that it may take. inspect: is called in the same process after the
-    command, with its exit code; returns the faults that it finds in the files.
+    command, with its exit code; returns the faults that it finds in the files. about: what was
+    changed.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Job:
     arguments: list[str]
     seconds: float
     inspect: Callable[[int], list[str]]
+    about: str = ""
 
 
 @dataclass
@@ -109,6 +111,8 @@ def _limit(job: Job) -> None:
         file = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(file, number)
         os.close(file)
+    sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)  # noqa: SIM115
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     seconds = int(job.seconds)
     for limit, most in (
