@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 import datetime
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from random import Random
 from typing import Any
 
@@ -95,6 +96,17 @@ def _scale(tree: Tree, others: list[Tree], random: Random) -> None:
     if found := _numbers(tree):
         table, key = random.choice(found)
         table[key] = float(table[key]) * random.choice(FACTORS)
+
+
+def _gentle(tree: Tree, others: list[Tree], random: Random) -> None:
+    """Another number where most numbers make sense: no coordinate of a body or a boundary."""
+    parts = [tree[key] for key in ("materials", "loads", "schedule", "analysis") if key in tree]
+    boundaries = tree.get("boundaries", [])
+    motions = [b.get("displacement", {}) for b in boundaries if isinstance(b, dict)]
+    if found := [place for part in [*parts, *motions] for place in _numbers(part)]:
+        table, key = random.choice(found)
+        whole = isinstance(table[key], int)
+        table[key] = 1 + table[key] // 2 if whole else table[key] * random.choice(FACTORS)
 
 
 def _units(tree: Tree, others: list[Tree], random: Random) -> None:
@@ -206,8 +218,13 @@ TREE_CHANGES: tuple[Callable[[Tree, list[Tree], Random], None], ...] = (
     _choice, _choice, _renamed_all, _nest, _splice, _splice, _graft, _graft, _add, _add, _repeat,
     _contradict,
 )  # fmt: skip
-MILD = (_scale, _scale, _number, _choice, _choice, _graft, _graft, _add, _contradict, _repeat)
+MILD = (
+    _gentle, _gentle, _gentle, _gentle, _scale, _number, _choice, _choice, _graft, _graft, _add,
+    _contradict, _repeat,
+)  # fmt: skip
 """Changes that often leave a model that can be computed."""
+MISFITS = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+"""What a change raises where earlier ones left no place for it; it is left out then."""
 
 
 def changed_tree(tree: Tree, others: list[Tree], random: Random, mild: bool) -> str:
@@ -218,7 +235,7 @@ def changed_tree(tree: Tree, others: list[Tree], random: Random, mild: bool) -> 
     tree = copy.deepcopy(tree)
     for _ in range(random.choice((1, 1, 1, 2, 3))):
         changes = MILD if mild and random.random() < 0.8 else TREE_CHANGES
-        if tree:
+        with suppress(*MISFITS):
             random.choice(changes)(tree, others, random)
     return toml_text(tree)
 
