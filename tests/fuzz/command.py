@@ -109,7 +109,7 @@ def _keep(folder: Path, job: Job, outcome: Outcome, found: list[str]) -> None:
     about = {"arguments": job.arguments, "code": outcome.code, "seconds": outcome.seconds}
     if (job.folder / "out").exists() and not case.exists():
         shutil.copytree(job.folder / "out", folder / "out", dirs_exist_ok=True)
-    text = [*found, job.about, json.dumps(about), outcome.err[:20_000], outcome.bug]
+    text = [*found, job.damaged, json.dumps(about), outcome.err[:20_000], outcome.bug]
     (folder / "outcome.txt").write_text("\n".join(text), encoding="utf-8", errors="replace")
 
 
@@ -133,7 +133,7 @@ def _replay(options: argparse.Namespace, work: Path) -> int:
         example, _ = changed_case(kind, Random(options.replay))
         print(f"example {example}; changed case file:")
         print((job.folder / "input/case.toml").read_text("utf-8", errors="backslashreplace"))
-    print(job.about, " ".join(["tilth", *job.arguments]), sep="\n")
+    print(job.damaged, " ".join(["tilth", *job.arguments]), sep="\n")
     print(f"exit code {outcome.code} after {outcome.seconds:.1f} s of processor time")
     print(outcome.out, outcome.err, outcome.bug, *found, sep="\n", file=sys.stdout)
     return 1 if found else 0

@@ -20,6 +20,11 @@ LONGEST = 20_000
 
 def faults(job: Job, outcome: Outcome) -> list[str]:
     """Returns the broken promises of a command, each as one line that names its cause."""
+    where = f"damaged {job.damaged.partition(':')[0]}: " if job.damaged else ""
+    return [where + fault for fault in _broken_promises(job, outcome)]
+
+
+def _broken_promises(job: Job, outcome: Outcome) -> list[str]:
     command, err = job.arguments[0], outcome.err
     if outcome.code < 0:
         name = signal.Signals(-outcome.code).name
@@ -27,19 +32,19 @@ def faults(job: Job, outcome: Outcome) -> list[str]:
         return [f"{ended} in {_deepest(err)}"]
     found = list(outcome.found)
     if outcome.code == 4:
-        error = outcome.bug.strip().splitlines()[-1] if outcome.bug else err
-        found.append(f"bug: {error.split(':')[0]} in {_deepest(outcome.bug)}")
+        errors = re.findall(r"^([\w.]+)(?::|$)", outcome.bug, re.MULTILINE)
+        found.append(f"bug: {errors[-1] if errors else err[:60]} in {_deepest(outcome.bug)}")
     elif outcome.code not in CODES[command]:
         found.append(f"exit code {outcome.code} in {_deepest(err)}")
     elif "Traceback (most recent" in err:
         found.append(f"traceback in {_deepest(err)}")
     found += [f"library's warning: {text}" for text in _warnings(err)]
     heads = [line for line in err.splitlines() if line[:1].strip() and "Warning: " not in line]
-    errors = [line for line in heads if not line.startswith("warning: ")]
-    if outcome.code in (1, 2) and len(errors) != 1 and "Traceback" not in err:
-        found.append(f"{len(errors)} messages instead of one")
-    if outcome.code == 0 and errors:
-        found.append(f"exit code 0 with a message: {errors[0][:60]}")
+    messages = [line for line in heads if not line.startswith("warning: ")]
+    if outcome.code in (1, 2) and len(messages) != 1 and "Traceback" not in err:
+        found.append(f"{len(messages)} messages instead of one")
+    if outcome.code == 0 and messages:
+        found.append(f"exit code 0 with a message: {messages[0][:60]}")
     if len(err) > LONGEST:
         found.append("message longer than 20,000 characters")
     if strange := sorted({_control(c) for c in err + outcome.out} - {""}):

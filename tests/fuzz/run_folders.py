@@ -88,11 +88,9 @@ def folder_job(name: str, out: Path, command: str, damaged: str, whole: Path) ->
             return [f"{command} with exit code {code} changes {name}" for name in changed]
         if code != 0 or damaged in OTHER_NUMBERS:
             return []
-        return [f"{damaged} damaged, and resume {text}" for text in _differences(out, whole)]
+        return [f"resume {text}" for text in _differences(out, whole)]
 
-    return Job(
-        name, out.parent, [command, str(out), *quiet], SECONDS, inspect, about=f"{damaged} damaged"
-    )
+    return Job(name, out.parent, [command, str(out), *quiet], SECONDS, inspect, damaged)
 
 
 def _contents(folder: Path) -> dict[str, bytes]:

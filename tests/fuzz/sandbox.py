@@ -34,8 +34,8 @@ class Job:
     """A command to be run in a folder of its own.
 
     seconds: processor time that it may take. inspect: is called in the same process after the
-    command, with its exit code; returns the faults that it finds in the files. about: what was
-    changed.
+    command, with its exit code; returns the faults that it finds in the files. damaged: file of a
+    run's folder that was damaged, and the array in it.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Job:
     arguments: list[str]
     seconds: float
     inspect: Callable[[int], list[str]]
-    about: str = ""
+    damaged: str = ""
 
 
 @dataclass
