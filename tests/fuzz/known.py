@@ -8,6 +8,7 @@ KNOWN: tuple[str, ...] = (
     # deep nesting, extreme numbers, lists of a thousand wrong entries
     "bug: RecursionError in case.py",
     "exit code 70 in errors.py:shown",
+    "bug: OverflowError in bodies/request.py",
     "message longer than 20,000 characters",
     "too slow in geometry/quadrature.py:make_quadrature",
     "library's warning: report/surface_lines.py: RuntimeWarning: overflow",
@@ -17,7 +18,8 @@ KNOWN: tuple[str, ...] = (
     # memory
     "bug: numpy._core._exceptions._ArrayMemoryError",
     "bug: MemoryError",
-    # the picture of large 3D models
+    # the summary and the picture of large models
+    "too slow in report/summary.py:_rows",
     "too slow in report/surface_view.py:_draw_faces",
     # damaged run folders
     "damaged checkpoint.npz: ",
