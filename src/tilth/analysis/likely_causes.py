@@ -103,8 +103,8 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
     yield (
         f"the limit load is probably reached: {100.0 * flowing:.0f} % of the material points flow "
         f"plastically while the load changes (last equilibrium at the factors {', '.join(factors)})"
-        ", and no smaller step has an equilibrium beyond it; prescribe a displacement instead of the load "
-        "to go on, or end the load there"
+        ", and no smaller step has an equilibrium beyond it; prescribe a displacement instead of "
+        "the load to go on, or end the load there"
     )
 
 

@@ -218,7 +218,11 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
     """Bodies thinner than a cell, or with cells that may hold no point."""
     for i, body in enumerate(points.bodies):
         own = slice(body.start, body.stop)
-        position, half, cell = points.position[own], points.half_length[own], model.cell_size
+        position, half, cell = (
+            points.position[own],
+            points.initial_half_length[own],
+            model.cell_size,
+        )
         extent = ((position + half).max(axis=0) - (position - half).min(axis=0)) / cell
         thin = int(extent.argmin())
         if extent[thin] < 1.0 - 1e-6:
@@ -230,7 +234,7 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
             )
         apart = (2.0 * half / cell).max(axis=0)
         worst = int(apart.argmax())
-        if not body.has_corners and apart[worst] > 1.0 + 1e-6:
+        if body.basis == "linear" and apart[worst] > 1.0 + 1e-6:
             yield (
                 f"spacing of {i}",
                 f"bodies[{i}]: the points of the body {body.name!r} are {apart[worst]:.3g} cells "

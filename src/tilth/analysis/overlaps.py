@@ -57,4 +57,5 @@ def _points_inside(model: Model, points: MaterialPoints, body: int, host: int) -
     else:
         corner = corners[near]
     inner = points.position[near, None] + INNER_SHARE * corner
-    return near[inside(inner.reshape(-1, model.dimension)).reshape(len(near), -1).all(axis=1)]
+    within = inside(inner.reshape(-1, model.dimension)).reshape(inner.shape[:2])
+    return near[within.all(axis=1)]
