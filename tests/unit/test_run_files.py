@@ -321,15 +321,12 @@ def test_overwrite_removes_only_own_files(tmp_path: Path) -> None:
     assert not (tmp_path / "model.json").exists()
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a process that can be ended at will")
 def test_temporary_files_are_hidden_and_removed_by_overwrite(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever a kill leaves behind: each file is stopped before it gets its name."""
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(os, "replace", stop)
+    """Whatever a kill leaves behind: each process ends before its file gets its name."""
+    monkeypatch.setattr(os, "replace", lambda *_: os._exit(9))
     results = ResultsWriter(tmp_path / "results.vtkhdf", units=UNITS)
     for write in (
         lambda: write_checkpoint(tmp_path / "checkpoint.npz", {}, {}),
@@ -337,8 +334,12 @@ def test_temporary_files_are_hidden_and_removed_by_overwrite(
         lambda: write_surfaces(tmp_path / "surface.csv", make_snapshot(0), "m"),
         lambda: results.append(make_snapshot(0)),
     ):
-        with pytest.raises(KeyboardInterrupt):
-            write()
+        if (child := os.fork()) == 0:
+            try:
+                write()
+            finally:
+                os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
     assert len(list(tmp_path.iterdir())) == 4
     assert all(file.name.startswith(".") for file in tmp_path.iterdir())
     prepare_output_folder(tmp_path, overwrite=True)

@@ -40,7 +40,7 @@ def read_setup(path: Path, initial: Snapshot) -> Setup:
     Raises ``BadInput`` if there is no file at ``path`` or it is damaged.
     """
     arrays, meta = read_checkpoint(path)
-    parts = {
+    parts: dict[str, Any] = {
         name: [
             cls(**_joined(f"{name}.{number}", arrays, plain))
             for number, plain in enumerate(meta.pop(name))
