@@ -218,7 +218,7 @@ def test_a_radius_of_a_few_cells_is_named(radius: float, change: float, named: b
 
 
 def test_thin_bodies_and_sparse_points_are_named() -> None:
-    given = entries(boundaries=rollers("plane_strain", sides=False))
+    given = entries(boundaries=[plane("base", "y", 0.0, condition="fixed")])
     given["bodies"][0]["shape"] = {**BOX, "upper": [6.0, 0.5]}
     given["bodies"][0]["basis"] = "linear"
     del given["bodies"][0]["points_per_cell"]
