@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,7 @@ def load_model(folder: Path) -> Model:
     try:
         return Model.from_dict(entries)
     except BadInput as error:
-        raise error.in_file(file) from None
+        problems = [replace(each, remedy=each.remedy or RESTORE) for each in error.problems]
+        raise BadInput.of(problems, file) from None
     except RecursionError:
         raise BadInput(f"{file} is nested too deeply to be a model", RESTORE) from None
