@@ -201,6 +201,10 @@ WRONG: dict[str, tuple[str, tuple[str, str]]] = {
         "geometry.vertices",
         implicit(f'{{ type = "polyline", vertices = {POLYGON}, soil = "left" }}'),
     ),
+    "a long spline": (
+        "boundaries[0].geometry: passes through about",
+        implicit('{ type = "spline", vertices = [[0, 0], [1e5, 0], [1e5, 1]], soil = "left" }'),
+    ),
     "a band beyond numbers": ("boundaries[0].delta", implicit(PLANE, "delta = 1e300")),
     "a band of nothing": ("boundaries[0].delta", implicit(PLANE, "delta = 5e-324")),
     "a translation without bound": (

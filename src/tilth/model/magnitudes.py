@@ -33,8 +33,11 @@ LARGEST_COORDINATE = 1e9
 """Coordinates, at most, as a multiple of the cell size: their round-off is 1e-7 of a cell."""
 
 
-MOST_PIECES = 2_000_000
+MOST_PIECES = 1_000_000
 """Cells through which an implicit boundary passes, about, at most: each makes pieces of it."""
+
+MOST_SPLINE_PIECES = 10_000
+"""As `MOST_PIECES`, for a spline: the nearest point on it is found by iteration."""
 
 SMALLEST_SPACING = 0.01
 """Distance of boundary points on a surface, at least, as a multiple of the cell size."""
@@ -104,8 +107,10 @@ def _too_large(model: Model) -> Iterator[Problem]:
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary):
             pieces = _pieces(boundary.geometry, min(model.cell_size), _soil_length(model))
-            if pieces > MOST_PIECES:
-                what = f"passes through about {pieces:.3g} cells, more than {MOST_PIECES:,}"
+            is_spline = isinstance(boundary.geometry, SplineGeometry)
+            most = MOST_SPLINE_PIECES if is_spline else MOST_PIECES
+            if pieces > most:
+                what = f"passes through about {pieces:.3g} cells, more than {most:,}"
                 remedy = "use larger cells, or give only the part near the soil"
                 yield Problem(f"boundaries[{i}].geometry", what, remedy)
 
