@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Version, help, and what the commands hand to the library; exit codes 0, 1, 3 and 4."""
 
+import errno
 import io
 import subprocess
 import sys
@@ -254,3 +255,41 @@ def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_pa
     assert outcome.code == 2
     assert "cannot be written" in outcome.err
     assert "--picture" in outcome.err
+
+
+def test_a_bug_is_reported_where_no_file_can_be_written(
+    tilth: Tilth, case: Case, analysis: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    analysis.fails = ZeroDivisionError("division by zero")
+    outcome = tilth("run", case())
+    assert outcome.code == 4
+    assert outcome.err.startswith("a bug in tilth: ZeroDivisionError: division by zero\n")
+    assert "with the case file and this text:" in outcome.err
+
+
+def test_a_full_disk_is_no_bug(tilth: Tilth, case: Case, analysis: Any) -> None:
+    file = case()
+    for error, text in (
+        (OSError(errno.ENOSPC, "x"), "a file cannot be written: the disk is full\n"),
+        (OSError(errno.EROFS, "x", "a/b"), "a/b cannot be written: the disk is read-only\n"),
+    ):
+        analysis.fails = error
+        assert tilth("run", file) == Outcome(1, "", text)
+    analysis.fails = OSError(errno.EBADF, "x")
+    assert tilth("run", file).code == 4
+
+
+@pytest.mark.parametrize("unbuffered", [True, False])
+def test_a_reader_that_ends_early_is_no_bug(case: Case, unbuffered: bool) -> None:
+    """As in `tilth check CASE.toml | head -0`."""
+    options = ["-u"] if unbuffered else []
+    with subprocess.Popen(
+        [sys.executable, *options, "-m", "tilth", "check", str(case())],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 1
