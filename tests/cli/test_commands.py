@@ -258,9 +258,12 @@ def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_pa
 
 
 def test_a_bug_is_reported_where_no_file_can_be_written(
-    tilth: Tilth, case: Case, analysis: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tilth: Tilth, case: Case, analysis: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    def refuse(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, "x")
+
+    monkeypatch.setattr("tilth.cli.tempfile.NamedTemporaryFile", refuse)
     analysis.fails = ZeroDivisionError("division by zero")
     outcome = tilth("run", case())
     assert outcome.code == 4
