@@ -113,7 +113,8 @@ def run(
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     if not quiet:
-        click.echo(_where(folder, result.finished))
+        with suppress(BrokenPipeError):  # the run is done, whoever reads of it
+            click.echo(_where(folder, result.finished))
 
 
 @cli.command()
@@ -178,7 +179,8 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
     if not quiet:
-        click.echo(_where(folder, result.finished))
+        with suppress(BrokenPipeError):  # the run is done, whoever reads of it
+            click.echo(_where(folder, result.finished))
 
 
 @cli.command()

@@ -198,17 +198,19 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
 def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
     """Takes and records the load steps; returns the number of Newton iterations."""
     iterations = 0
-    with DeferredStop() as stop, recorder.recording(clock, quiet) as progress:
+    with DeferredStop() as stop:
+        with recorder.recording(clock, quiet) as progress:
 
-        def on_iteration(iteration: int, residual: float) -> None:
-            stop.check()
-            progress.iteration(clock.step + 1, iteration, residual)
+            def on_iteration(iteration: int, residual: float) -> None:
+                stop.check()
+                progress.iteration(clock.step + 1, iteration, residual)
 
-        def on_cut(time: float, failure: StepFailed) -> None:
-            recorder.cut(clock, time, failure)
+            def on_cut(time: float, failure: StepFailed) -> None:
+                recorder.cut(clock, time, failure)
 
-        for size, result in load_steps(simulation, clock, on_iteration, on_cut):
-            iterations += result.equilibrium.iterations
-            recorder.step(clock, size, result)
-            progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
+            for size, result in load_steps(simulation, clock, on_iteration, on_cut):
+                iterations += result.equilibrium.iterations
+                recorder.step(clock, size, result)
+                progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
+        stop.check()  # a signal in the last iteration
     return iterations
