@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def set_threads(threads: int) -> None:
-    """Number of threads of all following kernels."""
+    """Number of threads of all following kernels, 1 to 1024."""
 
 def threads() -> int:
     """Number of threads in use."""
@@ -38,7 +38,7 @@ def lattice(keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', 
     """Lattice indices (n,3) of node keys."""
 
 def node_keys(indices: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
-    """Keys of lattice indices (n,3)."""
+    """Keys of lattice indices (n,3); -1 for an index out of range."""
 
 def group_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int32]:
     """Node numbers of each group, x fastest."""

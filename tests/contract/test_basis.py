@@ -41,7 +41,9 @@ class Evaluated:
 def evaluate(basis: str, grid: Grid, position: Floats, half_length: Floats) -> Evaluated:
     """Basis values through the same calls as a load step, points in the order given."""
     n, dim = position.shape
-    body = PointRange("body", 0, n, basis, None, laws()["hencky_elastic"], np.ones(2), 0.0)
+    body = PointRange(
+        "body", 0, n, basis, None, laws()["hencky_elastic"], np.array([1.0, 0.0]), 0.0
+    )
     points = MaterialPoints.undeformed([body], position.copy(), np.ones(n), half_length)
     active = locate(points, grid, Buffers())
     stencil = active.stencils[0]

@@ -60,7 +60,9 @@ def random_domains(dim: int, grid: Grid, warp: float, n: int = 60) -> tuple[Floa
 def located(grid: Grid, position: Floats, corner: Floats) -> tuple[Floats, Floats, Floats]:
     """Dense values (n, nodes), gradients (n, nodes, dim) and node positions of given domains."""
     n, dim = position.shape
-    body = PointRange("body", 0, n, "cpdi2", None, laws()["hencky_elastic"], np.ones(2), 0.0)
+    body = PointRange(
+        "body", 0, n, "cpdi2", None, laws()["hencky_elastic"], np.array([1.0, 0.0]), 0.0
+    )
     points = MaterialPoints.undeformed([body], position, np.ones(n), np.ones((n, dim)))
     points.corner[:] = corner
     active = locate(points, grid, Buffers())

@@ -23,7 +23,7 @@ def two_cells() -> Centres:
         cell_start=np.array([0, 1, 2]),
         cell=np.array([0, 1], dtype=np.int32),
         corner_node=np.zeros(0, dtype=np.int32),
-        share_start=np.array([0, 3]),
+        share_start=np.array([0, 3, 5]),
         share=np.ones(5),
         node=empty.astype(np.int32),
         value=empty,

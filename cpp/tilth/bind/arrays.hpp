@@ -17,21 +17,26 @@ namespace tilth::bind {
 
 namespace nb = nanobind;
 
-using Doubles = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
-using ConstDoubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Integers = nb::ndarray<std::int64_t, nb::c_contig, nb::device::cpu>;
-using ConstIntegers = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
-using Flags = nb::ndarray<bool, nb::c_contig, nb::device::cpu>;
-using ConstFlags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
-using ConstShorts = nb::ndarray<const std::int32_t, nb::c_contig, nb::device::cpu>;
+template <class T>
+using Array = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
 
-/// Refuses an array whose number of entries is not the expected one.
-template <class Array>
-void require_size(const Array& array, std::int64_t size, const char* name) {
-  if (static_cast<std::int64_t>(array.size()) != size)
-    throw std::invalid_argument(std::string(name) + " has " + std::to_string(array.size()) +
-                                " entries, expected " + std::to_string(size));
-}
+/// An array that is taken as it is. Others, of another type or layout, raise TypeError.
+template <class T>
+struct ExactArray : Array<T> {
+  using Array<T>::Array;
+  ExactArray(Array<T> array) : Array<T>(std::move(array)) {}
+};
+
+// The rule for arguments and attributes. Arrays that a function writes are exact: a kernel must not
+// write into a converted copy. Indices and flags that it reads are exact too, as a conversion may
+// change them. Only numbers that it reads are converted: to double precision, in C order.
+using Doubles = ExactArray<double>;
+using ConstDoubles = Array<const double>;
+using Integers = ExactArray<std::int64_t>;
+using ConstIntegers = ExactArray<const std::int64_t>;
+using Flags = ExactArray<bool>;
+using ConstFlags = ExactArray<const bool>;
+using ConstShorts = ExactArray<const std::int32_t>;
 
 /// A NumPy array that takes over a vector's memory without a copy.
 template <class T>
@@ -59,3 +64,21 @@ void bind_points_in_cells(nb::module_& module);
 void bind_multigrid(nb::module_& module);
 
 }  // namespace tilth::bind
+
+namespace nanobind::detail {
+
+template <class T>
+struct type_caster<tilth::bind::ExactArray<T>> {
+  using Array = tilth::bind::Array<T>;
+  NB_TYPE_CASTER(tilth::bind::ExactArray<T>, make_caster<Array>::Name)
+
+  bool from_python(handle source, std::uint32_t flags, cleanup_list* cleanup) noexcept {
+    make_caster<Array> caster;
+    const auto exact = flags & ~static_cast<std::uint32_t>(cast_flags::convert);
+    if (!caster.from_python(source, exact, cleanup)) return false;
+    value = std::move(caster.value);
+    return true;
+  }
+};
+
+}  // namespace nanobind::detail

@@ -9,22 +9,26 @@ namespace tilth::bind {
 
 namespace {
 
-/// Calls `function(kind, n)` for the dimension of `position` (n, dim); checks the corners' size.
+/// Calls `function(kind, n)` for the dimension of `position` (n, dim); checks the corners' size and
+/// the grid.
 template <class Function>
-void with_corners(const ConstDoubles& position, const ConstDoubles& corner, Function&& function) {
-  const auto points = static_cast<std::int64_t>(position.shape(0));
-  const int dim = static_cast<int>(position.shape(1));
+void with_corners(const ConstDoubles& position, const ConstDoubles& corner,
+                  const ConstDoubles& origin, const ConstDoubles& cell_size, Function&& function) {
+  const std::int64_t points = rows_of(position, 2, "position");
+  const int dim = dimension_of(position, "position");
   require_size(corner, points * dim * (1 << dim), "corner");
+  require_grid(origin, cell_size, dim);
   with_dimension(dim, [&](auto kind) { function(kind, points); });
 }
 
 auto corner_supports(ConstDoubles position, ConstDoubles corner, ConstDoubles origin,
                      ConstDoubles cell_size) {
-  const std::size_t n = position.shape(0), codes_each = position.shape(1) == 3 ? 2 : 1;
+  const auto n = static_cast<std::size_t>(rows_of(position, 2, "position"));
+  const std::size_t codes_each = dimension_of(position, "position") == 3 ? 2 : 1;
   std::vector<std::int64_t> keys(n), codes(n * codes_each);
   std::int64_t failures = 0;
   const kernel::Cells cells{origin.data(), cell_size.data()};
-  with_corners(position, corner, [&](auto kind, std::int64_t points) {
+  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
     failures = kernel::corner_supports<decltype(kind)::dim>(points, position.data(), corner.data(),
                                                             cells, keys.data(), codes.data());
@@ -33,6 +37,7 @@ auto corner_supports(ConstDoubles position, ConstDoubles corner, ConstDoubles or
 }
 
 auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers codes) {
+  require_keys(keys, "keys");
   require_size(codes, static_cast<std::int64_t>(keys.size()) * (dim == 3 ? 2 : 1), "codes");
   kernel::CornerGroups groups;
   with_dimension(dim, [&](auto kind) {
@@ -49,31 +54,48 @@ auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers codes) {
 void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstIntegers node_keys,
                          ConstIntegers value_start, ConstDoubles position, ConstDoubles corner,
                          ConstDoubles origin, ConstDoubles cell_size, Doubles value) {
-  const auto groups = static_cast<std::int64_t>(start.size()) - 1;
+  const std::int64_t groups = require_starts(start, rows_of(position, 2, "position"), "start");
+  const int dim = dimension_of(position, "position");
   const kernel::Cells cells{origin.data(), cell_size.data()};
-  require_size(value, value_start.data()[groups], "value");
-  with_corners(position, corner, [&](auto kind, std::int64_t) {
+  require_size(node_start, groups + 1, "node_start");
+  require_starts(node_start, size_of(node_keys), "node_start");
+  require_size(value_start, groups + 1, "value_start");
+  require_starts(value_start, size_of(value), "value_start");
+  bool other = false, many = false;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int64_t nodes = node_start.data()[g + 1] - node_start.data()[g];
+    many |= nodes > kernel::maximum_nodes;
+    other |= value_start.data()[g + 1] - value_start.data()[g] !=
+             (1 + dim) * nodes * (start.data()[g + 1] - start.data()[g]);
+  }
+  require(!many, "node_start", "has a group with too many nodes");
+  require(!other, "value_start", "does not fit to the points and nodes of a group");
+  bool complete = true;
+  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t) {
     nb::gil_scoped_release release;
-    kernel::corner_basis_values<decltype(kind)::dim>(
+    complete = kernel::corner_basis_values<decltype(kind)::dim>(
         groups, start.data(), node_start.data(), node_keys.data(), value_start.data(),
         position.data(), corner.data(), cells, value.data());
   });
+  require(complete, "node_keys", "lack a node of a domain");
 }
 
 std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstIntegers node_keys,
                           ConstDoubles displacement, ConstDoubles origin, ConstDoubles cell_size,
                           bool axisymmetric, Doubles moved, Doubles shift) {
-  const auto nodes = static_cast<std::int64_t>(node_keys.size());
+  const std::int64_t nodes = size_of(node_keys);
   const kernel::Cells cells{origin.data(), cell_size.data()};
+  require_table(displacement, nodes, dimension_of(position, "position"), "displacement");
   require_size(moved, static_cast<std::int64_t>(corner.size()), "moved");
   require_size(shift, static_cast<std::int64_t>(position.size()), "shift");
   std::int64_t folded = -1;
-  with_corners(position, corner, [&](auto kind, std::int64_t points) {
+  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
     folded = kernel::move_corners<decltype(kind)::dim>(
         points, position.data(), corner.data(), nodes, node_keys.data(), displacement.data(), cells,
         axisymmetric, moved.data(), shift.data());
   });
+  require(folded != kernel::node_missing, "node_keys", "lack a node of a domain");
   return folded;
 }
 
@@ -81,27 +103,34 @@ auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, Cons
                           ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
                           ConstIntegers cell_keys) {
   const StencilView stencil(stencil_handle);
-  const auto own_start = nb::cast<ConstIntegers>(stencil_handle.attr("cell_start"));
-  const auto own_cell = nb::cast<ConstIntegers>(stencil_handle.attr("cell"));
-  const auto node_key = nb::cast<ConstIntegers>(stencil_handle.attr("node_key"));
+  const auto own_start = attribute<ConstIntegers>(stencil_handle, "cell_start");
+  const auto own_cell = attribute<ConstIntegers>(stencil_handle, "cell");
+  const auto node_key = attribute<ConstIntegers>(stencil_handle, "node_key");
+  require_size(own_start, stencil.groups + 1, "cell_start");
+  require_starts(own_start, size_of(own_cell), "cell_start");
+  require_keys(own_cell, "cell");
+  require_size(node_key, size_of(stencil.nodes), "node_key");
+  require_table(position, stencil.points(), stencil.dim, "position");
   require_size(weight, stencil.points(), "weight");
   const kernel::CornerCells supports{stencil.node_start, node_key.data(), own_start.data(),
                                      own_cell.data()};
   const kernel::Cells grid{origin.data(), cell_size.data()};
-  const std::size_t dim = position.shape(1), cells = cell_keys.size();
+  const std::size_t dim = stencil.dim, cells = cell_keys.size();
   std::vector<std::int64_t> share_start(stencil.groups + 1, 0);
   for (std::int64_t g = 0; g < stencil.groups; ++g)
     share_start[g + 1] = share_start[g] + (own_start.data()[g + 1] - own_start.data()[g]) *
                                               (stencil.start[g + 1] - stencil.start[g]);
   std::vector<std::int32_t> cell(own_cell.size());
   std::vector<std::int32_t> corner_node(own_cell.size() << dim);
+  bool complete = true;
   std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
-  with_corners(position, corner, [&](auto kind, std::int64_t) {
-    kernel::share_corner_domains<decltype(kind)::dim>(
+  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t) {
+    complete = kernel::share_corner_domains<decltype(kind)::dim>(
         stencil, supports, position.data(), corner.data(), weight.data(), grid,
         static_cast<std::int64_t>(cells), cell_keys.data(), cell.data(), corner_node.data(),
         share_start.data(), share.data(), moment.data());
   });
+  require(complete, "cell_keys", "or the stencil lack a cell or a node of a domain");
   return std::make_tuple(give(std::move(cell)), give(std::move(corner_node)),
                          give(std::move(share_start)), give(std::move(share)),
                          give(std::move(moment), {cells, 1 + dim}));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/elements.hpp"
 #include "../components.hpp"
-#include "arrays.hpp"
+#include "stencil_view.hpp"
 
 namespace tilth::bind {
 
@@ -13,26 +13,39 @@ struct ElementsView : kernel::Elements {
   ConstIntegers integers[5];
 
   explicit ElementsView(nb::handle of) : kernel::Elements{} {
-    shorts[0] = nb::cast<ConstShorts>(of.attr("node"));
-    shorts[1] = nb::cast<ConstShorts>(of.attr("block_position"));
+    shorts[0] = attribute<ConstShorts>(of, "node");
+    shorts[1] = attribute<ConstShorts>(of, "block_position");
     const char* names[5] = {"colour_start", "slab_start", "order", "block_start", "node_start"};
-    for (int i = 0; i < 5; ++i) integers[i] = nb::cast<ConstIntegers>(of.attr(names[i]));
-    elements = static_cast<std::int64_t>(integers[4].size()) - 1;
+    for (int i = 0; i < 5; ++i) integers[i] = attribute<ConstIntegers>(of, names[i]);
+    elements = require_starts(integers[4], size_of(shorts[0]), "node_start");
     node_start = integers[4].data();
+    bool many = false;
     for (std::int64_t e = 0; e < elements; ++e)
-      if (nodes_of(e) > kernel::maximum_element_nodes)
-        throw std::invalid_argument("an element has too many nodes");
-    require_size(shorts[0], node_start[elements], "node");
-    require_size(integers[2], elements, "order");
+      many |= node_start[e + 1] - node_start[e] > kernel::maximum_element_nodes;
+    require(!many, "node_start", "has an element with too many nodes");
     require_size(integers[3], elements, "block_start");
+    require_colouring(integers[0], integers[1], integers[2], elements);
     node = shorts[0].data();
-    colours = static_cast<std::int64_t>(integers[0].size()) - 1;
+    colours = size_of(integers[0]) - 1;
     colour_start = integers[0].data();
     slab_start = integers[1].data();
     order = integers[2].data();
   }
 
-  kernel::BlockPositions blocks() const { return {integers[3].data(), shorts[1].data()}; }
+  kernel::BlockPositions blocks(std::int64_t of_matrix) const {
+    return {integers[3].data(), shorts[1].data(), size_of(shorts[1]), of_matrix};
+  }
+
+  /// Returns the number of components of nodal vectors (nodes, components) that have all nodes of
+  /// the elements.
+  template <class Nodal>
+  int components_of(const Nodal& nodal, const char* name) const {
+    const std::int64_t components = columns_of(nodal, name);
+    require(components >= 1 && components <= 3, name, "has not 1, 2 or 3 columns");
+    require_indices(shorts[0], rows_of(nodal, 2, name),
+                    std::string("node of the elements, for the rows of ") + name + ",");
+    return static_cast<int>(components);
+  }
 
   std::int64_t entries() const { return node_start[elements]; }
 
@@ -46,9 +59,30 @@ struct ElementsView : kernel::Elements {
   }
 };
 
+/// Returns the number of components of node blocks (blocks, components, components).
+int components_of_blocks(const Doubles& blocks) {
+  const std::int64_t rows = rows_of(blocks, 3, "blocks");
+  const auto components = static_cast<std::int64_t>(blocks.shape(1));
+  require(components >= 1 && components <= 3, "blocks", "have not 1, 2 or 3 components");
+  require_size(blocks, rows * components * components, "blocks");
+  return static_cast<int>(components);
+}
+
+/// Adds the elements' matrices; `make(count)` returns the matrices for a number of components.
+template <class Make>
+void add_blocks(const ElementsView& elements, const Doubles& blocks, Make make) {
+  const kernel::BlockPositions positions =
+      elements.blocks(static_cast<std::int64_t>(blocks.shape(0)));
+  nb::gil_scoped_release release;
+  const bool fits = with_components(static_cast<int>(blocks.shape(1)), [&](auto count) {
+    return kernel::add_element_blocks<count()>(elements, positions, make(count), blocks.data());
+  });
+  require(fits, "block_position", "does not fit to block_start, elements and blocks");
+}
+
 void add_element_forces(nb::handle of, ConstDoubles force, Doubles nodal) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(nodal.shape(1));
+  const int components = elements.components_of(nodal, "nodal");
   require_size(force, elements.entries() * components, "force");
   nb::gil_scoped_release release;
   with_components(components, [&](auto count) {
@@ -80,7 +114,7 @@ void require_scaled(const ElementsView& elements, const ConstDoubles& weight,
 void add_dense_products(nb::handle of, ConstDoubles matrix, ConstDoubles vector, bool magnitude,
                         Doubles product) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(vector.shape(1));
+  const int components = elements.components_of(vector, "vector");
   require_dense(elements, matrix, components);
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
@@ -93,20 +127,16 @@ void add_dense_products(nb::handle of, ConstDoubles matrix, ConstDoubles vector,
 
 void add_dense_blocks(nb::handle of, ConstDoubles matrix, Doubles blocks) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(blocks.shape(1));
+  const int components = components_of_blocks(blocks);
   require_dense(elements, matrix, components);
-  nb::gil_scoped_release release;
-  with_components(components, [&](auto count) {
-    using Matrices = kernel::DenseMatrices<count()>;
-    kernel::add_element_blocks<count()>(elements, elements.blocks(), Matrices{matrix.data()},
-                                        blocks.data());
-  });
+  add_blocks(elements, blocks,
+             [&](auto count) { return kernel::DenseMatrices<count()>{matrix.data()}; });
 }
 
 void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
                          ConstDoubles vector, bool magnitude, Doubles product) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(vector.shape(1));
+  const int components = elements.components_of(vector, "vector");
   require_scaled(elements, weight, unit, free, components);
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
@@ -120,21 +150,17 @@ void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, 
 void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
                        Doubles blocks) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(blocks.shape(1));
+  const int components = components_of_blocks(blocks);
   require_scaled(elements, weight, unit, free, components);
-  nb::gil_scoped_release release;
-  with_components(components, [&](auto count) {
-    using Matrices = kernel::ScaledMatrix<count()>;
-    kernel::add_element_blocks<count()>(elements, elements.blocks(),
-                                        Matrices{weight.data(), unit.data(), free.data()},
-                                        blocks.data());
+  add_blocks(elements, blocks, [&](auto count) {
+    return kernel::ScaledMatrix<count()>{weight.data(), unit.data(), free.data()};
   });
 }
 
 void add_row_products(nb::handle of, ConstDoubles row, ConstDoubles vector, bool magnitude,
                       Doubles product) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(vector.shape(1));
+  const int components = elements.components_of(vector, "vector");
   require_size(row, elements.entries() * components, "row");
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
@@ -147,13 +173,10 @@ void add_row_products(nb::handle of, ConstDoubles row, ConstDoubles vector, bool
 
 void add_row_blocks(nb::handle of, ConstDoubles row, Doubles blocks) {
   const ElementsView elements(of);
-  const int components = static_cast<int>(blocks.shape(1));
+  const int components = components_of_blocks(blocks);
   require_size(row, elements.entries() * components, "row");
-  nb::gil_scoped_release release;
-  with_components(components, [&](auto count) {
-    using Matrices = kernel::RowProducts<count()>;
-    kernel::add_element_blocks<count()>(elements, elements.blocks(),
-                                        Matrices{elements.node_start, row.data()}, blocks.data());
+  add_blocks(elements, blocks, [&](auto count) {
+    return kernel::RowProducts<count()>{elements.node_start, row.data()};
   });
 }
 

@@ -3,14 +3,44 @@
 #include "../boundary/penalty.hpp"
 #include "../boundary/soil_contact.hpp"
 #include "../kind.hpp"
-#include "arrays.hpp"
+#include "checks.hpp"
 
 namespace tilth::bind {
 
 namespace {
 
+/// Refuses segments or triangles that are cut into more pieces than memory has room for.
+void require_few_pieces(const ConstDoubles& corner, const ConstDoubles& origin,
+                        const ConstDoubles& cell_size, int dim) {
+  constexpr double most_pieces = 1 << 24, farthest = in_integers;
+  double pieces = 0.0;
+  bool far = false;
+  for (std::size_t f = 0; f < corner.shape(0); ++f) {
+    double span[3] = {1.0, 1.0, 1.0};
+    for (int k = 0; k < dim; ++k) {
+      double least = farthest, greatest = -farthest;
+      for (int c = 0; c < dim; ++c) {
+        const double x =
+            (corner.data()[(f * dim + c) * dim + k] - origin.data()[k]) / cell_size.data()[k];
+        far |= !(std::fabs(x) <= farthest);
+        least = std::min(least, x), greatest = std::max(greatest, x);
+      }
+      span[k] += greatest - least;
+    }
+    pieces +=
+        dim == 2 ? span[0] + span[1] : span[0] * span[1] + span[1] * span[2] + span[2] * span[0];
+  }
+  require(!far, "corner", "has entries that are not numbers or too far from the grid's origin");
+  require(pieces <= most_pieces, "corner", "spans too many cells");
+}
+
 auto cut_simplices(ConstDoubles corner, ConstDoubles origin, ConstDoubles cell_size) {
+  rows_of(corner, 3, "corner");
   const std::size_t dim = corner.shape(2);
+  require(dim == 2 || dim == 3, "corner", "has not two or three components per corner");
+  require(corner.shape(1) == dim, "corner", "has not as many corners as a simplex");
+  require_grid(origin, cell_size, static_cast<int>(dim));
+  require_few_pieces(corner, origin, cell_size, static_cast<int>(dim));
   boundary::Pieces pieces;
   with_dimension(static_cast<int>(dim), [&](auto kind) {
     pieces = boundary::cut_simplices<decltype(kind)::dim>(
@@ -21,20 +51,31 @@ auto cut_simplices(ConstDoubles corner, ConstDoubles origin, ConstDoubles cell_s
                          give(std::move(pieces.facet)));
 }
 
+/// Cells around a position in which material points are sought are less than this.
+constexpr std::int64_t farthest_around = 1 << 12;
+
 auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles normal,
                   ConstDoubles part, ConstDoubles centre, ConstDoubles half_length,
                   ConstDoubles edge, ConstDoubles inverse, ConstIntegers around,
                   ConstDoubles origin, ConstDoubles cell_size) {
-  const auto points = static_cast<std::int64_t>(centre.shape(0));
-  const auto boundaries = static_cast<std::int64_t>(start.size()) - 1;
-  const int dim = static_cast<int>(centre.shape(1));
+  const std::int64_t points = rows_of(centre, 2, "centre");
+  const int dim = dimension_of(centre, "centre");
+  const std::int64_t boundaries = require_starts(start, rows_of(position, 2, "position"), "start");
   const bool boxes = edge.size() == 0;
+  require_grid(origin, cell_size, dim);
+  require_table(position, rows_of(position, 2, "position"), dim, "position");
+  require_in_grid(position, origin, cell_size, "position", in_integers);
+  require_in_grid(centre, origin, cell_size, "centre");
   require_size(half_length, points * dim, "half_length");
   require_size(edge, boxes ? 0 : points * dim * dim, "edge");
   require_size(inverse, static_cast<std::int64_t>(edge.size()), "inverse");
+  require_in_cells(half_length, nullptr, cell_size, "half_length");
+  require_in_cells(edge, nullptr, cell_size, "edge");
   require_size(around, dim, "around");
-  require_size(normal, static_cast<std::int64_t>(position.size()), "normal");
-  require_size(part, static_cast<std::int64_t>(position.size()) * dim, "part");
+  require_indices(around, farthest_around, "around");
+  require_size(normal, size_of(position), "normal");
+  require_size(part, size_of(position) * dim, "part");
+  require_in_cells(part, nullptr, cell_size, "part");
   std::vector<std::int64_t> nearest(position.shape(0));
   std::vector<double> fraction(position.shape(0));
   with_dimension(dim, [&](auto kind) {
@@ -60,7 +101,8 @@ auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles norma
 
 auto boundary_penalty(ConstDoubles normal, ConstDoubles projector, ConstDoubles moduli,
                       ConstDoubles square) {
-  const std::size_t n = normal.shape(0), dim = normal.shape(1);
+  const auto n = static_cast<std::size_t>(rows_of(normal, 2, "normal"));
+  const auto dim = static_cast<std::size_t>(dimension_of(normal, "normal"));
   require_size(projector, static_cast<std::int64_t>(n * dim * dim), "projector");
   require_size(moduli, static_cast<std::int64_t>(2 * n), "moduli");
   require_size(square, static_cast<std::int64_t>(n), "square");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/material_points.hpp"
-#include "../material/list.hpp"
-#include "arrays.hpp"
+#include "law.hpp"
 
 namespace tilth::bind {
 
@@ -26,20 +25,33 @@ auto materials() {
   return result;
 }
 
-std::int64_t width(const ConstDoubles& state) { return static_cast<std::int64_t>(state.shape(1)); }
-
-/// Calls `function(kind, law)` with the lock of the interpreter released.
+/// Calls `function(kind, law)` for laws with `width` state variables at most, with the lock of the
+/// interpreter released.
 template <class Function>
 void with_law(const std::string& kind_name, const std::string& name, const ConstDoubles& parameters,
-              Function&& function) {
+              std::int64_t width, Function&& function) {
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    material::with_material(name, parameters.data(), [&](auto law) { function(kind, law); });
+    with_checked_law(name, parameters, width, [&](auto law) { function(kind, law); });
   });
 }
 
+/// Returns the number of points of tensors (n, 6); refuses other arrays.
+std::int64_t points_of(const ConstDoubles& tensor, const char* name) {
+  const std::int64_t points = rows_of(tensor, 2, name);
+  require_table(tensor, points, 6, name);
+  return points;
+}
+
+/// Returns the number of columns of `state`; refuses other than one row per point.
+std::int64_t width_of(const ConstDoubles& state, std::int64_t points, const char* name) {
+  const std::int64_t width = columns_of(state, name);
+  require_table(state, points, width, name);
+  return width;
+}
+
 void initial_state(const std::string& name, ConstDoubles parameters, Doubles state) {
-  material::with_material(name, parameters.data(), [&](auto law) {
+  with_checked_law(name, parameters, size_of(state), [&](auto law) {
     require_size(state, static_cast<std::int64_t>(decltype(law)::state_variables.size()), "state");
     law.initial_state(state.data());
   });
@@ -48,35 +60,38 @@ void initial_state(const std::string& name, ConstDoubles parameters, Doubles sta
 void elastic_moduli(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
                     ConstDoubles deformation, ConstDoubles state, Doubles bulk, Doubles shear,
                     Doubles young) {
-  const auto points = static_cast<std::int64_t>(deformation.shape(0));
+  const std::int64_t points = points_of(deformation, "deformation");
+  const std::int64_t width = width_of(state, points, "state");
   require_size(bulk, points, "bulk");
   require_size(shear, points, "shear");
   require_size(young, points, "young");
-  with_law(kind_name, name, parameters, [&](auto kind, auto law) {
-    kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(),
-                                           width(state), bulk.data(), shear.data(), young.data());
+  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+    kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(), width,
+                                           bulk.data(), shear.data(), young.data());
   });
 }
 
 void stored_energy(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
                    ConstDoubles deformation, ConstDoubles state, Doubles energy) {
-  const auto points = static_cast<std::int64_t>(deformation.shape(0));
+  const std::int64_t points = points_of(deformation, "deformation");
+  const std::int64_t width = width_of(state, points, "state");
   require_size(energy, points, "energy");
-  with_law(kind_name, name, parameters, [&](auto kind, auto law) {
-    kernel::stored_energy<decltype(kind)>(points, law, deformation.data(), state.data(),
-                                          width(state), energy.data());
+  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+    kernel::stored_energy<decltype(kind)>(points, law, deformation.data(), state.data(), width,
+                                          energy.data());
   });
 }
 
 std::int64_t elastic_deformation_of(const std::string& kind_name, const std::string& name,
                                     ConstDoubles parameters, ConstDoubles kirchhoff,
                                     ConstDoubles state, Doubles deformation) {
-  const auto points = static_cast<std::int64_t>(kirchhoff.shape(0));
+  const std::int64_t points = points_of(kirchhoff, "kirchhoff");
+  const std::int64_t width = width_of(state, points, "state");
   require_size(deformation, 6 * points, "deformation");
   std::int64_t failed = -1;
-  with_law(kind_name, name, parameters, [&](auto kind, auto law) {
+  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
     failed = kernel::elastic_deformation_of<decltype(kind)>(
-        points, law, kirchhoff.data(), state.data(), width(state), deformation.data());
+        points, law, kirchhoff.data(), state.data(), width, deformation.data());
   });
   return failed;
 }
@@ -85,22 +100,19 @@ void return_to_law(const std::string& kind_name, const std::string& name, ConstD
                    ConstDoubles trial, ConstDoubles plastic_before, ConstDoubles state_before,
                    Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
                    Flags admissible) {
-  const auto points = static_cast<std::int64_t>(trial.shape(0));
+  const std::int64_t points = points_of(trial, "trial");
+  const std::int64_t width = width_of(state_before, points, "state_before");
+  require_size(state, points * width, "state");
   require_size(plastic_before, 2 * points, "plastic_before");
   require_size(elastic, 6 * points, "elastic");
   require_size(plastic, 2 * points, "plastic");
   require_size(kirchhoff, 6 * points, "kirchhoff");
   require_size(admissible, points, "admissible");
-  const kernel::StressArrays arrays{nullptr,
-                                    trial.data(),
-                                    plastic_before.data(),
-                                    state_before.data(),
-                                    elastic.data(),
-                                    plastic.data(),
-                                    state.data(),
-                                    nullptr,
-                                    width(state_before)};
-  with_law(kind_name, name, parameters, [&](auto kind, auto law) {
+  const kernel::StressArrays arrays{
+      nullptr,        trial.data(),   plastic_before.data(), state_before.data(),
+      elastic.data(), plastic.data(), state.data(),          nullptr,
+      width};
+  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
     kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(), admissible.data());
   });
 }
@@ -113,8 +125,9 @@ bool principal_update(const std::string& name, ConstDoubles parameters, ConstDou
   require_size(kirchhoff, 3, "kirchhoff");
   require_size(elastic, 3, "elastic");
   require_size(tangent, 9, "tangent");
+  require_size(state, size_of(state_before), "state");
   bool admissible = false;
-  material::with_material(name, parameters.data(), [&](auto law) {
+  with_checked_law(name, parameters, size_of(state_before), [&](auto law) {
     admissible = law.update(trial.data(), plastic_strain, state_before.data(), state.data(),
                             kirchhoff.data(), elastic.data(),
                             reinterpret_cast<double (*)[3]>(tangent.data()));

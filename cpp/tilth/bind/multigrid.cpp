@@ -6,7 +6,7 @@
 #include "../components.hpp"
 #include "../multigrid/hierarchy.hpp"
 #include "../multigrid/vector_operations.hpp"
-#include "arrays.hpp"
+#include "checks.hpp"
 
 namespace tilth::bind {
 
@@ -14,11 +14,74 @@ namespace {
 
 using multigrid::Hierarchy;
 
+constexpr const char* outside_of_matrix = "has an index outside of the matrix";
+
+/// Returns the number of rows of a square pattern. The kernels check its columns, row by row: a
+/// pass of its own over them would take a good part of the time of a product.
+std::int64_t require_rows(const ConstIntegers& row_start, const ConstShorts& column) {
+  return require_starts(row_start, size_of(column), "row_start");
+}
+
+void require_blocks(const ConstDoubles& blocks, const ConstShorts& column, int components) {
+  require(components >= 1 && components <= 3, "components", "is not 1, 2 or 3");
+  require_size(blocks, size_of(column) * components * components, "blocks");
+}
+
+/// Refuses lattice indices that are not sorted along z, y, x, in the plane beyond z = 0, or so far
+/// apart that the table of their lines has no room.
+void require_sorted_lattice(const ConstIntegers& lattice, std::int64_t nodes, int dim) {
+  constexpr std::int64_t lines_per_node = 128, least_lines = 1 << 16;
+  require_table(lattice, nodes, 3, "lattice");
+  require_lattice(lattice, "lattice");
+  const std::int64_t* index = lattice.data();
+  bool sorted = true, in_plane = true;
+  std::int64_t low[3] = {}, high[3] = {};
+  for (std::int64_t v = 0; v < nodes; ++v) {
+    const std::int64_t* own = index + 3 * v;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = v == 0 ? own[k] : std::min(low[k], own[k]);
+      high[k] = v == 0 ? own[k] : std::max(high[k], own[k]);
+    }
+    sorted &= v == 0 || pack({own[-3], own[-2], own[-1]}) < pack({own[0], own[1], own[2]});
+    in_plane &= own[2] == 0;
+  }
+  require(sorted, "lattice", "is not sorted along z, y, x, or has a node twice");
+  require(dim == 3 || in_plane, "lattice", "has nodes beyond the plane z = 0");
+  require((high[1] - low[1] + 1) * (high[2] - low[2] + 1) <=
+              std::max(least_lines, lines_per_node * nodes),
+          "lattice", "has nodes that are too far apart");
+}
+
+/// Refuses a pattern whose rows are not sorted, lack the diagonal block, or couple distant nodes.
+void require_couplings(const ConstIntegers& lattice, const ConstIntegers& row_start,
+                       const ConstShorts& column, std::int64_t nodes) {
+  constexpr std::int64_t farthest = 40;  // in cells; the work grows with its third power
+  require_indices(column, nodes, "column");
+  bool sorted = true, diagonal = true, near = true;
+  for (std::int64_t v = 0; v < nodes; ++v) {
+    bool own = false;
+    for (std::int64_t e = row_start.data()[v]; e < row_start.data()[v + 1]; ++e) {
+      const std::int64_t w = column.data()[e];
+      sorted &= e == row_start.data()[v] || column.data()[e - 1] < w;
+      own |= w == v;
+      for (int k = 0; k < 3; ++k)
+        near &= std::abs(lattice.data()[3 * w + k] - lattice.data()[3 * v + k]) <= farthest;
+    }
+    diagonal &= own;
+  }
+  require(sorted, "column", "is not sorted within a row");
+  require(diagonal, "column", "lacks the diagonal block of a row");
+  require(near, "column", "couples nodes that are too far apart");
+}
+
 std::unique_ptr<Hierarchy> make(int dim, int components, ConstIntegers lattice,
                                 ConstIntegers row_start, ConstShorts column,
                                 ConstFlags constrained) {
-  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
-  require_size(lattice, 3 * nodes, "lattice");
+  const std::int64_t nodes = require_rows(row_start, column);
+  require(dim == 2 || dim == 3, "dim", "is not 2 or 3");
+  require(components >= 1 && components <= 3, "components", "is not 1, 2 or 3");
+  require_sorted_lattice(lattice, nodes, dim);
+  require_couplings(lattice, row_start, column, nodes);
   require_size(constrained, nodes * components, "constrained");
   std::vector<multigrid::LatticeIndex> index(nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
@@ -37,41 +100,50 @@ std::unique_ptr<Hierarchy> make(int dim, int components, ConstIntegers lattice,
 }
 
 void fill(Hierarchy& hierarchy, ConstDoubles blocks) {
+  require_size(blocks, hierarchy.numbers(), "blocks");
   nb::gil_scoped_release release;
   hierarchy.fill(blocks.data());
 }
 
 void cycle(Hierarchy& hierarchy, ConstDoubles residual, Doubles approximate) {
-  require_size(approximate, static_cast<std::int64_t>(residual.size()), "approximate");
+  require(hierarchy.filled(), "Multigrid", "has no matrix: call fill first");
+  require_size(residual, hierarchy.unknowns(), "residual");
+  require_size(approximate, hierarchy.unknowns(), "approximate");
   nb::gil_scoped_release release;
   hierarchy.cycle(residual.data(), approximate.data());
 }
 
 void block_product(int components, ConstIntegers row_start, ConstShorts column, ConstDoubles blocks,
                    ConstFlags constrained, ConstDoubles x, Doubles product) {
-  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  const std::int64_t nodes = require_rows(row_start, column);
+  require_blocks(blocks, column, components);
   require_size(constrained, nodes * components, "constrained");
   require_size(x, nodes * components, "x");
   require_size(product, nodes * components, "product");
   nb::gil_scoped_release release;
-  with_components(components, [&](auto count) {
-    multigrid::block_product<count(), 1>(nodes, row_start.data(), column.data(), blocks.data(),
-                                         constrained.data(), {x.data()}, {product.data()});
+  const bool inside = with_components(components, [&](auto count) {
+    return multigrid::block_product<count(), 1>(nodes, row_start.data(), column.data(),
+                                                blocks.data(), constrained.data(), {x.data()},
+                                                {product.data()});
   });
+  require(inside, "column", outside_of_matrix);
 }
 
 std::array<double, 3> asymmetry(int components, ConstIntegers row_start, ConstShorts column,
                                 ConstDoubles blocks, ConstFlags constrained, ConstDoubles u,
                                 ConstDoubles v) {
-  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  const std::int64_t nodes = require_rows(row_start, column);
+  require_blocks(blocks, column, components);
   require_size(constrained, nodes * components, "constrained");
   require_size(u, nodes * components, "u");
   require_size(v, nodes * components, "v");
   nb::gil_scoped_release release;
-  return with_components(components, [&](auto count) {
+  const auto sums = with_components(components, [&](auto count) {
     return multigrid::asymmetry<count()>(nodes, row_start.data(), column.data(), blocks.data(),
                                          constrained.data(), u.data(), v.data());
   });
+  require(sums.has_value(), "column", outside_of_matrix);
+  return *sums;
 }
 
 double inner(ConstDoubles a, ConstDoubles b) {

@@ -3,24 +3,70 @@
 
 #include "../boundary/exterior_nodes.hpp"
 #include "../kind.hpp"
-#include "arrays.hpp"
+#include "checks.hpp"
 
 namespace tilth::bind {
 
 namespace {
+
+/// Returns the dimension; refuses arrays that are not those of CellsInContact.
+int require_cells(const ConstIntegers& start, const ConstShorts& node, const ConstDoubles& local,
+                  const ConstDoubles& normal, const ConstIntegers& lattice,
+                  const ConstDoubles& cell_size) {
+  constexpr double unit_tolerance = 1e-3, farthest = 1 << key_bits;
+  const std::int64_t cells = rows_of(node, 2, "node"), points = rows_of(local, 2, "local");
+  const int dim = dimension_of(local, "local");
+  require_cell_size(cell_size, dim);
+  require_table(node, cells, 1 << dim, "node");
+  require_indices(node, require_lattice(lattice, "lattice"), "node");
+  require_size(start, cells + 1, "start");
+  require_starts(start, points, "start");
+  bool empty = false, other = false;
+  for (std::int64_t c = 0; c < cells; ++c) empty |= start.data()[c] == start.data()[c + 1];
+  require(!empty, "start", "has a cell without points");
+  require_magnitude(local, farthest, "local");
+  require_table(normal, points, dim, "normal");
+  for (std::int64_t q = 0; q < points; ++q) {
+    double square = 0.0;
+    for (int k = 0; k < dim; ++k) square += normal.data()[q * dim + k] * normal.data()[q * dim + k];
+    other |= !(std::fabs(square - 1.0) <= unit_tolerance);
+  }
+  require(!other, "normal", "has vectors that are not unit vectors");
+  return dim;
+}
+
+/// Refuses families that do not follow one another, as Families and MultiplierSpace require.
+void require_families(const ConstIntegers& start, const ConstIntegers& first_cell,
+                      const ConstIntegers& end_cell, const ConstIntegers& first_direction,
+                      const ConstDoubles& direction, int dim) {
+  const std::int64_t families = size_of(first_cell), cells = size_of(start) - 1;
+  require_size(end_cell, families, "end_cell");
+  require_size(first_direction, families, "first_direction");
+  require_indices(first_cell, cells + 1, "first_cell");
+  require_indices(end_cell, cells + 1, "end_cell");
+  std::int64_t directions = 0;
+  for (std::int64_t f = 0; f < families; ++f) {
+    const std::int64_t first = first_cell.data()[f], end = end_cell.data()[f];
+    require(first <= end, "end_cell", "is less than first_cell");
+    require(f == 0 || first != first_cell.data()[f - 1] || end >= end_cell.data()[f - 1],
+            "end_cell", "differs between families of the same cells");
+    require(first_direction.data()[f] == directions, "first_direction",
+            "does not follow the points of the families");
+    directions += start.data()[end] - start.data()[first];
+  }
+  require_table(direction, directions, dim, "direction");
+  require_finite(direction, "direction");
+}
 
 auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
                       ConstDoubles normal, ConstIntegers lattice, ConstDoubles cell_size,
                       ConstIntegers first_cell, ConstIntegers end_cell,
                       ConstIntegers first_direction, ConstDoubles direction,
                       ConstFlags constrained) {
-  const int dim = static_cast<int>(cell_size.size());
-  const auto cells = static_cast<std::int64_t>(node.shape(0));
-  require_size(start, cells + 1, "start");
-  require_size(node, cells << dim, "node");
-  require_size(local, start.data()[cells] * dim, "local");
-  require_size(normal, start.data()[cells] * dim, "normal");
-  require_size(constrained, static_cast<std::int64_t>(lattice.shape(0)) * dim, "constrained");
+  const int dim = require_cells(start, node, local, normal, lattice, cell_size);
+  const std::int64_t cells = rows_of(node, 2, "node");
+  require_families(start, first_cell, end_cell, first_direction, direction, dim);
+  require_size(constrained, rows_of(lattice, 2, "lattice") * dim, "constrained");
   const boundary::Families families{static_cast<std::int64_t>(first_cell.size()), first_cell.data(),
                                     end_cell.data(), first_direction.data(), direction.data()};
   std::vector<std::int64_t> owner, family, point;
@@ -41,11 +87,9 @@ auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
 
 auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, ConstDoubles normal,
                     ConstIntegers lattice, ConstDoubles cell_size) {
-  const std::size_t dim = cell_size.size();
-  const auto cells = static_cast<std::int64_t>(node.shape(0));
-  require_size(start, cells + 1, "start");
-  require_size(local, start.data()[cells] * static_cast<std::int64_t>(dim), "local");
-  require_size(normal, static_cast<std::int64_t>(local.size()), "normal");
+  const auto dim =
+      static_cast<std::size_t>(require_cells(start, node, local, normal, lattice, cell_size));
+  const std::int64_t cells = rows_of(node, 2, "node");
   boundary::ExteriorNodes found;
   with_dimension(static_cast<int>(dim), [&](auto kind) {
     found = boundary::exterior_nodes<decltype(kind)::dim>({cells, start.data(), node.data(),
@@ -59,9 +103,15 @@ auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, C
 auto multiplier_means(std::int64_t multipliers, ConstIntegers owner, ConstIntegers point,
                       ConstIntegers cell, ConstShorts node, ConstDoubles weight,
                       ConstDoubles direction, ConstDoubles penalty, ConstDoubles value) {
-  const auto slots = static_cast<std::int64_t>(owner.size());
-  const std::size_t dim = direction.shape(1);
+  const std::int64_t slots = size_of(owner), points = size_of(weight);
+  const auto dim = static_cast<std::size_t>(dimension_of(direction, "direction"));
+  require(multipliers >= 0 && multipliers <= slots, "multipliers",
+          "is negative or more than the entries of owner");
+  require_indices(owner, multipliers, "owner");
   require_size(point, slots, "point");
+  require_indices(point, points, "point");
+  require_indices(cell, rows_of(node, 2, "node"), "cell");
+  require_table(node, rows_of(node, 2, "node"), 1 << dim, "node");
   require_size(direction, slots * static_cast<std::int64_t>(dim), "direction");
   require_size(penalty, slots, "penalty");
   require_size(cell, static_cast<std::int64_t>(weight.size()), "cell");

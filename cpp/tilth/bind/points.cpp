@@ -6,47 +6,12 @@
 #include "../kernel/stiffness.hpp"
 #include "../kernel/strain_smoothing.hpp"
 #include "../kernel/stress.hpp"
-#include "../material/list.hpp"
-#include "stencil_view.hpp"
+#include "centres_view.hpp"
+#include "law.hpp"
 
 namespace tilth::bind {
 
 namespace {
-
-/// Reads tilth.mpm.f_bar.Centres; None for no F-bar.
-struct CentresView : kernel::Centres {
-  ConstIntegers arrays64[2];
-  ConstShorts arrays32[3];
-  ConstDoubles read[4];
-  Doubles written[2];
-  bool given;
-
-  explicit CentresView(nb::handle centres) : kernel::Centres{}, given(!centres.is_none()) {
-    if (!given) return;
-    arrays32[0] = nb::cast<ConstShorts>(centres.attr("count"));
-    arrays32[1] = nb::cast<ConstShorts>(centres.attr("cell"));
-    arrays32[2] = nb::cast<ConstShorts>(centres.attr("corner_node"));
-    arrays64[0] = nb::cast<ConstIntegers>(centres.attr("cell_start"));
-    arrays64[1] = nb::cast<ConstIntegers>(centres.attr("share_start"));
-    const char* names[4] = {"share", "volume_change", "trace", "jacobian_ratio_before"};
-    for (int i = 0; i < 4; ++i) read[i] = nb::cast<ConstDoubles>(centres.attr(names[i]));
-    written[0] = nb::cast<Doubles>(centres.attr("jacobian_ratio"));
-    written[1] = nb::cast<Doubles>(centres.attr("jacobian"));
-    count = arrays32[0].data();
-    cell = arrays32[1].data();
-    corner_node = arrays32[2].size() > 0 ? arrays32[2].data() : nullptr;
-    cell_start = arrays64[0].data();
-    share_start = arrays64[1].data();
-    share = read[0].data();
-    volume_change = read[1].data();
-    trace = read[2].data();
-    jacobian_ratio_before = read[3].data();
-    jacobian_ratio = written[0].data();
-    jacobian = written[1].data();
-  }
-
-  const kernel::Centres* get() const { return given ? this : nullptr; }
-};
 
 int response_size(const std::string& kind_name) {
   int size = 0;
@@ -57,7 +22,8 @@ int response_size(const std::string& kind_name) {
 template <class Function>
 void map_principal_values(const std::string& kind_name, const ConstDoubles& tensor,
                           const Doubles& result, const char* name, Function function) {
-  const auto points = static_cast<std::int64_t>(tensor.shape(0));
+  const std::int64_t points = rows_of(tensor, 2, "tensor");
+  require_table(tensor, points, 6, "tensor");
   require_size(result, 6 * points, name);
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
@@ -76,8 +42,8 @@ void elastic_strain(const std::string& kind_name, ConstDoubles deformation, Doub
 }
 
 auto volumetric_strains(ConstDoubles deformation) {
-  std::vector<double> strain(deformation.shape(0));
-  require_size(deformation, 6 * static_cast<std::int64_t>(strain.size()), "deformation");
+  std::vector<double> strain(rows_of(deformation, 2, "deformation"));
+  require_table(deformation, static_cast<std::int64_t>(strain.size()), 6, "deformation");
   kernel::volumetric_strains(static_cast<std::int64_t>(strain.size()), deformation.data(),
                              strain.data());
   return give(std::move(strain));
@@ -90,20 +56,28 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
     Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
-  const std::int64_t n = stencil.points();
+  const std::int64_t n = stencil.points(), width = columns_of(state, "state");
+  stencil.require_kind(kind_name);
+  require_table(displacement, rows_of(displacement, 2, "displacement"), stencil.dim,
+                "displacement");
+  stencil.require_nodes(rows_of(displacement, 2, "displacement"), "displacement");
+  stencil.require_points(position, stencil.dim, "position");
   require_size(elastic_before, 6 * n, "elastic_before");
   require_size(plastic_before, 2 * n, "plastic_before");
+  require_table(state_before, n, width, "state_before");
+  require_size(state, n * width, "state");
+  centres.require_fits(stencil);
   require_size(elastic, 6 * n, "elastic");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
   const kernel::StressArrays arrays{
       position.data(),     elastic_before.data(), plastic_before.data(),
       state_before.data(), elastic.data(),        plastic.data(),
-      state.data(),        response.data(),       static_cast<std::int64_t>(state.shape(1))};
+      state.data(),        response.data(),       width};
   kernel::Failure failure;
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    material::with_material(material_name, parameters.data(), [&](auto material) {
+    with_checked_law(material_name, parameters, width, [&](auto material) {
       failure = kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(),
                                                       arrays, centres.get());
     });
@@ -115,7 +89,12 @@ void internal_force(const std::string& kind_name, nb::handle stencil_handle,
                     ConstDoubles initial_volume, ConstDoubles position, ConstDoubles response,
                     Doubles force) {
   const StencilView stencil(stencil_handle);
+  stencil.require_kind(kind_name);
   require_size(initial_volume, stencil.points(), "initial_volume");
+  stencil.require_points(position, stencil.dim, "position");
+  stencil.require_points(response, response_size(kind_name), "response");
+  require_table(force, rows_of(force, 2, "force"), stencil.dim, "force");
+  stencil.require_nodes(rows_of(force, 2, "force"), "force");
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::internal_force<decltype(kind)>(stencil, initial_volume.data(), position.data(),
@@ -128,14 +107,24 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
                ConstDoubles response, Doubles matrix, nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
+  stencil.require_kind(kind_name);
   require_size(initial_volume, stencil.points(), "initial_volume");
+  stencil.require_points(position, stencil.dim, "position");
+  stencil.require_points(response, response_size(kind_name), "response");
   require_size(block_start, stencil.groups, "block_start");
-  const kernel::BlockPositions blocks{block_start.data(), block_position.data()};
+  const std::int64_t blocks_of_matrix = rows_of(matrix, 3, "matrix");
+  require_size(matrix, blocks_of_matrix * stencil.dim * stencil.dim, "matrix");
+  centres.require_fits(stencil);
+  const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
+                                      size_of(block_position), blocks_of_matrix};
   nb::gil_scoped_release release;
+  bool fits = true;
   with_kind(kind_name, [&](auto kind) {
-    kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
-                                      response.data(), centres.get(), matrix.data());
+    fits =
+        kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
+                                          response.data(), centres.get(), matrix.data());
   });
+  require(fits, "block_position", "does not fit to block_start, stencil and matrix");
 }
 
 /// Adds each point's volume and its volume times `weight` to the cells that its domain intersects.
@@ -143,16 +132,17 @@ void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles h
                 ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
                 ConstDoubles cell_size, ConstIntegers cell_keys, Doubles filled) {
   const StencilView stencil(stencil_handle);
-  const auto first = nb::cast<ConstIntegers>(stencil_handle.attr("first"));
-  const auto count = nb::cast<ConstShorts>(stencil_handle.attr("count"));
+  const BoxesView boxes(stencil_handle, stencil);
+  boxes.require_domains(position, half_length, origin, cell_size);
   require_size(volume, stencil.points(), "volume");
   require_size(weight, stencil.points(), "weight");
-  require_size(filled, 2 * static_cast<std::int64_t>(cell_keys.size()), "filled");
-  const auto dim = static_cast<int>(position.shape(1));
+  require_size(filled, 2 * size_of(cell_keys), "filled");
+  const int dim = stencil.dim;
   const auto fill = dim == 2 ? &kernel::fill_cells<2> : &kernel::fill_cells<3>;
-  fill(stencil, first.data(), count.data(), position.data(), half_length.data(), volume.data(),
-       weight.data(), origin.data(), cell_size.data(), static_cast<std::int64_t>(cell_keys.size()),
-       cell_keys.data(), filled.data());
+  require(fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
+               volume.data(), weight.data(), origin.data(), cell_size.data(), size_of(cell_keys),
+               cell_keys.data(), filled.data()),
+          "cell_keys", "lacks a cell of the stencil");
 }
 
 /// Cells and shares of F-bar (tilth.mpm.f_bar.Centres), and the moments of the material in the
@@ -161,25 +151,26 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
                        ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
                        ConstIntegers cell_keys) {
   const StencilView stencil(stencil_handle);
-  const auto first = nb::cast<ConstIntegers>(stencil_handle.attr("first"));
-  const auto count = nb::cast<ConstShorts>(stencil_handle.attr("count"));
+  const BoxesView boxes(stencil_handle, stencil);
+  boxes.require_domains(position, half_length, origin, cell_size);
   require_size(weight, stencil.points(), "weight");
-  const auto dim = static_cast<int>(position.shape(1));
+  const int dim = stencil.dim;
   std::vector<std::int64_t> cell_start(stencil.groups + 1, 0), share_start(stencil.groups + 1, 0);
   for (std::int64_t g = 0; g < stencil.groups; ++g) {
-    const std::int32_t* nodes = count.data() + 3 * g;
+    const std::int32_t* nodes = boxes.count.data() + 3 * g;
     const std::int64_t of_group =
-        std::int64_t{nodes[0] - 1} * (nodes[1] - 1) * std::max(nodes[2] - 1, 1);
+        std::int64_t{nodes[0] - 1} * (nodes[1] - 1) * (dim == 3 ? nodes[2] - 1 : 1);
     cell_start[g + 1] = cell_start[g] + of_group;
     share_start[g + 1] = share_start[g] + of_group * (stencil.start[g + 1] - stencil.start[g]);
   }
-  const auto cells = static_cast<std::int64_t>(cell_keys.size());
+  const std::int64_t cells = size_of(cell_keys);
   std::vector<std::int32_t> cell(cell_start.back());
   std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
   const auto fill = dim == 2 ? &kernel::share_among_cells<2> : &kernel::share_among_cells<3>;
-  fill(stencil, first.data(), count.data(), position.data(), half_length.data(), weight.data(),
-       origin.data(), cell_size.data(), cells, cell_keys.data(), cell_start.data(), cell.data(),
-       share_start.data(), share.data(), moment.data());
+  require(fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
+               weight.data(), origin.data(), cell_size.data(), cells, cell_keys.data(),
+               cell_start.data(), cell.data(), share_start.data(), share.data(), moment.data()),
+          "cell_keys", "lacks a cell of the stencil");
   return std::make_tuple(give(std::move(cell_start)), give(std::move(cell)),
                          give(std::move(share_start)), give(std::move(share)),
                          give(std::move(moment), {static_cast<std::size_t>(cells),
@@ -189,13 +180,17 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
 void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles value,
                     ConstDoubles gradient, ConstDoubles radius, ConstDoubles displacement,
                     Doubles volume_change, Doubles trace) {
-  const auto cells = static_cast<std::int64_t>(node.shape(0));
-  require_size(value, static_cast<std::int64_t>(node.size()), "value");
-  require_size(gradient, static_cast<std::int64_t>(node.size() * displacement.shape(1)),
-               "gradient");
+  const int dim = dimension_of_kind(kind_name);
+  const std::int64_t cells = rows_of(node, 2, "node"),
+                     nodes = rows_of(displacement, 2, "displacement");
+  require_table(node, cells, 1 << dim, "node");
+  require_table(displacement, nodes, dim, "displacement");
+  require_indices(node, nodes, "node");
+  require_size(value, size_of(node), "value");
+  require_size(gradient, size_of(node) * dim, "gradient");
   require_size(radius, cells, "radius");
   require_size(volume_change, cells, "volume_change");
-  require_size(trace, static_cast<std::int64_t>(gradient.size()), "trace");
+  require_size(trace, size_of(gradient), "trace");
   const kernel::CentreArrays arrays{node.data(),   value.data(),         gradient.data(),
                                     radius.data(), volume_change.data(), trace.data()};
   nb::gil_scoped_release release;
@@ -207,8 +202,13 @@ void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles
 auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::int64_t cells,
                     ConstDoubles strain, ConstDoubles volume, ConstDoubles fraction) {
   const CentresView centres(centres_handle);
-  const auto groups = static_cast<std::int64_t>(group_start.size()) - 1;
+  require(centres.given, "centres", "is None");
+  const std::int64_t groups = size_of(group_start) - 1;
+  require(groups >= 0, "group_start", "is empty, expected one entry more than groups");
   const std::int64_t points = group_start.data()[groups];
+  require_starts(group_start, points, "group_start");
+  centres.require_cells(groups, group_start.data());
+  require(cells == centres.cells(), "cells", "is not the number of cells of centres");
   require_size(strain, points, "strain");
   require_size(volume, points, "volume");
   require_size(fraction, points, "fraction");
@@ -218,10 +218,20 @@ auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::i
   return give(std::move(increment));
 }
 
+/// Returns the number of components of nodal vectors (nodes, components) or scalars (nodes,).
+template <class Nodal, class Vector>
+int components_of(const StencilView& stencil, const Nodal& nodal, const Vector& vector) {
+  require(nodal.ndim() == 1 || nodal.ndim() == 2, "nodal", "has not one or two axes");
+  const auto components = nodal.ndim() == 2 ? static_cast<std::int64_t>(nodal.shape(1)) : 1;
+  require(components <= std::numeric_limits<int>::max(), "nodal", "has too many columns");
+  stencil.require_nodes(static_cast<std::int64_t>(nodal.shape(0)), "nodal");
+  require_size(vector, stencil.points() * components, "vector");
+  return static_cast<int>(components);
+}
+
 void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
   const StencilView stencil(stencil_handle);
-  const int components = nodal.ndim() == 2 ? static_cast<int>(nodal.shape(1)) : 1;
-  require_size(vector, stencil.points() * components, "vector");
+  const int components = components_of(stencil, nodal, vector);
   nb::gil_scoped_release release;
   const auto scatter = stencil.dim == 2 ? &kernel::scatter<2> : &kernel::scatter<3>;
   scatter(stencil, components, vector.data(), nodal.data());
@@ -229,8 +239,7 @@ void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
 
 void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) {
   const StencilView stencil(stencil_handle);
-  const int components = nodal.ndim() == 2 ? static_cast<int>(nodal.shape(1)) : 1;
-  require_size(vector, stencil.points() * components, "vector");
+  const int components = components_of(stencil, nodal, vector);
   nb::gil_scoped_release release;
   const auto interpolate = stencil.dim == 2 ? &kernel::interpolate<2> : &kernel::interpolate<3>;
   interpolate(stencil, components, nodal.data(), vector.data());
@@ -240,7 +249,9 @@ void add_predictions(nb::handle stencil_handle, ConstDoubles node_position, Cons
                      ConstDoubles displacement, ConstDoubles gradient, ConstDoubles volume,
                      Doubles sum) {
   const StencilView stencil(stencil_handle);
-  const auto dim = static_cast<std::int64_t>(position.shape(1));
+  const std::int64_t dim = stencil.dim;
+  require_table(node_position, rows_of(node_position, 2, "node_position"), dim, "node_position");
+  stencil.require_nodes(rows_of(node_position, 2, "node_position"), "node_position");
   require_size(position, stencil.points() * dim, "position");
   require_size(displacement, stencil.points() * dim, "displacement");
   require_size(gradient, stencil.points() * dim * dim, "gradient");
@@ -267,6 +278,11 @@ void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubl
              Doubles cauchy, Doubles elastic_share) {
   const StencilView stencil(stencil_handle);
   const std::int64_t n = stencil.points();
+  stencil.require_kind(kind_name);
+  require_table(displacement, rows_of(displacement, 2, "displacement"), stencil.dim,
+                "displacement");
+  stencil.require_nodes(rows_of(displacement, 2, "displacement"), "displacement");
+  stencil.require_points(position, stencil.dim, "position");
   require_size(response, response_size(kind_name) * n, "response");
   require_size(plastic_before, 2 * n, "plastic_before");
   require_size(plastic_after, 2 * n, "plastic_after");
@@ -287,7 +303,10 @@ void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubl
 void stretch_domains(const std::string& kind_name, const std::string& rule,
                      ConstDoubles deformation_gradient, ConstDoubles initial_half_length,
                      Doubles half_length) {
-  const auto points = static_cast<std::int64_t>(half_length.shape(0));
+  const std::int64_t points = rows_of(half_length, 2, "half_length");
+  require_table(half_length, points, dimension_of_kind(kind_name), "half_length");
+  require_size(initial_half_length, size_of(half_length), "initial_half_length");
+  require_size(deformation_gradient, 9 * points, "deformation_gradient");
   with_kind(kind_name, [&](auto kind) {
     kernel::stretch_domains<decltype(kind)>(points, kernel::domain_rule(rule),
                                             deformation_gradient.data(), initial_half_length.data(),
@@ -297,10 +316,14 @@ void stretch_domains(const std::string& kind_name, const std::string& rule,
 
 void move_domain_faces(ConstDoubles position, ConstIntegers node_keys, ConstDoubles displacement,
                        ConstDoubles origin, ConstDoubles cell_size, Doubles half_length) {
-  const auto points = static_cast<std::int64_t>(position.shape(0));
-  const auto nodes = static_cast<std::int64_t>(node_keys.size());
-  const auto move =
-      position.shape(1) == 2 ? &kernel::move_domain_faces<2> : &kernel::move_domain_faces<3>;
+  const std::int64_t points = rows_of(position, 2, "position"), nodes = size_of(node_keys);
+  const int dim = dimension_of(position, "position");
+  require_grid(origin, cell_size, dim);
+  require_in_grid(position, origin, cell_size, "position");
+  require_table(half_length, points, dim, "half_length");
+  require_in_cells(half_length, nullptr, cell_size, "half_length");
+  require_table(displacement, nodes, dim, "displacement");
+  const auto move = dim == 2 ? &kernel::move_domain_faces<2> : &kernel::move_domain_faces<3>;
   move(points, position.data(), nodes, node_keys.data(), displacement.data(), origin.data(),
        cell_size.data(), half_length.data());
 }

@@ -2,7 +2,7 @@
 #include "../boundary/points_in_cells.hpp"
 
 #include "../kind.hpp"
-#include "arrays.hpp"
+#include "checks.hpp"
 
 namespace tilth::bind {
 
@@ -10,7 +10,10 @@ namespace {
 
 auto locate_in_cells(ConstDoubles position, ConstDoubles origin, ConstDoubles cell_size,
                      ConstIntegers cell_keys) {
-  const std::size_t n = position.shape(0), dim = position.shape(1);
+  const auto n = static_cast<std::size_t>(rows_of(position, 2, "position"));
+  const auto dim = static_cast<std::size_t>(dimension_of(position, "position"));
+  require_grid(origin, cell_size, static_cast<int>(dim));
+  require_in_grid(position, origin, cell_size, "position");
   std::vector<std::int64_t> key(n);
   std::vector<double> local(n * dim);
   with_dimension(static_cast<int>(dim), [&](auto kind) {
@@ -22,7 +25,10 @@ auto locate_in_cells(ConstDoubles position, ConstDoubles origin, ConstDoubles ce
 }
 
 auto shape_values(ConstDoubles local, ConstDoubles cell_size) {
-  const std::size_t n = local.shape(0), dim = local.shape(1), corners = std::size_t{1} << dim;
+  const auto n = static_cast<std::size_t>(rows_of(local, 2, "local"));
+  const auto dim = static_cast<std::size_t>(dimension_of(local, "local"));
+  const std::size_t corners = std::size_t{1} << dim;
+  require_cell_size(cell_size, static_cast<int>(dim));
   std::vector<double> value(n * corners);
   with_dimension(static_cast<int>(dim), [&](auto kind) {
     boundary::shape_functions<decltype(kind)::dim>(static_cast<std::int64_t>(n), local.data(),
@@ -32,7 +38,10 @@ auto shape_values(ConstDoubles local, ConstDoubles cell_size) {
 }
 
 auto shape_functions(ConstDoubles local, ConstDoubles cell_size) {
-  const std::size_t n = local.shape(0), dim = local.shape(1), corners = std::size_t{1} << dim;
+  const auto n = static_cast<std::size_t>(rows_of(local, 2, "local"));
+  const auto dim = static_cast<std::size_t>(dimension_of(local, "local"));
+  const std::size_t corners = std::size_t{1} << dim;
+  require_cell_size(cell_size, static_cast<int>(dim));
   std::vector<double> value(n * corners), gradient(n * corners * dim);
   with_dimension(static_cast<int>(dim), [&](auto kind) {
     boundary::shape_functions<decltype(kind)::dim>(static_cast<std::int64_t>(n), local.data(),
@@ -43,17 +52,22 @@ auto shape_functions(ConstDoubles local, ConstDoubles cell_size) {
 }
 
 boundary::PointsInCells view(const ConstIntegers& start, const ConstShorts& node,
-                             const ConstDoubles& value) {
-  const auto cells = static_cast<std::int64_t>(node.shape(0));
+                             const ConstDoubles& value, std::int64_t nodes_of_grid) {
+  const std::int64_t cells = rows_of(node, 2, "node"), nodes = columns_of(node, "node");
+  require(nodes == 4 || nodes == 8, "node", "has not 4 or 8 columns");
+  require_indices(node, nodes_of_grid, "node");
+  const std::int64_t points = rows_of(value, 2, "value");
+  require_table(value, points, nodes, "value");
   require_size(start, cells + 1, "start");
-  require_size(value, start.data()[cells] * static_cast<std::int64_t>(node.shape(1)), "value");
-  return {cells, static_cast<int>(node.shape(1)), start.data(), node.data(), value.data()};
+  require_starts(start, points, "start");
+  return {cells, static_cast<int>(nodes), start.data(), node.data(), value.data()};
 }
 
 auto interpolate_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles value,
                           ConstDoubles nodal) {
-  const auto at = view(start, node, value);
-  const auto n = static_cast<std::size_t>(at.start[at.cells]), components = nodal.shape(1);
+  const auto components = static_cast<std::size_t>(columns_of(nodal, "nodal"));
+  const auto at = view(start, node, value, rows_of(nodal, 2, "nodal"));
+  const auto n = static_cast<std::size_t>(at.start[at.cells]);
   std::vector<double> vector(n * components);
   boundary::interpolate(at, static_cast<int>(components), nodal.data(), vector.data());
   return give(std::move(vector), {n, components});
@@ -61,9 +75,9 @@ auto interpolate_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles va
 
 void scatter_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles value,
                       ConstDoubles vector, Doubles nodal) {
-  const auto at = view(start, node, value);
-  const int components = static_cast<int>(nodal.shape(1));
-  require_size(vector, at.start[at.cells] * components, "vector");
+  const auto at = view(start, node, value, rows_of(nodal, 2, "nodal"));
+  const int components = static_cast<int>(columns_of(nodal, "nodal"));
+  require_table(vector, at.start[at.cells], components, "vector");
   boundary::scatter(at, components, vector.data(), nodal.data());
 }
 

@@ -9,36 +9,54 @@
 #include "../sparse/nested_dissection.hpp"
 #include "../sparse/pattern.hpp"
 #include "../sparse/restriction.hpp"
-#include "arrays.hpp"
+#include "checks.hpp"
 
 namespace tilth::bind {
 
 namespace {
 
-sparse::NodeGroups view(const ConstIntegers& node_start, const ConstShorts& node) {
-  return {static_cast<std::int64_t>(node_start.size()) - 1, node_start.data(), node.data()};
+sparse::NodeGroups view(const ConstIntegers& node_start, const ConstShorts& node,
+                        std::int64_t nodes) {
+  const std::int64_t groups = require_starts(node_start, size_of(node), "node_start");
+  require_indices(node, nodes, "node");
+  return {groups, node_start.data(), node.data()};
+}
+
+/// Returns the number of rows of a square pattern.
+std::int64_t require_pattern(const ConstIntegers& row_start, const ConstShorts& column) {
+  const std::int64_t rows = require_starts(row_start, size_of(column), "row_start");
+  require_indices(column, rows, "column");
+  return rows;
 }
 
 auto block_pattern(std::int64_t nodes, ConstIntegers node_start, ConstShorts node) {
-  auto pattern = sparse::block_pattern(nodes, view(node_start, node));
+  require(nodes >= 0 && nodes <= size_of(node), "nodes",
+          "is negative or more than the entries of node: a node belongs to a group");
+  auto pattern = sparse::block_pattern(nodes, view(node_start, node, nodes));
   return std::make_tuple(give(std::move(pattern.row_start)), give(std::move(pattern.column)));
 }
 
 auto block_positions(ConstIntegers node_start, ConstShorts node, ConstIntegers row_start,
                      ConstShorts column) {
-  auto positions = sparse::block_positions(view(node_start, node), row_start.data(), column.data());
+  const std::int64_t rows = require_pattern(row_start, column);
+  auto positions =
+      sparse::block_positions(view(node_start, node, rows), row_start.data(), column.data());
   return std::make_tuple(give(std::move(positions.start)), give(std::move(positions.position)));
 }
 
 auto nested_dissection(ConstIntegers lattice, int coupling_distance) {
-  const sparse::NestedDissection dissection(static_cast<std::int64_t>(lattice.shape(0)),
-                                            lattice.data(), coupling_distance);
+  const std::int64_t nodes = require_lattice(lattice, "lattice");
+  require(coupling_distance >= 0, "coupling_distance", "is negative");
+  const sparse::NestedDissection dissection(nodes, lattice.data(), coupling_distance);
   return give(std::vector<std::int64_t>(dissection.order()));
 }
 
 auto restrict_to_free(int components, ConstIntegers row_start, ConstShorts column,
                       ConstIntegers order, ConstFlags constrained) {
-  const auto nodes = static_cast<std::int64_t>(order.size());
+  const std::int64_t nodes = require_pattern(row_start, column);
+  require(components >= 1 && components <= 3, "components", "is not 1, 2 or 3");
+  require_size(order, nodes, "order");
+  require_indices(order, nodes, "order");
   require_size(constrained, nodes * components, "constrained");
   auto result = sparse::restrict_to_free(nodes, components, row_start.data(), column.data(),
                                          order.data(), constrained.data());
@@ -47,21 +65,23 @@ auto restrict_to_free(int components, ConstIntegers row_start, ConstShorts colum
 }
 
 void gather(ConstIntegers source, ConstDoubles block, Doubles value) {
-  require_size(value, static_cast<std::int64_t>(source.size()), "value");
+  require_size(value, size_of(source), "value");
   nb::gil_scoped_release release;
-  sparse::gather(static_cast<std::int64_t>(source.size()), source.data(), block.data(),
-                 value.data());
+  require(
+      sparse::gather(size_of(source), source.data(), size_of(block), block.data(), value.data()),
+      "source", "has an index outside of block");
 }
 
 auto connected_parts(ConstIntegers row_start, ConstShorts column) {
-  const auto nodes = static_cast<std::int64_t>(row_start.size()) - 1;
+  const std::int64_t nodes = require_pattern(row_start, column);
   return give(sparse::Graph(nodes, row_start.data(), column.data()).parts());
 }
 
 using sparse::BandFactors;
 
 std::unique_ptr<BandFactors> make(ConstShorts start, ConstShorts row) {
-  const auto size = static_cast<std::int64_t>(start.size()) - 1;
+  const std::int64_t size = require_starts(start, size_of(row), "start");
+  require_indices(row, size, "row");
   return std::make_unique<BandFactors>(size, start.data(), row.data());
 }
 
@@ -72,6 +92,7 @@ bool factorise(BandFactors& factors, ConstDoubles value) {
 }
 
 void solve(const BandFactors& factors, ConstDoubles right, Doubles solution) {
+  require(factors.factorised(), "BandFactors", "has no factors: call factorise first");
   require_size(right, factors.size(), "right");
   require_size(solution, factors.size(), "solution");
   nb::gil_scoped_release release;
@@ -80,9 +101,9 @@ void solve(const BandFactors& factors, ConstDoubles right, Doubles solution) {
 
 void column_product(ConstShorts start, ConstShorts row, ConstDoubles value, ConstDoubles x,
                     Doubles product) {
-  const auto size = static_cast<std::int64_t>(start.size()) - 1;
-  require_size(row, start.data()[size], "row");
-  require_size(value, start.data()[size], "value");
+  const std::int64_t size = require_starts(start, size_of(row), "start");
+  require_indices(row, size, "row");
+  require_size(value, size_of(row), "value");
   require_size(x, size, "x");
   require_size(product, size, "product");
   nb::gil_scoped_release release;

@@ -13,8 +13,9 @@ namespace {
 std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
                           ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
                           Integers keys) {
-  const auto points = static_cast<std::int64_t>(position.shape(0));
-  const int dim = static_cast<int>(position.shape(1));
+  const std::int64_t points = rows_of(position, 2, "position");
+  const int dim = dimension_of(position, "position");
+  require_grid(origin, cell_size, dim);
   require_size(half_length, points * dim, "half_length");
   require_size(keys, points, "keys");
   std::int64_t outside = 0;
@@ -30,6 +31,7 @@ std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
 }
 
 auto group_points(int dim, ConstIntegers keys) {
+  require_indices(keys, std::numeric_limits<std::int64_t>::max(), "keys");
   kernel::Groups groups;
   with_dimension(dim, [&](auto kind) {
     groups = kernel::group_points<decltype(kind)::dim>(static_cast<std::int64_t>(keys.size()),
@@ -40,12 +42,40 @@ auto group_points(int dim, ConstIntegers keys) {
                          give(std::move(groups.count), {n, 3}));
 }
 
+/// Returns the number of boxes of nodes; refuses empty ones and those beyond the range of keys.
+std::int64_t require_boxes(const ConstIntegers& first, const ConstShorts& count) {
+  const std::int64_t boxes = require_lattice(first, "first");
+  require_table(count, boxes, 3, "count");
+  bool wrong = false, outside = false;
+  for (std::int64_t i = 0; i < 3 * boxes; ++i) {
+    wrong |= count.data()[i] < 1;
+    outside |= first.data()[i] + count.data()[i] > key_bias;
+  }
+  require(!wrong, "count", "is less than one");
+  require(!outside, "count", "extends beyond the largest lattice index");
+  return boxes;
+}
+
+/// Refuses boxes with more nodes than can support a point.
+void require_supports(const ConstShorts& count) {
+  bool many = false;
+  for (std::int64_t i = 0; i < size_of(count); i += 3) {
+    const std::int32_t* box = count.data() + i;
+    many |= box[0] > kernel::maximum_nodes || box[1] > kernel::maximum_nodes ||
+            box[2] > kernel::maximum_nodes ||
+            std::int64_t{box[0]} * box[1] * box[2] > kernel::maximum_nodes;
+  }
+  require(!many, "count", "has a group with too many nodes");
+}
+
 auto active_nodes(ConstIntegers first, ConstShorts count) {
-  return give(
-      kernel::active_nodes(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data()));
+  const std::int64_t groups = require_boxes(first, count);
+  require_supports(count);
+  return give(kernel::active_nodes(groups, first.data(), count.data()));
 }
 
 auto lattice(ConstIntegers keys) {
+  require_keys(keys, "keys");
   std::vector<std::int64_t> indices;
   indices.reserve(3 * keys.size());
   for (std::size_t v = 0; v < keys.size(); ++v) {
@@ -56,20 +86,34 @@ auto lattice(ConstIntegers keys) {
 }
 
 auto node_keys(ConstIntegers indices) {
-  std::vector<std::int64_t> keys(indices.shape(0));
+  std::vector<std::int64_t> keys(rows_of(indices, 2, "indices"));
+  require_table(indices, static_cast<std::int64_t>(keys.size()), 3, "indices");
   for (std::size_t v = 0; v < keys.size(); ++v) {
     const std::int64_t* index = indices.data() + 3 * v;
-    keys[v] = pack({index[0], index[1], index[2]});
+    bool inside = true;
+    for (int k = 0; k < 3; ++k) inside = inside && index[k] >= -key_bias && index[k] < key_bias;
+    keys[v] = inside ? pack({index[0], index[1], index[2]}) : -1;
   }
   return give(std::move(keys));
 }
 
 auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys,
                  ConstIntegers node_start) {
-  const auto groups = static_cast<std::int64_t>(first.shape(0));
+  const std::int64_t groups = require_boxes(first, count);
+  require_supports(count);
+  require_size(node_start, groups + 1, "node_start");
+  bool other = node_start.data()[0] != 0;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    const std::int32_t* box = count.data() + 3 * g;
+    other |= node_start.data()[g + 1] !=
+             static_cast<std::int64_t>(static_cast<std::uint64_t>(node_start.data()[g]) +
+                                       static_cast<std::uint64_t>(box[0] * box[1] * box[2]));
+  }
+  require(!other, "node_start", "does not fit to count");
   std::vector<std::int32_t> nodes(node_start.data()[groups]);
-  kernel::group_nodes(groups, first.data(), count.data(), static_cast<std::int64_t>(keys.size()),
-                      keys.data(), node_start.data(), nodes.data());
+  require(kernel::group_nodes(groups, first.data(), count.data(), size_of(keys), keys.data(),
+                              node_start.data(), nodes.data()),
+          "keys", "lacks a node of a group, or is not ascending");
   return give(std::move(nodes));
 }
 
@@ -77,9 +121,25 @@ void basis_factors(const std::string& basis_name, ConstIntegers start, ConstInte
                    ConstShorts count, ConstIntegers value_start, ConstDoubles position,
                    ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
                    Doubles factors) {
-  const auto groups = static_cast<std::int64_t>(first.shape(0));
-  const int dim = static_cast<int>(position.shape(1));
-  require_size(factors, value_start.data()[groups], "factors");
+  const std::int64_t groups = require_boxes(first, count);
+  require_supports(count);
+  const int dim = dimension_of(position, "position");
+  const std::int64_t points = rows_of(position, 2, "position");
+  require_grid(origin, cell_size, dim);
+  require_size(half_length, points * dim, "half_length");
+  require_size(start, groups + 1, "start");
+  require_starts(start, points, "start");
+  require_size(value_start, groups + 1, "value_start");
+  require_starts(value_start, size_of(factors), "value_start");
+  const bool local = basis_name == basis::Linear::name;
+  bool other = false;
+  for (std::int64_t g = 0; g < groups; ++g) {
+    std::int64_t numbers = 0;
+    for (int k = 0; k < dim; ++k) numbers += local ? 1 : 2 * count.data()[3 * g + k];
+    other |= value_start.data()[g + 1] - value_start.data()[g] !=
+             numbers * (start.data()[g + 1] - start.data()[g]);
+  }
+  require(!other, "value_start", "does not fit to the points and nodes of a group");
   nb::gil_scoped_release release;
   with_dimension(dim, [&](auto kind) {
     basis::with_basis(basis_name, [&](auto basis) {
@@ -115,8 +175,7 @@ void basis_values(nb::handle stencil_handle, Doubles value, Doubles gradient) {
 }
 
 auto colour_groups(ConstIntegers first, ConstShorts count) {
-  auto colouring =
-      kernel::colour_groups(static_cast<std::int64_t>(first.shape(0)), first.data(), count.data());
+  auto colouring = kernel::colour_groups(require_boxes(first, count), first.data(), count.data());
   return std::make_tuple(give(std::move(colouring.colour_start)),
                          give(std::move(colouring.slab_start)), give(std::move(colouring.order)));
 }
@@ -143,7 +202,8 @@ void bind_stencil(nb::module_& module) {
   module.def("active_nodes", &active_nodes, "first"_a, "count"_a,
              "Sorted keys of all nodes of the groups.");
   module.def("lattice", &lattice, "keys"_a, "Lattice indices (n,3) of node keys.");
-  module.def("node_keys", &node_keys, "indices"_a, "Keys of lattice indices (n,3).");
+  module.def("node_keys", &node_keys, "indices"_a,
+             "Keys of lattice indices (n,3); -1 for an index out of range.");
   module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
              "Node numbers of each group, x fastest.");
   module.def("basis_factors", &basis_factors, "basis"_a, "start"_a, "first"_a, "count"_a,

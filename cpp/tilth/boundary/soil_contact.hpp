@@ -472,7 +472,7 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
                                    begin_of[k] = offset[k] - 0.5 * vector[k];
                                  const auto interval = contact_interval<Dim>(
                                      extent, p, begin_of, vector, normal + Dim * q);
-                                 if (interval.first > interval.second) return;
+                                 if (!(interval.first <= interval.second)) return;
                                  intervals.push_back(interval);
                                  if (measure < least) least = measure, closest = p;
                                });

@@ -13,12 +13,14 @@
 namespace tilth::kernel {
 
 /// Adds volume, and volume times the points' `weight`, to `filled` (cells, 2); `cell_keys` are the
-/// sorted keys of the cells' lowest nodes and contain every cell of the groups' supports.
+/// sorted keys of the cells' lowest nodes. Returns whether they contain every cell of the groups'
+/// supports.
 template <int Dim>
-void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
+bool fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                 const double* position, const double* half_length, const double* volume,
                 const double* weight, const double* origin, const double* cell_size,
                 std::int64_t cells, const std::int64_t* cell_keys, double* filled) {
+  Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
     const int across[3] = {count[3 * g] - 1, count[3 * g + 1] - 1,
@@ -29,6 +31,10 @@ void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
           const int shift[3] = {i, j, k};
           const auto key = pack({f[0] + i, f[1] + j, f[2] + k});
           const auto cell = std::lower_bound(cell_keys, cell_keys + cells, key) - cell_keys;
+          if (cell == cells || cell_keys[cell] != key) {
+            missing.set();
+            continue;
+          }
           double sum = 0.0, weighted = 0.0;
           for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
             double share = volume[p];
@@ -47,6 +53,7 @@ void fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
           filled[2 * cell + 1] += weighted;
         }
   });
+  return !missing;
 }
 
 }  // namespace tilth::kernel

@@ -39,6 +39,13 @@ struct Cells {
   const double* size;
 };
 
+/// The cell along one axis that contains a coordinate, in cells; for coordinates that keys cannot
+/// represent, and those that are not numbers, the first cell that is out of range.
+inline std::int64_t clamped_cell(double coordinate) {
+  constexpr double limit = key_bias;
+  return static_cast<std::int64_t>(std::floor(std::max(-limit, std::min(limit, coordinate))));
+}
+
 /// Coordinates of a corner, in cells, and the cell that contains it. A corner on a grid line
 /// belongs to the cell on the domain's side of it: overlaps below `relative_overlap` are no support
 /// (gimp.hpp).
@@ -51,9 +58,7 @@ Lattice locate_corner(const double* position, const double* corner, const Cells&
     const double offset = corner[k] / cells.size[k];
     local[k] = centre + offset;
     const double inside = centre + offset * (1.0 - basis::Gimp::relative_overlap);
-    // clamped, as keys cannot represent larger indices
-    cell[k] =
-        static_cast<std::int64_t>(std::floor(std::clamp(inside, -1.0 * key_bias, 1.0 * key_bias)));
+    cell[k] = clamped_cell(inside);
   }
   return cell;
 }
@@ -167,13 +172,16 @@ inline int index_in_list(const std::int64_t* list, std::int64_t size, std::int64
   return static_cast<int>(std::lower_bound(list, list + size, key) - list);
 }
 
-/// Basis values and gradients, in the layout of basis_values.hpp.
+/// Basis values and gradients, in the layout of basis_values.hpp. Returns whether the groups have
+/// all nodes of their points.
 template <int Dim>
-void corner_basis_values(std::int64_t groups, const std::int64_t* start,
+bool corner_basis_values(std::int64_t groups, const std::int64_t* start,
                          const std::int64_t* node_start, const std::int64_t* node_keys,
                          const std::int64_t* value_start, const double* position,
                          const double* corner, const Cells& cells, double* value) {
-#pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
+  bool missing = false;
+#pragma omp parallel for schedule(static) \
+    reduction(|| : missing) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int64_t n = node_start[g + 1] - node_start[g];
     const std::int64_t* list = node_keys + node_start[g];
@@ -192,26 +200,36 @@ void corner_basis_values(std::int64_t groups, const std::int64_t* start,
             const double t = local[k] - static_cast<double>(cell[k]);
             hat *= (b >> k) & 1 ? t : 1.0 - t;
           }
-          const int a = index_in_list(list, n, pack(corner_of_cell<Dim>(cell, b)));
+          const std::int64_t key = pack(corner_of_cell<Dim>(cell, b));
+          const int a = index_in_list(list, n, key);
+          if (a == n || list[a] != key) {
+            missing = true;
+            continue;
+          }
           s[a] += weights.value[c] * hat;
           for (int k = 0; k < Dim; ++k) d[k * n + a] += weights.gradient[c][k] * hat;
         }
       }
     }
   }
+  return !missing;
 }
+
+inline constexpr std::int64_t node_missing = -2;  // a cell with a corner has not all nodes
 
 /// Moves corners with the grid's finite-element field: fills `moved` (n, 2^Dim, Dim), relative to
 /// the point's new position, and `shift` (n, Dim), the displacement of the point, which is the
 /// domain's centroid. In axisymmetry a corner that would cross the axis is put on it. Returns the
-/// first point whose domain is then folded or inverted, -1 if there is none.
+/// first point whose domain is then folded or inverted, -1 if there is none, or `node_missing`.
 template <int Dim>
 std::int64_t move_corners(std::int64_t points, const double* position, const double* corner,
                           std::int64_t nodes, const std::int64_t* node_keys,
                           const double* displacement, const Cells& cells, bool axisymmetric,
                           double* moved, double* shift) {
   std::int64_t folded = points;
-#pragma omp parallel for schedule(static) reduction(min : folded) if (points >= parallel_from)
+  bool missing = false;
+#pragma omp parallel for schedule(static) reduction(min : folded) \
+    reduction(|| : missing) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     const double* own = corner + Dim * corners_of<Dim> * p;
     double* after = moved + Dim * corners_of<Dim> * p;
@@ -225,7 +243,12 @@ std::int64_t move_corners(std::int64_t points, const double* position, const dou
           const double t = local[k] - static_cast<double>(cell[k]);
           hat *= (b >> k) & 1 ? t : 1.0 - t;
         }
-        const int a = index_in_list(node_keys, nodes, pack(corner_of_cell<Dim>(cell, b)));
+        const std::int64_t key = pack(corner_of_cell<Dim>(cell, b));
+        const int a = index_in_list(node_keys, nodes, key);
+        if (a == nodes || node_keys[a] != key) {
+          missing = true;
+          continue;
+        }
         for (int i = 0; i < Dim; ++i) after[Dim * c + i] += hat * displacement[Dim * a + i];
       }
       if (axisymmetric) after[Dim * c] = std::max(after[Dim * c], -position[Dim * p]);
@@ -242,6 +265,7 @@ std::int64_t move_corners(std::int64_t points, const double* position, const dou
       for (int c = 0; c < corners_of<Dim>; ++c) after[Dim * c + i] -= centroid;
     }
   }
+  if (missing) return node_missing;
   return folded == points ? -1 : folded;
 }
 
@@ -266,8 +290,8 @@ void locate_sample(const double* position, const double* from_point, const Cells
   for (int k = 0; k < Dim; ++k) {
     local[k] = (position[k] - cells.origin[k]) / cells.size[k] + from_point[k] / cells.size[k];
     const double tolerance = basis::Gimp::relative_overlap;
-    low[k] = static_cast<std::int64_t>(std::floor(local[k] - tolerance));
-    high[k] = static_cast<std::int64_t>(std::floor(local[k] + tolerance));
+    low[k] = clamped_cell(local[k] - tolerance);
+    high[k] = clamped_cell(local[k] + tolerance);
   }
 }
 
@@ -275,9 +299,9 @@ void locate_sample(const double* position, const double* from_point, const Cells
 /// f_bar.hpp). A domain is represented by 5^Dim samples. Each counts for the cell that contains
 /// it, on a grid line for those on both sides; where this cell is not in the support, for the cell
 /// of the nearest corner. `corner_node` (cells of groups, 2^Dim): indices of the cells' nodes in
-/// the group's list.
+/// the group's list. Returns whether all cells of the domains and their nodes were found.
 template <int Dim>
-void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
+bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
                           const double* position, const double* corner, const double* weight,
                           const Cells& grid, std::int64_t cells, const std::int64_t* cell_keys,
                           std::int32_t* cell, std::int32_t* corner_node,
@@ -285,6 +309,7 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
   constexpr int corners = corners_of<Dim>;
   constexpr int line = samples_per_direction;
   constexpr int parts = Dim == 2 ? line * line : line * line * line;
+  Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* own_cells = supports.cell + supports.cell_start[g];
     const std::int64_t of_group = supports.cell_start[g + 1] - supports.cell_start[g];
@@ -293,9 +318,14 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
     std::int32_t* number = cell + supports.cell_start[g];
     for (std::int64_t e = 0; e < of_group; ++e) {
       number[e] = index_in_list(cell_keys, cells, own_cells[e]);
-      for (int b = 0; b < corners; ++b)
-        corner_node[corners * (supports.cell_start[g] + e) + b] =
-            index_in_list(list, n, pack(corner_of_cell<Dim>(unpack(own_cells[e]), b)));
+      bool found = number[e] < cells && cell_keys[number[e]] == own_cells[e];
+      for (int b = 0; b < corners; ++b) {
+        const std::int64_t key = pack(corner_of_cell<Dim>(unpack(own_cells[e]), b));
+        const int a = index_in_list(list, n, key);
+        found = found && a < n && list[a] == key;
+        corner_node[corners * (supports.cell_start[g] + e) + b] = a;
+      }
+      if (!found) return missing.set();
     }
     for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
       const double* own = corner + Dim * corners * p;
@@ -343,6 +373,7 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
             const Lattice nearest_cell =
                 locate_corner<Dim>(position + Dim * p, own + Dim * nearest, grid, of_corner);
             e = index_in_list(own_cells, of_group, pack(nearest_cell));
+            if (e == of_group) return missing.set();
             for (int k = 0; k < Dim; ++k) {
               const auto from = static_cast<double>(nearest_cell[k]);
               centroid[k] = std::clamp(local[k], from, from + 1.0);
@@ -356,6 +387,7 @@ void share_corner_domains(const Stencil& stencil, const CornerCells& supports,
       }
     }
   });
+  return !missing;
 }
 
 }  // namespace tilth::kernel

@@ -14,8 +14,6 @@
 
 namespace tilth::kernel {
 
-inline constexpr int maximum_element_nodes = 256;
-
 /// Elements, and their order of parallel assembly (colour_groups); the nodes of element e are
 /// `node[node_start[e]]` to `node[node_start[e + 1]]`, not included.
 struct Elements {
@@ -169,13 +167,16 @@ void add_element_products(const Elements& elements, const Matrices& matrices, co
   });
 }
 
-/// Adds the elements' matrices to the node blocks `matrix`.
+/// Adds the elements' matrices to the node blocks `matrix`. Returns whether all `blocks` are inside
+/// of it; those of other elements are not added.
 template <int Components, class Matrices>
-void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
+bool add_element_blocks(const Elements& elements, const BlockPositions& blocks,
                         const Matrices& matrices, double* matrix) {
+  Found outside;
   for_each_by_colour(elements, [&](std::int64_t e) {
     const int n = elements.nodes_of(e);
     const std::int32_t* node = elements.node + elements.node_start[e];
+    if (!blocks.fit(e, n, node)) return outside.set();
     const std::int32_t* position = blocks.position + blocks.start[e];
     const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)
@@ -188,6 +189,7 @@ void add_element_blocks(const Elements& elements, const BlockPositions& blocks,
         } while (b < n && node[b] == node[b - 1] + 1);
       }
   });
+  return !outside;
 }
 
 }  // namespace tilth::kernel

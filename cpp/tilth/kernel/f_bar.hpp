@@ -168,14 +168,16 @@ void add_centre_trace(const Centres& centres, std::int64_t group, const double* 
 }
 
 /// Fills `cell` and `share` (see Centres) and adds weight and weight times the centroid of each
-/// point's part to `moment` (cells, 1 + Dim). `first` and `count` are those of the stencil.
+/// point's part to `moment` (cells, 1 + Dim). `first` and `count` are those of the stencil. Returns
+/// whether the sorted `cell_keys` have every cell of the groups.
 template <int Dim>
-void share_among_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
+bool share_among_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                        const double* position, const double* half_length, const double* weight,
                        const double* origin, const double* cell_size, std::int64_t cells,
                        const std::int64_t* cell_keys, const std::int64_t* cell_start,
                        std::int32_t* cell, const std::int64_t* share_start, double* share,
                        double* moment) {
+  Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
     const int across[3] = {count[3 * g] - 1, count[3 * g + 1] - 1,
@@ -188,6 +190,10 @@ void share_among_cells(const Stencil& stencil, const std::int64_t* first, const 
           const int shift[3] = {i, j, k};
           const auto key = pack({f[0] + i, f[1] + j, f[2] + k});
           const auto number = std::lower_bound(cell_keys, cell_keys + cells, key) - cell_keys;
+          if (number == cells || cell_keys[number] != key) {
+            missing.set();
+            continue;
+          }
           cell[cell_start[g] + c] = static_cast<std::int32_t>(number);
           double* sum = moment + (1 + Dim) * number;
           for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
@@ -209,6 +215,7 @@ void share_among_cells(const Stencil& stencil, const std::int64_t* first, const 
           }
         }
   });
+  return !missing;
 }
 
 }  // namespace tilth::kernel

@@ -15,7 +15,8 @@
 namespace tilth::kernel {
 
 /// Support key of each point, `x` in cells from the grid's origin; returns the number of points
-/// outside the range that a key can represent (their key is -1).
+/// outside the range that a key can represent (their key is -1): those that are too far from the
+/// origin, whose position is not a number, or whose domain needs more nodes than the basis has.
 template <class Basis, int Dim>
 std::int64_t support_keys(std::int64_t points, const double* position, const double* half_length,
                           const double* origin, const double* cell_size, std::int64_t* keys) {
@@ -28,9 +29,12 @@ std::int64_t support_keys(std::int64_t points, const double* position, const dou
     for (int k = 0; k < Dim; ++k) {
       const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
       const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+      inside = inside && std::fabs(x) <= static_cast<double>(largest_index) && std::fabs(l) <= 1.0;
+      if (!inside) break;
       const auto support = Basis::support(x, l);
-      inside = inside && std::fabs(support.first) < static_cast<double>(largest_index);
-      first[k] = inside ? static_cast<std::int64_t>(support.first) : 0;
+      inside = std::fabs(support.first) < static_cast<double>(largest_index) &&
+               support.count >= 2 && support.count <= Basis::maximum_count;
+      first[k] = static_cast<std::int64_t>(support.first);
       count[k] = support.count;
     }
     keys[p] = inside ? pack_support(first, count) : -1;
@@ -96,21 +100,26 @@ inline std::vector<std::int64_t> active_nodes(std::int64_t groups, const std::in
   return all;
 }
 
-/// Node numbers of each group, x fastest; `node_start` (groups + 1) must be filled.
-inline void group_nodes(std::int64_t groups, const std::int64_t* first, const std::int32_t* count,
+/// Node numbers of each group, x fastest; `node_start` (groups + 1) must be filled. Returns whether
+/// the sorted `node_keys` have all nodes.
+inline bool group_nodes(std::int64_t groups, const std::int64_t* first, const std::int32_t* count,
                         std::int64_t nodes, const std::int64_t* node_keys,
                         const std::int64_t* node_start, std::int32_t* node_of_group) {
-#pragma omp parallel for schedule(static) if (8 * groups >= parallel_from)
+  bool missing = false;
+#pragma omp parallel for schedule(static) reduction(|| : missing) if (8 * groups >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     std::int64_t at = node_start[g];
     for (int k = 0; k < count[3 * g + 2]; ++k)
       for (int j = 0; j < count[3 * g + 1]; ++j) {
         const auto key = pack({first[3 * g], first[3 * g + 1] + j, first[3 * g + 2] + k});
-        const auto number = static_cast<std::int32_t>(
-            std::lower_bound(node_keys, node_keys + nodes, key) - node_keys);
+        const std::int64_t found = std::lower_bound(node_keys, node_keys + nodes, key) - node_keys;
+        const std::int64_t last = found + count[3 * g] - 1;  // nodes along x have consecutive keys
+        missing = missing || last >= nodes || node_keys[last] != key + count[3 * g] - 1;
+        const auto number = static_cast<std::int32_t>(found);
         for (int i = 0; i < count[3 * g]; ++i) node_of_group[at++] = number + i;
       }
   }
+  return !missing;
 }
 
 /// Fills the factors of every point's basis, or its local coordinates in the cell, in the layout of

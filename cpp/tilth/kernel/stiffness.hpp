@@ -27,6 +27,27 @@ namespace tilth::kernel {
 struct BlockPositions {
   const std::int64_t* start;     // (groups) offset into `position`
   const std::int32_t* position;  // (row nodes x runs) per group
+  std::int64_t entries;          // of `position`
+  std::int64_t blocks;           // of the matrix
+
+  /// Whether the blocks of a group of these nodes are inside of the matrix.
+  bool fit(std::int64_t group, int n, const std::int32_t* node) const {
+    int length[maximum_element_nodes], runs = 0;
+    for (int b = 0; b < n; ++b) {
+      if (b > 0 && node[b] == node[b - 1] + 1)
+        ++length[runs - 1];
+      else
+        length[runs++] = 1;
+    }
+    const std::int64_t first = start[group];
+    if (first < 0 || first > entries - std::int64_t{n} * runs) return false;
+    const std::int32_t* at = position + first;
+    bool outside = false;
+    for (int a = 0; a < n; ++a, at += runs)
+      for (int run = 0; run < runs; ++run)
+        outside |= at[run] < 0 || std::int64_t{at[run]} + length[run] > blocks;
+    return !outside;
+  }
 };
 
 /// A number for each direction, in one vector register; in 3D the fourth entry is unused.
@@ -242,13 +263,17 @@ struct Factors {
   }
 };
 
+/// Returns whether all `blocks` are inside of the matrix; those of other groups are not added.
 template <class K>
-void stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* initial_volume,
+bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* initial_volume,
                const double* position, const double* response_array, const Centres* centres,
                double* matrix) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
+  Found outside;
   for_each_by_colour(stencil, [&](std::int64_t g) {
+    if (!blocks.fit(g, stencil.nodes_of(g), stencil.node + stencil.node_start[g]))
+      return outside.set();
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
       constexpr int capacity = Factors<K, N>::capacity;
       const int n = N > 0 ? N : stencil.nodes_of(g);
@@ -300,6 +325,7 @@ void stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
       scatter(n, node, block, local, matrix);
     });
   });
+  return !outside;
 }
 
 }  // namespace tilth::kernel

@@ -55,6 +55,9 @@ void for_groups(const Stencil& stencil, Body&& body) {
 /// Largest number of nodes that support one point (kernels have buffers of this size).
 inline constexpr int maximum_nodes = 64;
 
+/// Largest number of nodes of an element (elements.hpp).
+inline constexpr int maximum_element_nodes = 256;
+
 /// Calls `body.template operator()<N>()` with N the number of nodes if it is a common one, so
 /// that inner loops have a fixed length, else N = 0 (length at run time).
 template <int Dim, class Body>

@@ -35,4 +35,15 @@ void with_material(const std::string& name, const double* parameters, Function&&
   if (!found) throw std::invalid_argument("unknown material '" + name + "'");
 }
 
+/// Calls `function(number of parameters)` of the material of that name.
+template <class Function>
+void with_parameter_count(const std::string& name, Function&& function) {
+  std::apply(
+      [&](auto... each) {
+        ((name == decltype(each)::name ? (function(decltype(each)::parameter_names.size()), 0) : 0),
+         ...);
+      },
+      List{});
+}
+
 }  // namespace tilth::material

@@ -30,6 +30,13 @@ class Hierarchy {
   /// approximate <- one V-cycle for `residual`, zero for constrained unknowns.
   virtual void cycle(const double* residual, double* approximate) = 0;
 
+  /// Whether there is a matrix; without one there are no cycles.
+  virtual bool filled() const = 0;
+
+  /// Unknowns of the finest level, and numbers of its blocks.
+  virtual std::int64_t unknowns() const = 0;
+  virtual std::int64_t numbers() const = 0;
+
   /// Nodes and blocks of each level, the finest first.
   virtual std::vector<std::int64_t> sizes() const = 0;
 
@@ -123,6 +130,12 @@ class HierarchyOf final : public Hierarchy {
       for (int i = 0; i < Components; ++i)
         approximate[std::int64_t{v} * Components + i] =
             factor * finest.mask[i][v] * finest.solution[i][v];
+  }
+
+  bool filled() const override { return filled_; }
+  std::int64_t unknowns() const override { return level_[0]->unknowns(); }
+  std::int64_t numbers() const override {
+    return level_[0]->row_start.back() * Components * Components;
   }
 
   std::vector<std::int64_t> sizes() const override {

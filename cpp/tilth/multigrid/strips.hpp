@@ -44,9 +44,11 @@ inline void load(const std::int16_t* from, typename Vector::Reals& to) {
 }
 
 /// The nearest integer, for numbers of less than 16 bits: the added constant shifts the fraction
-/// out of the mantissa. Without a library call, so that loops over it are vectorised.
+/// out of the mantissa. Without a library call, so that loops over it are vectorised. Larger
+/// numbers give the largest integer, and what is not a number the least one.
 inline std::int16_t rounded_to_short(float number) {
-  constexpr float no_fraction = 0x1.8p23f;
+  constexpr float no_fraction = 0x1.8p23f, largest = 32767.0f;
+  number = std::min(largest, std::max(-largest, number));
   return static_cast<std::int16_t>(static_cast<std::int32_t>((number + no_fraction) - no_fraction));
 }
 

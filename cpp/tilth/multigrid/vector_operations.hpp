@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "../parallel.hpp"
@@ -13,13 +14,22 @@
 namespace tilth::multigrid {
 
 /// product <- A x for node blocks (entries, Components, Components) and each of some vectors, zero
-/// for constrained unknowns.
+/// for constrained unknowns. Returns whether all columns are those of nodes.
 template <int Components, std::size_t Count>
-void block_product(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
+bool block_product(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
                    const double* blocks, const bool* constrained,
                    std::array<const double*, Count> x, std::array<double*, Count> product) {
-#pragma omp parallel for schedule(static) if (row_start[nodes] >= 8 * parallel_from)
+  bool outside = false;
+#pragma omp parallel for schedule(static) \
+    reduction(|| : outside) if (row_start[nodes] >= 8 * parallel_from)
   for (std::int64_t v = 0; v < nodes; ++v) {
+    std::uint32_t farthest = 0;
+    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
+      farthest = std::max(farthest, static_cast<std::uint32_t>(column[e]));
+    if (farthest >= nodes) {
+      outside = true;
+      continue;
+    }
     double sum[Count][Components] = {};
     for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
       const double* block = blocks + e * Components * Components;
@@ -33,6 +43,7 @@ void block_product(std::int64_t nodes, const std::int64_t* row_start, const std:
       for (int i = 0; i < Components; ++i)
         product[k][v * Components + i] = constrained[v * Components + i] ? 0.0 : sum[k][i];
   }
+  return !outside;
 }
 
 /// Calls `add(begin, end)` for pieces of a fixed length and adds their `Count` sums in order.
@@ -92,17 +103,19 @@ inline double advance(std::int64_t n, double length, const double* p, const doub
   })[0];
 }
 
-/// A v . A v, u . A v and v . A u.
+/// A v . A v, u . A v and v . A u; none if a column is not that of a node.
 template <int Components>
-std::array<double, 3> asymmetry(std::int64_t nodes, const std::int64_t* row_start,
-                                const std::int32_t* column, const double* blocks,
-                                const bool* constrained, const double* u, const double* v) {
+std::optional<std::array<double, 3>> asymmetry(std::int64_t nodes, const std::int64_t* row_start,
+                                               const std::int32_t* column, const double* blocks,
+                                               const bool* constrained, const double* u,
+                                               const double* v) {
   const std::int64_t n = nodes * Components;
   std::vector<double> of_u(n), of_v(n);
-  block_product<Components, 2>(nodes, row_start, column, blocks, constrained, {u, v},
-                               {of_u.data(), of_v.data()});
+  if (!block_product<Components, 2>(nodes, row_start, column, blocks, constrained, {u, v},
+                                    {of_u.data(), of_v.data()}))
+    return std::nullopt;
   const auto [size, u_of_v] = two_inner(n, of_v.data(), of_v.data(), u);
-  return {size, u_of_v, inner(n, of_u.data(), v)};
+  return std::array{size, u_of_v, inner(n, of_u.data(), v)};
 }
 
 }  // namespace tilth::multigrid

@@ -54,8 +54,12 @@ class BandFactors {
   std::array<std::int64_t, 2> widths() const { return {lower_, upper_}; }
   std::int64_t entries() const { return static_cast<std::int64_t>(index_.size()); }
 
+  /// Whether the last matrix has factors.
+  bool factorised() const { return factorised_; }
+
   /// Factorises the matrix with these entries; returns whether no pivot is zero.
   bool factorise(const double* value) {
+    factorised_ = false;
     factor_.assign(size_ * rows(), 0.0);
     for (std::size_t e = 0; e < index_.size(); ++e) factor_[index_[e]] += value[e];
     for (std::int64_t c = 0; c < size_; ++c) {
@@ -74,7 +78,7 @@ class BandFactors {
       const double inverse = 1.0 / column[c];
       for (std::int64_t i = c + 1; i < end; ++i) column[i] *= inverse;
     }
-    return true;
+    return factorised_ = true;
   }
 
   /// Solves for one right side; both have one entry per unknown.
@@ -115,7 +119,8 @@ class BandFactors {
   std::vector<std::int64_t> end_;       // and one past the last such row
   std::vector<std::int64_t> index_;     // of each entry in factor_
   std::vector<double> factor_;          // column by column, rows() each
-  std::vector<std::int64_t> pivot_;     // row that was interchanged with each
+  bool factorised_ = false;
+  std::vector<std::int64_t> pivot_;  // row that was interchanged with each
 };
 
 /// product <- A x for a square matrix in compressed columns.

@@ -39,17 +39,18 @@ class Graph {
     order.reserve(size_);
     std::int64_t sweep = 0;
     for (std::int64_t any = 0; any < size_; ++any) {
-      if (mark[any] == done) continue;
-      found = {any};
-      Levels reached = visit(found, mark, ++sweep), before;
-      do {
-        end.assign(found.begin() + reached.last, found.end());
-        found = {*std::min_element(end.begin(), end.end(), fewer())};
-        before = reached;
-        reached = visit(found, mark, ++sweep);
-      } while (reached.count > before.count);
-      visit(end, mark, done);
-      order.insert(order.end(), end.begin(), end.end());
+      while (mark[any] != done) {  // once, if the pattern is symmetric
+        found = {any};
+        Levels reached = visit(found, mark, ++sweep), before;
+        do {
+          end.assign(found.begin() + reached.last, found.end());
+          found = {*std::min_element(end.begin(), end.end(), fewer())};
+          before = reached;
+          reached = visit(found, mark, ++sweep);
+        } while (reached.count > before.count);
+        visit(end, mark, done);
+        order.insert(order.end(), end.begin(), end.end());
+      }
     }
     std::reverse(order.begin(), order.end());
     return order;

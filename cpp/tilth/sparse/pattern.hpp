@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include "../parallel.hpp"
@@ -77,6 +78,7 @@ struct Positions {
   std::vector<std::int32_t> position;
 };
 
+/// Throws std::invalid_argument if two nodes of a group have no block.
 inline Positions block_positions(const NodeGroups& groups, const std::int64_t* row_start,
                                  const std::int32_t* column) {
   Positions result;
@@ -90,19 +92,28 @@ inline Positions block_positions(const NodeGroups& groups, const std::int64_t* r
     total += runs * (end - begin);
   }
   result.position.resize(total);
-#pragma omp parallel for schedule(static) if (8 * groups.groups >= parallel_from)
+  bool missing = false;
+#pragma omp parallel for schedule(static) \
+    reduction(|| : missing) if (8 * groups.groups >= parallel_from)
   for (std::int64_t g = 0; g < groups.groups; ++g) {
     std::int32_t* out = result.position.data() + result.start[g];
     const std::int64_t begin = groups.node_start[g], end = groups.node_start[g + 1];
     for (std::int64_t a = begin; a < end; ++a) {
       const std::int32_t* row = column + row_start[groups.node[a]];
       const std::int32_t* row_end = column + row_start[groups.node[a] + 1];
-      for (std::int64_t b = begin; b < end; ++b)
-        if (b == begin || groups.node[b] != groups.node[b - 1] + 1)
-          *out++ =
-              static_cast<std::int32_t>(std::lower_bound(row, row_end, groups.node[b]) - column);
+      const std::int32_t* found = nullptr;
+      for (std::int64_t b = begin; b < end; ++b) {
+        if (b > begin && groups.node[b] == groups.node[b - 1] + 1) {
+          found += found != row_end;
+        } else {
+          found = std::lower_bound(row, row_end, groups.node[b]);
+          *out++ = static_cast<std::int32_t>(found - column);
+        }
+        missing = missing || found == row_end || *found != groups.node[b];
+      }
     }
   }
+  if (missing) throw std::invalid_argument("column lacks a pair of nodes of a group");
   return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include "../parallel.hpp"
@@ -20,20 +21,27 @@ struct Restriction {
 };
 
 /// `order` lists all nodes; `constrained` (nodes * components) marks what is prescribed. The
-/// pattern must be symmetric, as that of block_pattern is.
+/// pattern must be symmetric with sorted rows, as that of block_pattern is.
+///
+/// Throws std::invalid_argument if it is not, or if `order` lists a node twice.
 inline Restriction restrict_to_free(std::int64_t nodes, int components,
                                     const std::int64_t* row_start, const std::int32_t* column,
                                     const std::int64_t* order, const bool* constrained) {
   // the block (w, v) of each block (v, w): rows are visited in order, columns are sorted
   std::vector<std::int64_t> transposed(row_start[nodes]), next(row_start, row_start + nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
-    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
-      transposed[next[column[e]]++] = e;
+    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
+      const std::int32_t w = column[e];
+      if (next[w] == row_start[w + 1] || column[next[w]] != v)
+        throw std::invalid_argument("column is not symmetric, or not sorted within a row");
+      transposed[next[w]++] = e;
+    }
 
   Restriction result;
-  std::vector<std::int32_t> first(nodes), free(nodes), rank(nodes);
+  std::vector<std::int32_t> first(nodes), free(nodes), rank(nodes, -1);
   for (std::int64_t k = 0; k < nodes; ++k) {
     const std::int64_t v = order[k];
+    if (rank[v] >= 0) throw std::invalid_argument("order lists a node twice");
     rank[v] = static_cast<std::int32_t>(k);
     first[v] = static_cast<std::int32_t>(result.unknown.size());
     for (int i = 0; i < components; ++i)
@@ -79,11 +87,23 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
   return result;
 }
 
-/// value[i] = block[source[i]].
-inline void gather(std::int64_t entries, const std::int64_t* source, const double* block,
-                   double* value) {
-#pragma omp parallel for schedule(static) if (entries >= 8 * parallel_from)
-  for (std::int64_t i = 0; i < entries; ++i) value[i] = block[source[i]];
+/// value[i] = block[source[i]]; returns whether all indices are below `blocks`, the size of
+/// `block`.
+inline bool gather(std::int64_t entries, const std::int64_t* source, std::int64_t blocks,
+                   const double* block, double* value) {
+  constexpr std::int64_t piece = 512;  // its indices are in the cache when they are used
+  bool outside = false;
+#pragma omp parallel for schedule(static) reduction(|| : outside) if (entries >= 8 * parallel_from)
+  for (std::int64_t begin = 0; begin < entries; begin += piece) {
+    const std::int64_t end = std::min(begin + piece, entries);
+    bool wrong = false;
+    for (std::int64_t i = begin; i < end; ++i)
+      wrong |= static_cast<std::uint64_t>(source[i]) >= static_cast<std::uint64_t>(blocks);
+    outside = outside || wrong;
+    if (wrong) continue;
+    for (std::int64_t i = begin; i < end; ++i) value[i] = block[source[i]];
+  }
+  return !outside;
 }
 
 }  // namespace tilth::sparse

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Reads tilth.mpm.f_bar.Centres and the boxes of tilth.mpm.grid.Stencil.
+#pragma once
+
+#include "../kernel/f_bar.hpp"
+#include "stencil_view.hpp"
+
+namespace tilth::bind {
+
+/// Reads tilth.mpm.f_bar.Centres; None for no F-bar.
+struct CentresView : kernel::Centres {
+  ConstIntegers arrays64[2];
+  ConstShorts arrays32[3];
+  ConstDoubles read[4];
+  Doubles written[2];
+  bool given;
+
+  explicit CentresView(nb::handle centres) : kernel::Centres{}, given(!centres.is_none()) {
+    if (!given) return;
+    arrays32[0] = attribute<ConstShorts>(centres, "count");
+    arrays32[1] = attribute<ConstShorts>(centres, "cell");
+    arrays32[2] = attribute<ConstShorts>(centres, "corner_node");
+    arrays64[0] = attribute<ConstIntegers>(centres, "cell_start");
+    arrays64[1] = attribute<ConstIntegers>(centres, "share_start");
+    const char* names[4] = {"share", "volume_change", "trace", "jacobian_ratio_before"};
+    for (int i = 0; i < 4; ++i) read[i] = attribute<ConstDoubles>(centres, names[i]);
+    written[0] = attribute<Doubles>(centres, "jacobian_ratio");
+    written[1] = attribute<Doubles>(centres, "jacobian");
+    count = arrays32[0].data();
+    cell = arrays32[1].data();
+    corner_node = arrays32[2].size() > 0 ? arrays32[2].data() : nullptr;
+    cell_start = arrays64[0].data();
+    share_start = arrays64[1].data();
+    share = read[0].data();
+    volume_change = read[1].data();
+    trace = read[2].data();
+    jacobian_ratio_before = read[3].data();
+    jacobian_ratio = written[0].data();
+    jacobian = written[1].data();
+  }
+
+  const kernel::Centres* get() const { return given ? this : nullptr; }
+
+  /// Number of the cells.
+  std::int64_t cells() const { return size_of(read[1]); }
+
+  /// Refuses cells and shares that are not those of groups with the first points `group_start`.
+  void require_cells(std::int64_t groups, const std::int64_t* group_start) const {
+    require_size(arrays64[0], groups + 1, "cell_start");
+    require_starts(arrays64[0], size_of(arrays32[1]), "cell_start");
+    require_indices(arrays32[1], cells(), "cell");
+    require_size(arrays64[1], groups + 1, "share_start");
+    require_starts(arrays64[1], size_of(read[0]), "share_start");
+    require(group_start[groups] <= size_of(read[0]), "share", "lacks points");
+    bool other = false;
+    for (std::int64_t g = 0; g < groups; ++g)
+      other |= share_start[g + 1] - share_start[g] !=
+               (cell_start[g + 1] - cell_start[g]) * (group_start[g + 1] - group_start[g]);
+    require(!other, "share_start", "does not fit to the points and cells of a group");
+  }
+
+  /// Refuses centres that are not those of the points of a stencil.
+  void require_fits(const StencilView& stencil) const {
+    if (!given) return;
+    const std::int64_t corners = 1 << stencil.dim;
+    require_cells(stencil.groups, stencil.start);
+    require_size(read[2], cells() * corners * stencil.dim, "trace");
+    require_size(read[3], stencil.points(), "jacobian_ratio_before");
+    require_size(written[0], stencil.points(), "jacobian_ratio");
+    require_size(written[1], stencil.points(), "jacobian");
+    bool other = false;
+    if (corner_node != nullptr) {
+      require_size(arrays32[2], size_of(arrays32[1]) * corners, "corner_node");
+      for (std::int64_t g = 0; g < stencil.groups; ++g)
+        for (std::int64_t i = corners * cell_start[g]; i < corners * cell_start[g + 1]; ++i)
+          other |= corner_node[i] < 0 || corner_node[i] >= stencil.nodes_of(g);
+      require(!other, "corner_node", "has an index that is not one of the group's nodes");
+      return;
+    }
+    require_size(arrays32[0], 3 * stencil.groups, "count");
+    for (std::int64_t g = 0; g < stencil.groups; ++g) {
+      const std::int64_t x = count[3 * g], y = count[3 * g + 1];
+      const std::int64_t z = stencil.dim == 3 ? count[3 * g + 2] : 2;
+      constexpr std::int64_t most = kernel::maximum_nodes;
+      other |= x < 2 || y < 2 || z < 2 || x > most || y > most || z > most;
+      other |= x * y * (stencil.dim == 3 ? z : 1) != stencil.nodes_of(g);
+      other |= (x - 1) * (y - 1) * (z - 1) != cell_start[g + 1] - cell_start[g];
+    }
+    require(!other, "count", "does not fit to the nodes and cells of a group");
+  }
+};
+
+/// The boxes of nodes of a Python `Stencil`: each has a cell at least.
+struct BoxesView {
+  ConstIntegers first;
+  ConstShorts count;
+
+  BoxesView(nb::handle handle, const StencilView& stencil)
+      : first(attribute<ConstIntegers>(handle, "first")),
+        count(attribute<ConstShorts>(handle, "count")),
+        stencil_(stencil) {
+    require(stencil.count != nullptr, "stencil", "has groups whose nodes do not fill a box");
+    require_size(first, 3 * stencil.groups, "first");
+    require_lattice(first, "first");
+    bool empty = false;
+    for (std::int64_t g = 0; g < stencil.groups; ++g)
+      for (int k = 0; k < stencil.dim; ++k) empty |= count.data()[3 * g + k] < 2;
+    require(!empty, "count", "has a group with less than two nodes in a direction");
+  }
+
+  /// Refuses a grid or domains that are not those of the points.
+  void require_domains(const ConstDoubles& position, const ConstDoubles& half_length,
+                       const ConstDoubles& origin, const ConstDoubles& cell_size) const {
+    require_grid(origin, cell_size, stencil_.dim);
+    require_table(position, stencil_.points(), stencil_.dim, "position");
+    require_table(half_length, stencil_.points(), stencil_.dim, "half_length");
+  }
+
+ private:
+  const StencilView& stencil_;
+};
+
+}  // namespace tilth::bind
