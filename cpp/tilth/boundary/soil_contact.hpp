@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "../caught.hpp"
 #include "../grid.hpp"
 #include "../parallel.hpp"
 
@@ -441,52 +442,56 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
         find_interior<Dim>(end - begin, position + Dim * begin, nearest + begin, origin, cell_size);
     const PointsInContact in_contact =
         points_in_contact<Dim>(begin, end, position, nearest, origin, cell_size);
+    Caught caught;
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
-    for (std::int64_t q = begin; q < end; ++q) {
-      const double* own = position + Dim * q;
-      fraction[q] = nearest[q] >= 0 ? 1.0 : 0.0;
-      if (interior[q - begin]) continue;
-      if (nearest[q] >= 0 && is_surrounded<Dim>(in_contact.by_cell, own, in_contact.position.data(),
-                                                origin, cell_size, spacing))
-        continue;
-      const double* corner = part + Dim * Dim * q;
-      const double* edge = corner + Dim;
-      double sum = 0.0, least = infinite;
-      std::int64_t closest = -1;
-      std::vector<std::pair<double, double>> intervals;
-      for (int line = 0; line < lines; ++line) {
-        const double t = (line + 0.5) / lines;
-        double vector[Dim], middle[Dim], limit[Dim];
-        for (int k = 0; k < Dim; ++k) {
-          vector[k] = edge[k], middle[k] = own[k] + corner[k];
-          if constexpr (Dim == 3)
-            vector[k] -= t * (edge[k] + edge[Dim + k]) / 3.0, middle[k] += t * edge[Dim + k];
-          middle[k] += 0.5 * vector[k];
-          limit[k] = within[k] + 0.5 * std::fabs(vector[k]);
+    for (std::int64_t q = begin; q < end; ++q)
+      caught.run([&] {
+        const double* own = position + Dim * q;
+        fraction[q] = nearest[q] >= 0 ? 1.0 : 0.0;
+        if (interior[q - begin]) return;
+        if (nearest[q] >= 0 &&
+            is_surrounded<Dim>(in_contact.by_cell, own, in_contact.position.data(), origin,
+                               cell_size, spacing))
+          return;
+        const double* corner = part + Dim * Dim * q;
+        const double* edge = corner + Dim;
+        double sum = 0.0, least = infinite;
+        std::int64_t closest = -1;
+        std::vector<std::pair<double, double>> intervals;
+        for (int line = 0; line < lines; ++line) {
+          const double t = (line + 0.5) / lines;
+          double vector[Dim], middle[Dim], limit[Dim];
+          for (int k = 0; k < Dim; ++k) {
+            vector[k] = edge[k], middle[k] = own[k] + corner[k];
+            if constexpr (Dim == 3)
+              vector[k] -= t * (edge[k] + edge[Dim + k]) / 3.0, middle[k] += t * edge[Dim + k];
+            middle[k] += 0.5 * vector[k];
+            limit[k] = within[k] + 0.5 * std::fabs(vector[k]);
+          }
+          intervals.clear();
+          for_points_around<Dim>(sorted, middle, limit, centre, extent, around, origin, cell_size,
+                                 [&](std::int64_t p, const double* offset, double measure) {
+                                   double begin_of[Dim];
+                                   for (int k = 0; k < Dim; ++k)
+                                     begin_of[k] = offset[k] - 0.5 * vector[k];
+                                   const auto interval = contact_interval<Dim>(
+                                       extent, p, begin_of, vector, normal + Dim * q);
+                                   if (!(interval.first <= interval.second)) return;
+                                   intervals.push_back(interval);
+                                   if (measure < least) least = measure, closest = p;
+                                 });
+          if constexpr (Dim == 2) {
+            sum += integrate_union(intervals, 0.0);
+          } else {  // area of a strip of the quadrangle, that of the whole is 2/3
+            const double base = 1.0 - t / 3.0;
+            sum += 1.5 / lines * base * integrate_union(intervals, 1.0 / (3.0 * base));
+          }
         }
-        intervals.clear();
-        for_points_around<Dim>(sorted, middle, limit, centre, extent, around, origin, cell_size,
-                               [&](std::int64_t p, const double* offset, double measure) {
-                                 double begin_of[Dim];
-                                 for (int k = 0; k < Dim; ++k)
-                                   begin_of[k] = offset[k] - 0.5 * vector[k];
-                                 const auto interval = contact_interval<Dim>(
-                                     extent, p, begin_of, vector, normal + Dim * q);
-                                 if (!(interval.first <= interval.second)) return;
-                                 intervals.push_back(interval);
-                                 if (measure < least) least = measure, closest = p;
-                               });
-        if constexpr (Dim == 2) {
-          sum += integrate_union(intervals, 0.0);
-        } else {  // area of a strip of the quadrangle, that of the whole is 2/3
-          const double base = 1.0 - t / 3.0;
-          sum += 1.5 / lines * base * integrate_union(intervals, 1.0 / (3.0 * base));
-        }
-      }
-      if (sum <= negligible) continue;  // contact with an adjacent domain is complete
-      fraction[q] = sum < complete ? sum : 1.0;
-      if (nearest[q] < 0) nearest[q] = closest;
-    }
+        if (sum <= negligible) return;  // contact with an adjacent domain is complete
+        fraction[q] = sum < complete ? sum : 1.0;
+        if (nearest[q] < 0) nearest[q] = closest;
+      });
+    caught.rethrow();
   }
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "../caught.hpp"
 #include "level.hpp"
 
 namespace tilth::multigrid {
@@ -69,24 +70,27 @@ void group_coupled_nodes(Level<Components>& level) {
     own[v] = std::sqrt(sum);
   }
   std::vector<signed char> bin(level.column.size(), -1);
+  Caught caught;
 #pragma omp parallel if (level.threaded())
   {
     Floats buffer;
 #pragma omp for schedule(static)
-    for (std::int32_t v = 0; v < level.nodes(); ++v) {
-      const float* row = level.row(v, buffer);
-      for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
-        const float* block = row + e * Components * Components;
-        float coupling = 0.0f;
+    for (std::int32_t v = 0; v < level.nodes(); ++v)
+      caught.run([&] {
+        const float* row = level.row(v, buffer);
+        for (std::int64_t e = level.diagonal[v] + 1; e < level.entries(v); ++e) {
+          const float* block = row + e * Components * Components;
+          float coupling = 0.0f;
 #pragma omp simd reduction(+ : coupling)
-        for (int k = 0; k < Components * Components; ++k) coupling += block[k] * block[k];
-        const std::int64_t at = level.row_start[v] + e;
-        const float both = own[v] * own[level.column[at]];
-        if (coupling > strong * strong * both)
-          bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
-      }
-    }
+          for (int k = 0; k < Components * Components; ++k) coupling += block[k] * block[k];
+          const std::int64_t at = level.row_start[v] + e;
+          const float both = own[v] * own[level.column[at]];
+          if (coupling > strong * strong * both)
+            bin[at] = static_cast<signed char>(std::min(std::sqrt(coupling / both), 0.99f) * bins);
+        }
+      });
   }
+  caught.rethrow();
   std::vector<char> near(level.nodes(), 0);
   for (std::int32_t v = 0; v < level.nodes(); ++v)
     for (std::int64_t at = level.row_start[v]; at < level.row_start[v + 1]; ++at)
@@ -193,17 +197,20 @@ void invert_diagonal(Level<Components>& level) {
   for (std::int32_t v = 0; v < level.nodes(); ++v) invert_own(level, v);
   constexpr int column = maximum_block_nodes * Components;  // padded: one length for all loops
   const auto groups = static_cast<std::int64_t>(level.shared_start.size()) - 1;
+  Caught caught;
   level.shared_inverse.assign(level.shared_node.size() * Components * column, 0.0f);
 #pragma omp parallel for schedule(static) if (level.threaded())
-  for (std::int64_t g = 0; g < groups; ++g) {
-    const std::int64_t first = level.shared_start[g];
-    const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Components;
-    std::vector<float> rows(std::size_t(n) * n);
-    inverse_of(level.shared_node.data() + first, nodes, rows.data());
-    float* inverse = level.shared_inverse.data() + first * Components * column;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
-  }
+  for (std::int64_t g = 0; g < groups; ++g)
+    caught.run([&] {
+      const std::int64_t first = level.shared_start[g];
+      const int nodes = static_cast<int>(level.shared_start[g + 1] - first), n = nodes * Components;
+      std::vector<float> rows(std::size_t(n) * n);
+      inverse_of(level.shared_node.data() + first, nodes, rows.data());
+      float* inverse = level.shared_inverse.data() + first * Components * column;
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) inverse[j * column + i] = rows[i * n + j];
+    });
+  caught.rethrow();
 }
 
 }  // namespace tilth::multigrid

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "../caught.hpp"
 #include "level.hpp"
 
 namespace tilth::multigrid {
@@ -74,25 +75,29 @@ void set_coarse_pattern(const Level<Components>& fine, Level<Components>& coarse
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
   const std::int64_t points = box.coarse_points();
   std::vector<char> coupled(n * points);
+  Caught caught;
 #pragma omp parallel if (fine.threaded())
   {
-    std::vector<float> coupled_fine(box.points()), scratch(box.points());
+    std::vector<float> coupled_fine, scratch;
+    caught.run([&] { coupled_fine.resize(box.points()), scratch.resize(box.points()); });
 #pragma omp for schedule(static)
-    for (std::int64_t c = 0; c < n; ++c) {
-      std::fill(coupled_fine.begin(), coupled_fine.end(), 0.0f);
-      const LatticeIndex& p = coarse.lattice[c];
-      const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
-      for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k)
-        for (std::int64_t e = fine.row_start[fine.child[k]]; e < fine.row_start[fine.child[k] + 1];
-             ++e)
-          coupled_fine[code[fine.column[e]] - origin] = 1.0f;
-      const float* found = box.contract(coupled_fine.data(), scratch.data(), 1);
-      for (std::int64_t k = 0; k < points; ++k) {
-        coupled[c * points + k] = found[k] != 0.0f;
-        start[c + 1] += found[k] != 0.0f;
-      }
-    }
+    for (std::int64_t c = 0; c < n; ++c)
+      caught.run([&] {
+        std::fill(coupled_fine.begin(), coupled_fine.end(), 0.0f);
+        const LatticeIndex& p = coarse.lattice[c];
+        const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
+        for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k)
+          for (std::int64_t e = fine.row_start[fine.child[k]];
+               e < fine.row_start[fine.child[k] + 1]; ++e)
+            coupled_fine[code[fine.column[e]] - origin] = 1.0f;
+        const float* found = box.contract(coupled_fine.data(), scratch.data(), 1);
+        for (std::int64_t k = 0; k < points; ++k) {
+          coupled[c * points + k] = found[k] != 0.0f;
+          start[c + 1] += found[k] != 0.0f;
+        }
+      });
   }
+  caught.rethrow();
   for (std::int64_t c = 0; c < n; ++c) start[c + 1] += start[c];
   std::vector<std::int32_t> column(start[n]);
 #pragma omp parallel for schedule(static) if (fine.threaded())
@@ -120,51 +125,55 @@ void fill_coarse_matrix(const Level<Components>& fine, Level<Components>& coarse
   const std::int64_t row_size = box.points() * width, extent = box.coarse;
   std::vector<std::int64_t> code(fine.nodes());
   for (std::int32_t v = 0; v < fine.nodes(); ++v) code[v] = box.code(fine.lattice[v]);
+  Caught caught;
 #pragma omp parallel if (fine.threaded())
   {
-    Floats rows(row_size), scratch(row_size), buffer;
+    Floats rows, scratch, buffer;
+    caught.run([&] { rows.resize(row_size), scratch.resize(row_size); });
 #pragma omp for schedule(static)
-    for (std::int32_t c = 0; c < coarse.nodes(); ++c) {
-      std::fill(rows.begin(), rows.end(), 0.0f);
-      const LatticeIndex& p = coarse.lattice[c];
-      const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
-      for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k) {
-        const std::int32_t v = fine.child[k];
-        const float weight = fine.child_weight[k];
-        const std::int64_t count = fine.entries(v);
-        const std::int32_t* column = fine.column.data() + fine.row_start[v];
-        const auto add = [&](const auto* value, auto factor) {
-          for (std::int64_t first = 0; first < count;) {
-            const std::int64_t index = code[column[first]];
-            std::int64_t last = first + 1;  // consecutive points along x are added together
-            while (last < count && code[column[last]] - index == last - first) ++last;
-            float* out = rows.data() + (index - origin) * width;
-            const auto* in = value + first * width;
-            for (; first + 3 <= last; first += 3, in += 3 * width, out += 3 * width)
+    for (std::int32_t c = 0; c < coarse.nodes(); ++c)
+      caught.run([&] {
+        std::fill(rows.begin(), rows.end(), 0.0f);
+        const LatticeIndex& p = coarse.lattice[c];
+        const std::int64_t origin = box.code({2 * p[0], 2 * p[1], 2 * p[2]}) - box.centre();
+        for (std::int64_t k = fine.child_start[c]; k < fine.child_start[c + 1]; ++k) {
+          const std::int32_t v = fine.child[k];
+          const float weight = fine.child_weight[k];
+          const std::int64_t count = fine.entries(v);
+          const std::int32_t* column = fine.column.data() + fine.row_start[v];
+          const auto add = [&](const auto* value, auto factor) {
+            for (std::int64_t first = 0; first < count;) {
+              const std::int64_t index = code[column[first]];
+              std::int64_t last = first + 1;  // consecutive points along x are added together
+              while (last < count && code[column[last]] - index == last - first) ++last;
+              float* out = rows.data() + (index - origin) * width;
+              const auto* in = value + first * width;
+              for (; first + 3 <= last; first += 3, in += 3 * width, out += 3 * width)
 #pragma omp simd
-              for (std::int64_t j = 0; j < 3 * width; ++j)
+                for (std::int64_t j = 0; j < 3 * width; ++j)
+                  out[j] += static_cast<float>(factor * in[j]);
+              for (std::int64_t j = 0; j < (last - first) * width; ++j)
                 out[j] += static_cast<float>(factor * in[j]);
-            for (std::int64_t j = 0; j < (last - first) * width; ++j)
-              out[j] += static_cast<float>(factor * in[j]);
-            first = last;
-          }
-        };
-        if (fine.source.blocks != nullptr && !fine.source.masked[v])
-          add(fine.source.blocks + fine.row_start[v] * width, fine.source.scale * weight);
-        else
-          add(fine.row(v, buffer), weight);
-      }
-      const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
-      const float* sums = box.contract(rows.data(), scratch.data(), width);
-      float* out = coarse.value.data() + coarse.row_start[c] * width;
-      for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
-        const LatticeIndex& q = coarse.lattice[column[e]];
-        std::int64_t index = q[0] - p[0] + extent + box.coarse_side() * (q[1] - p[1] + extent);
-        if (Dim == 3) index += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + extent);
-        for (int j = 0; j < width; ++j) out[e * width + j] = sums[index * width + j];
-      }
-    }
+              first = last;
+            }
+          };
+          if (fine.source.blocks != nullptr && !fine.source.masked[v])
+            add(fine.source.blocks + fine.row_start[v] * width, fine.source.scale * weight);
+          else
+            add(fine.row(v, buffer), weight);
+        }
+        const std::int32_t* column = coarse.column.data() + coarse.row_start[c];
+        const float* sums = box.contract(rows.data(), scratch.data(), width);
+        float* out = coarse.value.data() + coarse.row_start[c] * width;
+        for (std::int64_t e = 0; e < coarse.entries(c); ++e) {
+          const LatticeIndex& q = coarse.lattice[column[e]];
+          std::int64_t index = q[0] - p[0] + extent + box.coarse_side() * (q[1] - p[1] + extent);
+          if (Dim == 3) index += box.coarse_side() * box.coarse_side() * (q[2] - p[2] + extent);
+          for (int j = 0; j < width; ++j) out[e * width + j] = sums[index * width + j];
+        }
+      });
   }
+  caught.rethrow();
 }
 
 }  // namespace tilth::multigrid

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <utility>
 
+#include "../caught.hpp"
 #include "../parallel.hpp"
 #include "field.hpp"
 
@@ -125,19 +126,22 @@ class Strips {
     short_.resize(shorts);
     real_.resize(reals);
     threaded_ = row_start.back() >= 8 * parallel_from;
+    Caught caught;
 #pragma omp parallel if (threaded_)
     {
       Floats buffer;
       const auto row_of = [&](std::int32_t v) { return row(v, buffer); };
 #pragma omp for schedule(static)
-      for (std::size_t s = 0; s < strip_.size(); ++s) {
-        const Strip& strip = strip_[s];
-        if (strip.single)
-          pack<true>(strip, row_start, row_of, real_.data() + strip.value);
-        else
-          pack<false>(strip, row_start, row_of, short_.data() + strip.value);
-      }
+      for (std::size_t s = 0; s < strip_.size(); ++s)
+        caught.run([&] {
+          const Strip& strip = strip_[s];
+          if (strip.single)
+            pack<true>(strip, row_start, row_of, real_.data() + strip.value);
+          else
+            pack<false>(strip, row_start, row_of, short_.data() + strip.value);
+        });
     }
+    caught.rethrow();
   }
 
   /// Calls `use(first, count, product)` with the components product[Components][widest] of A x for

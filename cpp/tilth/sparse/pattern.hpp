@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "../caught.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::sparse {
@@ -39,36 +40,42 @@ inline Pattern block_pattern(std::int64_t nodes, const NodeGroups& groups) {
   Pattern pattern;
   pattern.row_start.resize(nodes + 1, 0);
   std::vector<std::vector<std::int32_t>> columns_of(omp_get_max_threads());
+  Caught caught;
 #pragma omp parallel if (8 * nodes >= parallel_from)
   {
     auto& columns = columns_of[omp_get_thread_num()];  // of a contiguous range of rows
-    std::vector<std::int64_t> seen(nodes, -1);
+    std::vector<std::int64_t> seen;
+    caught.run([&] { seen.assign(nodes, -1); });
     std::int64_t first_row = nodes;
 #pragma omp for schedule(static)
-    for (std::int64_t v = 0; v < nodes; ++v) {
-      first_row = std::min(first_row, v);
-      const auto row = static_cast<std::ptrdiff_t>(columns.size());
-      for (std::int64_t e = first[v]; e < first[v + 1]; ++e) {
-        const std::int64_t g = group_of[e];
-        for (std::int64_t k = groups.node_start[g]; k < groups.node_start[g + 1]; ++k) {
-          const std::int32_t w = groups.node[k];
-          if (seen[w] == v) continue;
-          seen[w] = v;
-          columns.push_back(w);
+    for (std::int64_t v = 0; v < nodes; ++v)
+      caught.run([&] {
+        first_row = std::min(first_row, v);
+        const auto row = static_cast<std::ptrdiff_t>(columns.size());
+        for (std::int64_t e = first[v]; e < first[v + 1]; ++e) {
+          const std::int64_t g = group_of[e];
+          for (std::int64_t k = groups.node_start[g]; k < groups.node_start[g + 1]; ++k) {
+            const std::int32_t w = groups.node[k];
+            if (seen[w] == v) continue;
+            seen[w] = v;
+            columns.push_back(w);
+          }
         }
-      }
-      std::sort(columns.begin() + row, columns.end());
-      pattern.row_start[v + 1] = static_cast<std::int64_t>(columns.size()) - row;
-    }
+        std::sort(columns.begin() + row, columns.end());
+        pattern.row_start[v + 1] = static_cast<std::int64_t>(columns.size()) - row;
+      });
 #pragma omp single
-    {
+    caught.run([&] {
       for (std::int64_t v = 0; v < nodes; ++v) pattern.row_start[v + 1] += pattern.row_start[v];
       pattern.column.resize(pattern.row_start[nodes]);
-    }
-    if (first_row < nodes)
-      std::copy(columns.begin(), columns.end(),
-                pattern.column.begin() + pattern.row_start[first_row]);
+    });
+    caught.run([&] {
+      if (first_row < nodes)
+        std::copy(columns.begin(), columns.end(),
+                  pattern.column.begin() + pattern.row_start[first_row]);
+    });
   }
+  caught.rethrow();
   return pattern;
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "../caught.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::sparse {
@@ -58,32 +59,36 @@ inline Restriction restrict_to_free(std::int64_t nodes, int components,
   result.row.resize(result.start.back());
   result.source.resize(result.start.back());
 
+  Caught caught;
 #pragma omp parallel if (8 * nodes >= parallel_from)
   {
     std::vector<std::int64_t> block;
 #pragma omp for schedule(static)
-    for (std::int64_t v = 0; v < nodes; ++v) {
-      block.resize(row_start[v + 1] - row_start[v]);
-      for (std::size_t i = 0; i < block.size(); ++i)
-        block[i] = row_start[v] + static_cast<std::int64_t>(i);
-      std::sort(block.begin(), block.end(),
-                [&](std::int64_t a, std::int64_t b) { return rank[column[a]] < rank[column[b]]; });
-      for (std::int32_t k = 0; k < free[v]; ++k) {
-        const std::int64_t component = result.unknown[first[v] + k] - v * components;
-        std::int32_t at = result.start[first[v] + k];
-        for (const std::int64_t e : block) {
-          const std::int32_t w = column[e];
-          for (std::int32_t i = 0; i < free[w]; ++i, ++at) {
-            const std::int64_t row_component =
-                result.unknown[first[w] + i] - std::int64_t{w} * components;
-            result.row[at] = first[w] + i;
-            result.source[at] =
-                (transposed[e] * components + row_component) * components + component;
+    for (std::int64_t v = 0; v < nodes; ++v)
+      caught.run([&] {
+        block.resize(row_start[v + 1] - row_start[v]);
+        for (std::size_t i = 0; i < block.size(); ++i)
+          block[i] = row_start[v] + static_cast<std::int64_t>(i);
+        std::sort(block.begin(), block.end(), [&](std::int64_t a, std::int64_t b) {
+          return rank[column[a]] < rank[column[b]];
+        });
+        for (std::int32_t k = 0; k < free[v]; ++k) {
+          const std::int64_t component = result.unknown[first[v] + k] - v * components;
+          std::int32_t at = result.start[first[v] + k];
+          for (const std::int64_t e : block) {
+            const std::int32_t w = column[e];
+            for (std::int32_t i = 0; i < free[w]; ++i, ++at) {
+              const std::int64_t row_component =
+                  result.unknown[first[w] + i] - std::int64_t{w} * components;
+              result.row[at] = first[w] + i;
+              result.source[at] =
+                  (transposed[e] * components + row_component) * components + component;
+            }
           }
         }
-      }
-    }
+      });
   }
+  caught.rethrow();
   return result;
 }
 
