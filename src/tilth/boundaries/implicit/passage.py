@@ -192,7 +192,9 @@ def points_behind(
     """
     if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
-    chosen, distance, _ = _distances(boundary, points.position, None, time, cell_size)
+    chosen, distance, _ = _distances(
+        boundary, points.position, None, time, cell_size, all_in_front=False
+    )
     behind = np.flatnonzero(distance < -PASSAGE_TOLERANCE * float(cell_size.min()))
     return chosen[behind], -distance[behind]
 
@@ -203,13 +205,15 @@ def _distances(
     points: MaterialPoints | None,
     time: float,
     cell_size: Floats,
+    all_in_front: bool = True,
 ) -> tuple[Integers, Floats, Floats]:
     """Returns the positions that face a boundary: numbers, distances from it, and its normals.
 
     Numbers (k,), signed distances [length] (k,), < 0 behind the boundary, and normals (k, dim).
     All positions face a plane. Those beside the edge of a finite or curved boundary do not; with
     `points` given, neither do those more than two cells in front of it, nor those behind it by
-    more than two cells plus the points' greatest motion.
+    more than two cells plus the points' greatest motion. Without `all_in_front`, those more than
+    two cells in front do not in any case.
     """
     if _is_infinite_plane(boundary):
         reference = boundary.reference_position(position, time)
@@ -235,7 +239,7 @@ def _distances(
     distance = np.einsum("ni,ni->n", offset, normal[nearest])
     along = np.linalg.norm(offset - distance[:, None] * normal[nearest], axis=1)
     facing = along <= FACING_DISTANCE[len(cell_size)] * cell_size.max()
-    if points is not None:  # far in front no exact distance is necessary
+    if points is not None or not all_in_front:  # far in front no exact distance is necessary
         facing &= distance <= 2.0 * cell_size.max()
     candidates, nearest = candidates[facing], nearest[facing]
     if len(candidates) == 0:
