@@ -122,8 +122,8 @@ class Request:
         """
         if per_cell.max() > MAXIMUM_PER_CELL:
             raise self.refused(
-                f"needs {per_cell.max():.3g} points, more than {MAXIMUM_PER_CELL:,}, per cell along "
-                f"{'xyz'[per_cell.argmax()]}",
+                f"needs {per_cell.max():.3g} points, more than {MAXIMUM_PER_CELL:,}, per cell "
+                f"along {'xyz'[per_cell.argmax()]}",
                 "use fewer points per cell, a larger spacing or smaller cells",
                 self.resolution,
             )
