@@ -13,7 +13,6 @@ from tilth.analysis.simulation import Simulation
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.implicit.passage import points_behind
 from tilth.errors import BadInput, StepFailed
-from tilth.model import VonMises
 from tilth.mpm.domains import LARGEST_HALF_LENGTH
 from tilth.mpm.grid import LEFT_LIMITS
 
@@ -134,16 +133,18 @@ def _domains(simulation: Simulation) -> Iterator[str]:
 
 def _locking(simulation: Simulation) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
-    model, points = simulation.model, simulation.points
+    points = simulation.points
+    poisson = points.elastic_moduli().poisson
     for i, body in enumerate(points.bodies):
         if body.anti_locking != "none":
             continue
-        material = model.materials[model.bodies[i].material]
-        flows = points.elastic_share[body.start : body.stop] < STEADY_FLOW
-        if material.poisson_ratio >= NEARLY_INCOMPRESSIBLE:
-            why = f"is nearly incompressible (Poisson's ratio {material.poisson_ratio:g})"
-        elif isinstance(material, VonMises) and float(np.mean(flows)) >= FLOWING_SHARE:
-            why = "flows plastically at constant volume"
+        own = slice(body.start, body.stop)
+        ratio = float(poisson[own].max())
+        flows = points.elastic_share[own] < STEADY_FLOW
+        if ratio >= NEARLY_INCOMPRESSIBLE:
+            why = f"is nearly incompressible (Poisson's ratio {ratio:.3g})"
+        elif float(np.mean(flows)) >= FLOWING_SHARE:
+            why = "flows plastically, at constant volume or nearly so,"
         else:
             continue
         yield (

@@ -22,7 +22,6 @@ from tilth.model import (
     Model,
     PointForce,
     SurfaceLoad,
-    VonMises,
 )
 from tilth.model.boundaries import Boundary
 from tilth.model.loads import Load
@@ -32,7 +31,7 @@ from tilth.terms.loads import nearest_points
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
 
-NEARLY_INCOMPRESSIBLE = 0.45
+NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9
 """Poisson's ratio from which on elements without F-bar lock: K / G is 10 there."""
 
 LEAST_RADIUS = 4.0
@@ -56,7 +55,7 @@ def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
-    yield from _locking(model)
+    yield from _locking(model, points)
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)
@@ -169,21 +168,22 @@ def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, 
             )
 
 
-def _locking(model: Model) -> Iterator[tuple[str, str]]:
+def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Nearly incompressible bodies without F-bar."""
     if any(isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries):
         return
-    for i, body in enumerate(model.bodies):
-        material = model.materials[body.material]
-        if body.anti_locking != "none" or material.poisson_ratio < NEARLY_INCOMPRESSIBLE:
+    poisson = points.elastic_moduli().poisson
+    for i, body in enumerate(points.bodies):
+        ratio = float(poisson[body.start : body.stop].max())
+        if body.anti_locking != "none" or ratio < NEARLY_INCOMPRESSIBLE:
             continue
         effect = "deformations are too small and pressures oscillate"
-        if isinstance(material, VonMises):
+        if model.materials[model.bodies[i].material].is_plastic:
             effect = "limit loads are too large or are never reached, and pressures oscillate"
         yield (
             f"locking of {i}",
             f"bodies[{i}].anti_locking: the body {body.name!r} is nearly incompressible (Poisson's "
-            f"ratio {material.poisson_ratio:g}) and has no remedy against locking: {effect}; give "
+            f"ratio {ratio:.3g}) and has no remedy against locking: {effect}; give "
             'anti_locking = "f_bar"',
         )
 
@@ -245,7 +245,7 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
 
 def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
-    plastic = any(isinstance(model.materials[body.material], VonMises) for body in model.bodies)
+    plastic = any(model.materials[body.material].is_plastic for body in model.bodies)
     if plastic and model.schedule.number_of_steps == 1:
         yield (
             "one step",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -27,6 +27,8 @@ PoissonRatio = Annotated[Real, AfterValidator(_poisson_ratio)]
 
 
 class _Isotropic(Declared):
+    is_plastic: ClassVar[bool] = False
+    """Whether the law yields; the stresses then depend on the path of loading."""
     young_modulus: Positive
     """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
     poisson_ratio: PoissonRatio
@@ -50,6 +52,8 @@ class VonMises(_Isotropic):
 
     Exactly one of `yield_stress` and `deviatoric_radius` gives the size of the yield cylinder.
     """
+
+    is_plastic: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
     yield_stress: Positive | None = None

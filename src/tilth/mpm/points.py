@@ -68,6 +68,11 @@ class ElasticModuli:
         """Constrained modulus M = K + 4 G / 3 [stress], shape (n,)."""
         return self.bulk + 4.0 / 3.0 * self.shear
 
+    @property
+    def poisson(self) -> Floats:
+        """Poisson's ratio (3 K - 2 G) / (6 K + 2 G) [-], shape (n,)."""
+        return (3.0 * self.bulk - 2.0 * self.shear) / (6.0 * self.bulk + 2.0 * self.shear)
+
 
 @dataclass
 class MaterialPoints:
