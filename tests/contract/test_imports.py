@@ -23,7 +23,7 @@ ROOMS = [
     "output",
     "case",
     "model",
-    "arrays comm errors interrupt timers",
+    "arrays comm errors interrupt memory_errors timers",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

@@ -10,6 +10,8 @@ from tilth.arrays import Floats
 from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 
 REAL_UNSYMMETRIC = 11
+NOT_ENOUGH_MEMORY = -2
+"""Error number of PARDISO."""
 
 
 class Pardiso:
@@ -36,6 +38,8 @@ class Pardiso:
         try:
             self._pardiso.factorize(self._matrix)
         except (PyPardisoError, ValueError) as error:  # ValueError: an empty row
+            if getattr(error, "value", 0) == NOT_ENOUGH_MEMORY:
+                raise MemoryError("PARDISO: not enough memory") from error
             raise SolveFailed(f"the linear system is singular ({error})") from error
 
     def solve(self, right_side: Floats) -> Solution:

@@ -7,6 +7,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
+from tilth.memory_errors import is_memory_error
 from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import SolveFailed
 
@@ -53,6 +54,8 @@ class SubdomainCorrection:
                 options={"SymmetricMode": True},
             )
         except RuntimeError as error:
+            if is_memory_error(error):
+                raise MemoryError(f"SuperLU: {error}") from error
             raise SolveFailed(f"the matrix of the selected nodes is singular ({error})") from error
 
     def solve(self, residual: Floats) -> Floats:

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from tilth.arrays import Floats
+from tilth.memory_errors import is_memory_error
 from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
 
 
@@ -13,6 +14,9 @@ class SuperLU:
     """Sparse LU factorisation that keeps the given (nested-dissection) order of unknowns."""
 
     name: ClassVar[str] = "superlu"
+
+    def __init__(self) -> None:
+        self._factors: Any = None
 
     @classmethod
     def available(cls) -> bool:
@@ -24,6 +28,7 @@ class SuperLU:
         from scipy.sparse.linalg import splu  # takes 0.2 s: only where it is used
 
         self._matrix = matrix
+        self._factors = None  # frees their memory before the new factors are made
         try:
             self._factors = splu(
                 matrix.in_scipy(),
@@ -32,6 +37,8 @@ class SuperLU:
                 options={"SymmetricMode": True},
             )
         except RuntimeError as error:
+            if is_memory_error(error):
+                raise MemoryError(f"SuperLU: {error}") from error
             raise SolveFailed(f"the linear system is singular ({error})") from error
 
     def solve(self, right_side: Floats) -> Solution:
