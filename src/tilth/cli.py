@@ -29,6 +29,7 @@ from tilth.errors import (
     visible,
 )
 from tilth.interrupt import StopSignals, ignore_stop_signals
+from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
 
 if TYPE_CHECKING:
     from tilth.model import Model
@@ -54,6 +55,12 @@ _UNTIL = click.option(
     metavar="TIME",
     help="Stop at the first step that reaches this time of the schedule; `tilth resume` continues.",
 )
+_MEMORY_LIMIT = click.option(
+    "--memory-limit",
+    metavar="SIZE",
+    help="Memory that the run may need by its estimate, such as 64GB or 500MiB, instead of what "
+    "is available.",
+)
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
@@ -77,6 +84,7 @@ def cli() -> None:
 )
 @_THREADS
 @_UNTIL
+@_MEMORY_LIMIT
 @click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
 @_QUIET
 def run(
@@ -84,6 +92,7 @@ def run(
     out: Path | None,
     threads: int | None,
     until: float | None,
+    memory_limit: str | None,
     overwrite: bool,
     quiet: bool,
 ) -> None:
@@ -106,7 +115,13 @@ def run(
 
     try:
         result = analysis.run(
-            model, folder, threads=threads, until=until, overwrite=overwrite, quiet=quiet
+            model,
+            folder,
+            threads=threads,
+            until=until,
+            memory_limit=memory_limit,
+            overwrite=overwrite,
+            quiet=quiet,
         )
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
@@ -134,6 +149,8 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.report.summary import print_summary
 
     model = load_case(case)
+    from tilth.analysis.available_memory import available_memory
+    from tilth.analysis.memory import memory_of, require_memory_to_check
     from tilth.analysis.setup import setup_of
     from tilth.report.setup import draw_setup
     from tilth.report.texts import save
@@ -141,8 +158,10 @@ def check(case: Path, picture: Path | None) -> None:
     file = case.with_suffix(".setup.png") if picture is None else picture
     _say_what_runs(model)
     try:
+        estimate, available = memory_of(model), available_memory()
+        too_large = require_memory_to_check(estimate, available)
         setup = setup_of(model)
-        print_summary(model, setup)
+        print_summary(model, setup, estimate, available)
         save(draw_setup(setup), file)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
@@ -151,7 +170,7 @@ def check(case: Path, picture: Path | None) -> None:
             raise
         problem = f"the picture cannot be written to {error.filename}: {error.strerror}"
         raise BadInput(problem, "choose another file with --picture") from None
-    for text in setup.warnings:
+    for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
     click.echo(visible(f"set-up drawn in {file}"))
 
@@ -160,8 +179,11 @@ def check(case: Path, picture: Path | None) -> None:
 @_FOLDER
 @_THREADS
 @_UNTIL
+@_MEMORY_LIMIT
 @_QUIET
-def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) -> None:
+def resume(
+    folder: Path, threads: int | None, until: float | None, memory_limit: str | None, quiet: bool
+) -> None:
     """Continue an interrupted run from its last complete step.
 
     The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
@@ -175,7 +197,9 @@ def resume(folder: Path, threads: int | None, until: float | None, quiet: bool) 
     from tilth.analysis import run as analysis
 
     try:
-        result = analysis.resume(folder, threads=threads, until=until, quiet=quiet)
+        result = analysis.resume(
+            folder, threads=threads, until=until, memory_limit=memory_limit, quiet=quiet
+        )
     except KeyboardInterrupt:
         raise _interrupted(folder) from None
     if not quiet:
@@ -260,12 +284,15 @@ def run_command(arguments: Sequence[str]) -> int:
 
 
 def _unforeseen(error: Exception, arguments: Sequence[str]) -> int:
-    """Reports an exception that is no `TilthError`: a bug, if the disk is in order."""
+    """Reports an exception that is no `TilthError`: a bug, if disk and memory suffice."""
     from tilth.output.disk import is_of_the_disk, reason_of
 
     if isinstance(error, OSError) and is_of_the_disk(error):
         file = f"{error.filename}" if error.filename else "a file"
         _say_error(f"{file} cannot be written: {reason_of(error)}")
+        return EXIT_ANALYSIS_FAILED
+    if is_memory_error(error):
+        _say_error(f"{memory_sentence(error)}\n  {REMEDY}")
         return EXIT_ANALYSIS_FAILED
     _say_error(_bug_report(error, arguments))
     return EXIT_BUG

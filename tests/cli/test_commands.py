@@ -15,6 +15,8 @@ import pytest
 from rich.console import Console
 
 from tilth import __version__
+from tilth.analysis.available_memory import AvailableMemory
+from tilth.analysis.memory import memory_of
 from tilth.bodies.discretise import discretise
 from tilth.case import load_case
 from tilth.errors import AnalysisFailed, TilthError
@@ -70,18 +72,21 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
     file = case()
     assert tilth("run", file) == Outcome(0, f"results in {file.with_suffix('')}\n", "")
     every_option = ("--out", "x", "--threads", "2", "--until", "0.5", "--overwrite", "--quiet")
-    assert tilth("run", file, *every_option) == Outcome(0, "", "")
+    limit = ("--memory-limit", "64GB")
+    assert tilth("run", file, *every_option, *limit) == Outcome(0, "", "")
     ((model, folder), options), ((_, other), more) = analysis.calls
     assert model.title == "Column under its own weight"
     assert folder == file.with_suffix("")
-    assert options == {"threads": None, "until": None, "overwrite": False, "quiet": False}
+    none = {"threads": None, "until": None, "memory_limit": None}
+    assert options == none | {"overwrite": False, "quiet": False}
     assert other == Path("x")
-    assert more == {"threads": 2, "until": 0.5, "overwrite": True, "quiet": True}
+    given = {"threads": 2, "until": 0.5, "memory_limit": "64GB"}
+    assert more == given | {"overwrite": True, "quiet": True}
 
 
 def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
-    assert tilth("resume", tmp_path, "--threads", "1").code == 0
-    options = {"threads": 1, "until": None, "quiet": False}
+    assert tilth("resume", tmp_path, "--threads", "1", "--memory-limit", "1GB").code == 0
+    options = {"threads": 1, "until": None, "memory_limit": "1GB", "quiet": False}
     assert analysis.calls == [((tmp_path,), options)]
 
 
@@ -167,7 +172,8 @@ def summary_of(file: Path) -> str:
         origin=np.array(model.origin),
     )
     printed = io.StringIO()
-    print_summary(model, setup, Console(file=printed, width=160))
+    available = AvailableMemory(4e9, 8e9, "memory of the machine")
+    print_summary(model, setup, memory_of(model), available, Console(file=printed, width=160))
     return printed.getvalue()
 
 
@@ -176,6 +182,8 @@ def test_check_prints_what_is_declared(case: Case) -> None:
     # 1 m x 4 m in cells of 0.5 m with 2 x 2 points each
     assert "column: box of clay, 64 points, gimp basis, domains by right_stretch" in text
     assert "64 in 16 cells" in text
+    assert "about 54 on 16 active cells, linear solver " in text  # 3 x 9 nodes
+    assert "available: 4 GB (memory of the machine, 8 GB in all)" in text
     assert "yield stress 20000 Pa" in text
     assert "base: fixed on y = 0: ux = 0, uy = 0" in text
     assert "body force, acceleration [0, -9.81], factor 1 at the end" in text

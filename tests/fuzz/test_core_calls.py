@@ -7,8 +7,8 @@ import copy
 
 import numpy as np
 import pytest
-from fuzz.core_calls import Call, make_random_calls, names, plain, valid_calls, written
 
+from fuzz.core_calls import Call, make_random_calls, names, plain, valid_calls, written
 from tilth import _core
 
 

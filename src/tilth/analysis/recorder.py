@@ -20,6 +20,7 @@ from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.stored_run import StoredRun
 from tilth.analysis.tracker import Tracker
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
+from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
@@ -135,6 +136,10 @@ class Recorder:
             raise
         except KeyboardInterrupt as error:
             failure = f"interrupted by {str(error) or 'the user'} after step {clock.step}"
+            raise
+        except Exception as error:
+            if is_memory_error(error):
+                failure = f"{memory_sentence(error)} after step {clock.step}"
             raise
         finally:
             self._finish(failure, broken)

@@ -12,6 +12,8 @@ from pathlib import Path
 from tilth import _core
 from tilth.analysis.clock import Clock
 from tilth.analysis.load_steps import load_steps
+from tilth.analysis.memory import memory_of, require_memory
+from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.setup import initial_setup, write_report
 from tilth.analysis.simulation import Simulation
@@ -24,7 +26,14 @@ from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_history
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
-from tilth.output.folder import HISTORY, MODEL, SETUP, make_folder, require_folder
+from tilth.output.folder import (
+    HISTORY,
+    MODEL,
+    SETUP,
+    load_model,
+    make_folder,
+    require_folder,
+)
 from tilth.output.lock import FolderLock
 from tilth.report.setup_file import write_setup
 
@@ -63,6 +72,7 @@ def run(
     *,
     threads: int | None = None,
     until: float | None = None,
+    memory_limit: float | str | None = None,
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Result:
@@ -73,29 +83,36 @@ def run(
         until: time of the schedule at which to stop, in (0, end]; its end if None. The steps are
             those of the whole run: it stops at the end of the first one that reaches this time,
             writes that state and a checkpoint, and `resume` continues.
+        memory_limit: memory that the run may need by its estimate [byte], or with a unit ("64GB");
+            what is available if None.
         overwrite: whether an earlier run in `out` is replaced.
         quiet: whether the progress bar is left out.
 
     Raises:
-        BadInput: the model cannot be computed, `until` is not a time of its schedule, or `out` is
-            not empty or in use by another run.
-        AnalysisFailed: no equilibrium with the least step, or a file that cannot be written (a full
-            disk); results so far are on disk. Or the report, after a complete analysis.
+        BadInput: the model cannot be computed, `until` is not a time of its schedule, `out` is not
+            empty or in use by another run, or the run needs too much memory.
+        AnalysisFailed: no equilibrium with the least step, not enough memory, or a file that cannot
+            be written (a full disk); results so far are on disk. Or the report, after a complete
+            analysis.
         KeyboardInterrupt: by Ctrl-C, and in the main thread also by SIGTERM and SIGHUP, unless the
             program has handlers of its own for them; `resume` continues.
     """
     clock = _checked(Clock(model.schedule, until=until))
-    used = set_threads(threads)
-    simulation = Simulation(model)
-    active = simulation.check()
-    folder = make_folder(out)
-    with FolderLock(folder) as lock:
-        prepare_output_folder(folder, overwrite)
-        with writing(folder / MODEL):
-            write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
-        write_setup(folder / SETUP, initial_setup(simulation, active))
-        recorder = Recorder.start(folder, simulation, active, used)
-        return _march(simulation, clock, recorder, lock, quiet)
+    estimate = memory_of(model)
+    require_memory(estimate, memory_limit)
+    with memory_failures(estimate, Path(out)):
+        used = set_threads(threads)
+        simulation = Simulation(model)
+        active = simulation.check()
+        require_memory(memory_of(model, simulation.points, active), memory_limit)
+        folder = make_folder(out)
+        with FolderLock(folder) as lock:
+            prepare_output_folder(folder, overwrite)
+            with writing(folder / MODEL):
+                write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
+            write_setup(folder / SETUP, initial_setup(simulation, active))
+            recorder = Recorder.start(folder, simulation, active, used)
+            return _march(simulation, clock, recorder, lock, quiet)
 
 
 @StopSignals()
@@ -104,27 +121,32 @@ def resume(
     *,
     threads: int | None = None,
     until: float | None = None,
+    memory_limit: float | str | None = None,
     quiet: bool = False,
 ) -> Result:
     """Continues from the last checkpoint in `out`; results agree to the last bit.
 
     Args:
-        threads, until, quiet: as in `run`; `until` is later than the checkpoint.
+        threads, until, memory_limit, quiet: as in `run`; `until` is later than the checkpoint.
 
     Raises:
         BadInput: there is nothing to resume in `out` or its files are damaged, another run uses
-            it, or `until` is not a time that is to come. Nothing is changed then.
+            it, `until` is not a time that is to come, or the run needs too much memory. Nothing is
+            changed then.
         AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
     folder = require_folder(out)
-    used = set_threads(threads)
     with FolderLock(folder) as lock:
-        stored = StoredRun.read(folder)
-        reached = stored.progress.clock
-        clock = _checked(Clock(stored.model.schedule, **reached.model_dump(), until=until))
-        simulation = stored.simulation()
-        recorder = Recorder.resume(stored, simulation, used)
-        return _march(simulation, clock, recorder, lock, quiet)
+        estimate = memory_of(load_model(folder))
+        require_memory(estimate, memory_limit)
+        with memory_failures(estimate, folder):
+            used = set_threads(threads)
+            stored = StoredRun.read(folder)
+            reached = stored.progress.clock
+            clock = _checked(Clock(stored.model.schedule, **reached.model_dump(), until=until))
+            simulation = stored.simulation()
+            recorder = Recorder.resume(stored, simulation, used)
+            return _march(simulation, clock, recorder, lock, quiet)
 
 
 def _checked(clock: Clock) -> Clock:

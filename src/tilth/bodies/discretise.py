@@ -43,7 +43,7 @@ def discretise(
     Raises BadInput, naming the body, for a body without points, a shape of another dimension, or
     points so close that it can only be an error, or so far apart that cells in the body are empty.
     """
-    request = _request(body, kind, dimension, grid_origin, cell_size)
+    request = requested(body, kind, dimension, grid_origin, cell_size)
     if dimension not in body.shape.dimensions:
         raise request.refused(
             f"a {body.shape.type} is not a shape of {dimension} dimensions",
@@ -71,13 +71,14 @@ def inside_body(
     """
     if not isinstance(body.shape, Mesh):
         return inside_of(body.shape)
-    request = _request(body, kind, dimension, grid_origin, cell_size)
+    request = requested(body, kind, dimension, grid_origin, cell_size)
     return inside_mesh(read_mesh(Path(body.shape.file), dimension, request))
 
 
-def _request(
+def requested(
     body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
 ) -> Request:
+    """Returns the resolution that a body declares; arguments as in `discretise`."""
     return Request(
         name=body.name,
         axisymmetric=kind == "axisymmetric",

@@ -36,15 +36,7 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     inverted or repeated elements.
     """
     dimension = len(request.cell_size)
-    blocks = read_mesh(Path(shape.file), dimension, request)
-    _check_repeated(blocks, request)
-    request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
-    measures = [_measure(block, request) for block in blocks]
-    if sum(measure.sum() for measure in measures) < 0.0:  # all have reversed orientation
-        blocks = [b.mirrored() for b in blocks]
-        measures = [-measure for measure in measures]
-    for block, measure in zip(blocks, measures, strict=True):
-        _check_orientation(block, measure, request)
+    blocks, measures = measured_blocks(shape, request)
     if request.has_corners:
         return tile_points(blocks, measures, request)
     piece_volume = float(np.prod(request.requested_spacing()))
@@ -56,6 +48,23 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     half_length = np.empty_like(position)
     half_length[:] = 0.5 * measure[:, None] ** (1.0 / dimension)
     return BodyPoints(position, measure * request.circumference(position), half_length)
+
+
+def measured_blocks(shape: Mesh, request: Request) -> tuple[list[Block], list[Floats]]:
+    """Returns the blocks of a mesh and their elements' areas or volumes, shape (n,), > 0.
+
+    Raises BadInput as `mesh_points`.
+    """
+    blocks = read_mesh(Path(shape.file), len(request.cell_size), request)
+    _check_repeated(blocks, request)
+    request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
+    measures = [_measure(block, request) for block in blocks]
+    if sum(measure.sum() for measure in measures) < 0.0:  # all have reversed orientation
+        blocks = [b.mirrored() for b in blocks]
+        measures = [-measure for measure in measures]
+    for block, measure in zip(blocks, measures, strict=True):
+        _check_orientation(block, measure, request)
+    return blocks, measures
 
 
 def _cut(block: Block, cuts: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:

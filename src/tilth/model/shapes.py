@@ -49,6 +49,13 @@ class DeclaredShape(Declared):
         """Returns the bounding box; None where only its file says it."""
         return None
 
+    def measure(self) -> float | None:
+        """Returns the area (2D) or volume (3D) [length^dimension]; None where only a file says it.
+
+        In axisymmetry the area of the section.
+        """
+        return None
+
     def vectors(self) -> dict[str, Any]:
         """Returns the entries that have one component per direction, by key."""
         return {}
@@ -106,6 +113,10 @@ class Box(DeclaredShape):
             corners.append([low + o for low, o in zip(self.lower, offset, strict=True)])
         return _bounds_of(corners)
 
+    def measure(self) -> float:
+        """Returns the area or volume [length^dimension]."""
+        return math.prod(high - low for low, high in zip(self.lower, self.upper, strict=True))
+
     def vectors(self) -> dict[str, Any]:
         """As `DeclaredShape.vectors`."""
         return {"lower": self.lower, "upper": self.upper}
@@ -153,6 +164,10 @@ class Polygon(DeclaredShape):
         """Returns the bounding box."""
         return _bounds_of(self.vertices)
 
+    def measure(self) -> float:
+        """Returns the area [length^2]."""
+        return self.area
+
 
 class Circle(DeclaredShape):
     """Disc (2D); in axisymmetry a torus, or a sphere if its centre is on the axis."""
@@ -168,6 +183,10 @@ class Circle(DeclaredShape):
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 2)
+
+    def measure(self) -> float:
+        """Returns the area [length^2]; that of the whole circle also where the axis halves it."""
+        return math.pi * self.radius**2
 
     def vectors(self) -> dict[str, Any]:
         """As `DeclaredShape.vectors`."""
@@ -217,6 +236,11 @@ class Cylinder(DeclaredShape):
         rise = [self.height if i == along else 0.0 for i in range(3)]
         return lower, tuple(high + r for high, r in zip(upper, rise, strict=True))
 
+    def measure(self) -> float:
+        """Returns the volume [length^3]."""
+        ring = math.pi * (self.radius**2 - (self.inner_radius or 0.0) ** 2)
+        return 0.5 ** len(self.sides or ()) * ring * self.height
+
     def vectors(self) -> dict[str, Any]:
         """As `DeclaredShape.vectors`."""
         return {"centre": self.centre}
@@ -248,6 +272,11 @@ class Sphere(DeclaredShape):
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 3, self.sides)
+
+    def measure(self) -> float:
+        """Returns the volume [length^3]."""
+        cubes = self.radius**3 - (self.inner_radius or 0.0) ** 3
+        return 0.5 ** len(self.sides or ()) * 4.0 / 3.0 * math.pi * cubes
 
     def vectors(self) -> dict[str, Any]:
         """As `DeclaredShape.vectors`."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
@@ -29,24 +30,41 @@ from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.report.setup import Setup
 
+if TYPE_CHECKING:
+    from tilth.analysis.available_memory import AvailableMemory
+    from tilth.analysis.memory import MemoryEstimate
 
-def print_summary(model: Model, setup: Setup, console: Console | None = None) -> None:
-    """Prints bodies, points, cells, materials, conditions, loads and steps of `model`.
 
-    `setup` contains its material points before the first step.
+def print_summary(
+    model: Model,
+    setup: Setup,
+    estimate: MemoryEstimate,
+    available: AvailableMemory | None,
+    console: Console | None = None,
+) -> None:
+    """Prints bodies, points, cells, memory, materials, conditions, loads and steps of `model`.
+
+    Args:
+        model: the declared problem.
+        setup: its material points before the first step.
+        estimate: of the memory of its run.
+        available: memory on this machine; None if it is not known.
+        console: where it is printed; the standard output if None.
     """
     console = console or Console(highlight=False)
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), title_justify="left")
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     section = ""
-    for heading, text in _rows(model, setup):
+    for heading, text in _rows(model, setup, estimate, available):
         table.add_row("" if heading == section else heading, Text(text))
         section = heading
     console.print(table)
 
 
-def _rows(model: Model, setup: Setup) -> Iterator[tuple[str, str]]:
+def _rows(
+    model: Model, setup: Setup, estimate: MemoryEstimate, available: AvailableMemory | None
+) -> Iterator[tuple[str, str]]:
     unit = model.units
     if model.title:
         yield "title", model.title
@@ -58,6 +76,10 @@ def _rows(model: Model, setup: Setup) -> Iterator[tuple[str, str]]:
         yield "bodies", _body(body, int(np.count_nonzero(setup.body_id == i)))
     cells = np.unique(np.floor((setup.position - setup.origin) / setup.cell_size), axis=0)
     yield "points", f"{len(setup.position)} in {len(cells)} cells"
+    grid = f"{estimate.cells:,.0f} active cells, linear solver {estimate.solver}"
+    yield "unknowns", f"about {estimate.unknowns:,.0f} on {grid}"
+    yield "memory", str(estimate)
+    yield "memory", f"available: {'not known' if available is None else available}"
     for name, material in model.materials.items():
         yield "materials", _material(name, material, model)
     for boundary in model.boundaries:
