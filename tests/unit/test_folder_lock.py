@@ -56,6 +56,7 @@ def held_by_a_process(folder: Path) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.slow
 def test_a_second_process_is_refused_until_the_first_one_dies(
     finished: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -41,6 +41,7 @@ def test_surfaces_add_blocks_and_change_nothing_else(tmp_path: Path, dim: int) -
     assert not [name for name in without if "surface" in name]
     assert without["tilth"][1].keys() == {"dim", "title", "units"}
     given["tilth"][1].pop("surfaces")
+    assert without.pop("tilth/checksum") != given.pop("tilth/checksum")  # of all blocks
     assert without == {name: value for name, value in given.items() if "/surface_" not in name}
 
 
