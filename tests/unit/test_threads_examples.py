@@ -12,8 +12,8 @@ from tilth import load_case, run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = {f"{case.parent.name}/{case.stem}": case for case in sorted(EXAMPLES.glob("*/case.toml"))}
-FEW = ("buried_pipe/case", "footing_on_spline/case", "pressurised_sphere/case")
-"""Those of the short form: F-bar with a tracked surface, a spline, a sphere in 3D."""
+FEW = ("cone_penetration/case", "rigid_sphere/case", "submerged_block/case")
+"""Those of the short form: F-bar, implicit boundaries, axisymmetry and plane strain."""
 STEPS = 2
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import resource
-import shutil
 import signal
 import time
 from pathlib import Path
@@ -22,6 +21,9 @@ from unlucky_runs import (
     wait_for,
     write_case,
 )
+
+from tilth import Model
+from tilth.output import read_log
 
 pytestmark = pytest.mark.slow
 
@@ -160,20 +162,29 @@ def test_full_disk(level: int, case: Path, whole: Path, tmp_path: Path) -> None:
     resume_to_the_end(case, folder, whole)
 
 
-def test_full_disk_before_the_report(case: Path, whole: Path, tmp_path: Path) -> None:
-    """The results are complete; the message says how to write the report."""
-    model = demanding(2).to_dict() | {"output": {"report": True}}
-    from tilth import Model
+def limit_report(size: int) -> None:
+    """No file may become larger than so many bytes once the report begins."""
+    from tilth.analysis import setup
 
-    small = write_case(Model.from_dict(model), tmp_path / "small.toml")
-    folder, screen = tmp_path / "out", tmp_path / "screen"
-    size = 50_000 + max(
-        file.stat().st_size
-        for file in shutil.copytree(whole, tmp_path / "copy").iterdir()
-        if file.name != "report.html"
-    )
-    code, text = command(["run", small, "--out", folder, "--quiet"], screen, limit_files, size)
+    write = setup.write_report
+
+    def limited(folder: Path) -> Path:
+        limit_files(size)
+        return write(folder)
+
+    setup.write_report = limited
+
+
+def test_full_disk_before_the_report(tmp_path: Path) -> None:
+    """The results are complete; the message says how to write the report."""
+    model = Model.from_dict(demanding(2).to_dict() | {"output": {"report": True}})
+    case, folder = write_case(model, tmp_path / "block.toml"), tmp_path / "out"
+    arguments: list[str | Path] = ["run", case, "--out", folder, "--quiet"]
+    code, text = command(arguments, tmp_path / "screen", limit_report, 10_000)
     assert code == 1, text
     assert text.startswith(f"the results are in {folder}, but not the report: ")
     assert text.endswith(f"write it again with: tilth report {folder}\n")
-    assert command(["report", folder], screen)[0] == 0
+    assert read_log(folder / "log.txt").finished
+    assert hidden_files(folder) == []
+    written = f"report written to {folder / 'report.html'}\n"
+    assert command(["report", folder], tmp_path / "screen") == (0, written)
