@@ -255,12 +255,12 @@ def test_elements_are_cut_until_no_cell_is_left_without_points(tmp_path):
         points_of(path, spacing=1.5)
 
 
-def test_without_meshio_the_remedy_is_the_extra(tmp_path, monkeypatch):
+def test_without_meshio_the_remedy_is_to_install_it(tmp_path, monkeypatch):
     path = write(tmp_path / "a.msh", CORNERS["triangle"], [("triangle", [[0, 1, 2]])])
 
     def missing(name):
         raise ModuleNotFoundError(name)
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(BadInput, match=r"pip install tilth\[mesh\]"):
+    with pytest.raises(BadInput, match="pip install meshio"):
         points_of(path, spacing=0.2)

@@ -117,7 +117,7 @@ def test_the_lock_is_held_until_the_report_is_written(
 ) -> None:
     seen = []
     monkeypatch.setattr(
-        "tilth.analysis.setup.write_report", lambda folder: seen.append(holder_of(folder))
+        "tilth.analysis.run.write_report", lambda folder: seen.append(holder_of(folder))
     )
     run(model_of(report=True), tmp_path / "out", quiet=True)
     (holder,) = seen

@@ -98,7 +98,7 @@ def memory_of(
         points, active: its points and the grid of its first step, if they exist already.
 
     Raises:
-        BadInput: a mesh that cannot be used.
+        BadInput: a mesh that cannot be used, or a number of points that can only be an error.
     """
     if points is None or active is None:
         of_bodies = [body_size(body, model) for body in model.bodies]

@@ -38,10 +38,12 @@ def body_size(body: Body, model: Model) -> BodySize:
     """Returns the size of a body of a model; a mesh is read, other shapes take no time.
 
     Raises:
-        BadInput: a mesh that cannot be used.
+        BadInput: a mesh that cannot be used, or so many points that it can only be an error.
     """
     kind, dim = model.analysis.kind, model.dimension
     request = requested(body, kind, dim, model.origin, model.cell_size)
+    if request.points is None:
+        request.check_spacing(request.cell_size / request.requested_spacing())
     shape = body.shape
     if isinstance(shape, Mesh):
         points, measure, lower, upper = _of_mesh(shape, request)
@@ -54,6 +56,7 @@ def body_size(body: Body, model: Model) -> BodySize:
         if isinstance(shape, Circle) and request.axisymmetric and lower[0] < 0.0:
             lower[0], measure = 0.0, 0.5 * measure  # centred on the axis
         points = _points(body, request, measure)
+    request.check_number(points)
     cell = request.cell_size
     below, above = (lower - request.grid_origin) / cell, (upper - request.grid_origin) / cell
     first = np.floor(below + ALIGNMENT_TOLERANCE)
