@@ -64,6 +64,16 @@ _MEMORY_LIMIT = click.option(
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def _picture(context: click.Context, option: click.Parameter, file: Path | None) -> Path | None:
+    """Refuses the name of a picture that is none of `PICTURES`."""
+    if file is not None and file.suffix.lower() not in PICTURES:
+        raise click.BadParameter(f"'{visible(str(file))}' does not end with {', '.join(PICTURES)}.")
+    return file
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="tilth", message="%(prog)s %(version)s")
 def cli() -> None:
@@ -137,8 +147,9 @@ def run(
 @click.option(
     "--picture",
     type=click.Path(path_type=Path, dir_okay=False),
+    callback=_picture,
     metavar="FILE.png",
-    help="Picture of the set-up; default: CASE.setup.png next to the case file.",
+    help="Picture of the set-up (.png, .pdf, .svg); default: CASE.setup.png beside the case file.",
 )
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
@@ -152,6 +163,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
     from tilth.analysis.setup import setup_of
+    from tilth.output.disk import is_of_the_disk, reason_of
     from tilth.report.setup import draw_setup
     from tilth.report.texts import save
 
@@ -162,13 +174,15 @@ def check(case: Path, picture: Path | None) -> None:
         too_large = require_memory_to_check(estimate, available)
         setup = setup_of(model)
         print_summary(model, setup, estimate, available)
-        save(draw_setup(setup), file)
+        figure = draw_setup(setup)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
+    try:
+        save(figure, file)
     except OSError as error:
-        if picture is None or error.filename is None:
+        if is_of_the_disk(error):
             raise
-        problem = f"the picture cannot be written to {error.filename}: {error.strerror}"
+        problem = f"the picture cannot be written to {file}: {reason_of(error)}"
         raise BadInput(problem, "choose another file with --picture") from None
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)

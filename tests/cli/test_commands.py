@@ -257,6 +257,13 @@ condition = "roller"
     assert "warning: boundary 'far wall' is not in contact with soil" in outcome.err
 
 
+@pytest.mark.parametrize("name", ["drawn", "drawn.xyz", "drawn.toml"])
+def test_check_refuses_a_picture_of_another_kind(tilth: Tilth, case: Case, name: str) -> None:
+    outcome = tilth("check", case(), "--picture", name)
+    assert outcome.code == 2
+    assert f"'{name}' does not end with .png, .pdf, .svg" in outcome.err
+
+
 def test_check_says_where_the_picture_cannot_go(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     pytest.importorskip("tilth._core")
     outcome = tilth("check", case(), "--picture", tmp_path / "none" / "drawn.png")

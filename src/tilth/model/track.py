@@ -124,6 +124,10 @@ class Track(Declared):
         if self.name in _FIRST_COLUMNS:
             what = "is the name of a column that history.csv always has"
             problems.append(Problem("name", what, "choose another name", self.name))
+        if self.name.endswith("]") and " [" in self.name:
+            what = "reads as a name with its unit, which the heading of the column gets anyway"
+            remedy = "give the name alone, and `unit` if it is not that of [units]"
+            problems.append(Problem("name", what, remedy, self.name))
         if problems:
             raise rejection(problems)
         return self
