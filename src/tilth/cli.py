@@ -82,6 +82,9 @@ def cli() -> None:
     Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk; 2 the
     input is wrong; 3 interrupted; 4 a bug in tilth.
     """
+    from tilth.analysis.available_memory import require_memory_of_program
+
+    require_memory_of_program()
 
 
 @cli.command()

@@ -18,6 +18,9 @@ UNITS = {
 }
 """Bytes of each unit of a size."""
 
+PROGRAM = 95e6
+"""Memory of interpreter and libraries in use [byte]; measured."""
+
 RESERVED = {"RLIMIT_AS": 200e6, "RLIMIT_DATA": 90e6}
 """Addresses that a small run on one thread reserves beyond the memory in use [byte]; measured."""
 
@@ -44,7 +47,8 @@ class AvailableMemory:
 
     def __str__(self) -> str:
         whole = "in all" if self.source == "memory of the machine" else "allowed"
-        return f"{size_text(self.available)} ({self.source}, {size_text(self.total)} {whole})"
+        left = size_text(max(self.available, 0.0))
+        return f"{left} ({self.source}, {size_text(self.total)} {whole})"
 
 
 def available_memory(root: Path = Path("/")) -> AvailableMemory | None:
@@ -54,6 +58,24 @@ def available_memory(root: Path = Path("/")) -> AvailableMemory | None:
     """
     bounds = [*_of_machine(root), *_of_control_groups(root), *limits_of_process(root)]
     return min(bounds, key=lambda bound: bound.available, default=None)
+
+
+def require_memory_of_program() -> None:
+    """Refuses to start under a limit of the process that is too low for the libraries alone.
+
+    Some of them end the program without a message where they cannot allocate memory.
+
+    Raises:
+        BadInput: it names the limit.
+    """
+    for limit in limits_of_process():
+        if limit.available < PROGRAM:
+            needed = limit.total - limit.available + PROGRAM
+            raise BadInput(
+                f"the {limit.source} is {size_text(limit.total)}, but tilth and its libraries "
+                f"alone need about {size_text(needed)} of memory",
+                "raise the limit, or set OPENBLAS_NUM_THREADS=1: each thread reserves addresses",
+            )
 
 
 def parse_size(text: str | float, key: str = "memory_limit") -> float:
@@ -151,7 +173,7 @@ def limits_of_process(root: Path = Path("/")) -> Iterator[AvailableMemory]:
             continue
         unused = max(_own(root, used) - _own(root, "VmRSS"), RESERVED[name] + of_threads)
         source = f"limit {name} of the process (`{command}`)"
-        yield AvailableMemory(max(most - unused, 0.0), most, source)
+        yield AvailableMemory(most - unused, most, source)
 
 
 def _own(root: Path, name: str) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.analysis.available_memory import (
+    PROGRAM,
     AvailableMemory,
     available_memory,
     parse_size,
@@ -26,8 +27,8 @@ from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
 
-PROGRAM, REPORT = 95e6, 70e6
-"""Interpreter and libraries, and those of the report's pictures in addition [byte]; measured."""
+REPORT = 70e6
+"""Libraries of the report's pictures [byte]; measured."""
 
 COPIES_OF_POINTS = 18
 """Numbers per point of temporary arrays, such as those of an output; measured."""
@@ -150,7 +151,7 @@ def require_memory(estimate: MemoryEstimate, limit: float | str | None = None) -
 
 def _refusal(estimate: MemoryEstimate, there: str) -> BadInput:
     return BadInput(
-        f"the run needs {estimate} ({estimate.size}), but {there}",
+        f"not enough memory: the run needs {estimate} ({estimate.size}), but {there}",
         "use a coarser grid, fewer points, another analysis.solver or a machine with more memory; "
         "to run it nevertheless, say how much memory it may need "
         f"(--memory-limit {_rounded_up(estimate.total)}; in Python memory_limit)",

@@ -14,7 +14,7 @@ from tilth.errors import AnalysisFailed, TilthError
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
 from tilth.output.folder import CHECKPOINT
 
-BLAS_BUFFERS = 80 * 2**20
+BLAS_BUFFERS = 100 * 2**20
 """Memory that the linear algebra libraries of NumPy and SciPy take at their first use [byte]."""
 
 
@@ -60,13 +60,13 @@ def _take_blas_buffers() -> None:
     """
     if not any(limits_of_process()):
         return
+    import numpy as np
+    from scipy.linalg.blas import dgemm, dtrsv
+
     try:
         mmap.mmap(-1, BLAS_BUFFERS).close()
     except OSError as error:
         raise MemoryError("no memory for the buffers of the linear algebra libraries") from error
-    import numpy as np
-    from scipy.linalg.blas import dgemm, dtrsv
-
     square = np.eye(400, order="F")  # small products do without the buffers
     dgemm(1.0, square, square)
     dtrsv(square, square[0])
