@@ -198,3 +198,36 @@ def run_limited_and_resume(file: Path, tmp_path: Path, megabytes: int) -> None:
     whole = tmp_path / "whole"
     assert limited(100_000, "run", file, "--out", whole, "--quiet").returncode == 0
     require_same(folder, whole)
+
+
+IN_PARALLEL = """
+import re, resource
+from pathlib import Path
+import numpy as np
+from tilth import _core
+_core.set_threads(2)
+_core.set_parallel_from(0)
+nodes = 1_000_000
+start = np.arange(0, nodes + 1, 8)
+node = ((np.arange(nodes) * 7919) % nodes).astype(np.int32)
+_core.block_pattern(nodes, start, node)  # starts the threads
+for megabytes in range(1, 80, 6):
+    size = int(re.search(r"VmSize:\\s+(\\d+)", Path("/proc/self/status").read_text()).group(1))
+    limit = size * 1024 + megabytes * 2**20
+    resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+    try:
+        _core.block_pattern(nodes, start, node)
+    except MemoryError:
+        print("MemoryError")
+"""
+"""The fewest megabytes fail before the parallel loop, more of them in a thread of it."""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux' list of sizes")
+def test_failed_allocation_in_a_parallel_loop_is_a_memory_error() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", IN_PARALLEL],
+        capture_output=True, text=True, check=False, timeout=100,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines().count("MemoryError") > 3
