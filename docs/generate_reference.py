@@ -84,7 +84,7 @@ without running it.
 * The soil and the grid's nodes with a condition are within 500,000 cells of `grid.origin`.
   Coordinates are at most 1e9 times the cell size, where their round-off is 1e-7 of a cell.
   Bodies, circles, boxes and footings are at least 1e-6 of a cell in size, and an implicit boundary
-  passes through at most 1,000,000 cells (a spline through 10,000). There are at most 1,000 material
+  passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
   points per cell and direction.
 * A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 10,000
   each of bodies, boundaries, loads and tracked quantities. The file has at most 4 MB.

@@ -280,7 +280,7 @@ def run_command(arguments: Sequence[str]) -> int:
 
     Ctrl-C, SIGTERM and SIGHUP end it with exit code 3.
     """
-    with StopSignals():
+    with StopSignals() as stop:
         try:
             code = cli.main(list(arguments), prog_name="tilth", standalone_mode=False)
         except click.ClickException as error:
@@ -296,6 +296,9 @@ def run_command(arguments: Sequence[str]) -> int:
         except BrokenPipeError:  # as after `tilth verify | head`
             return EXIT_ANALYSIS_FAILED
         except Exception as error:
+            if stop.requested:
+                _say_error("interrupted", None)
+                return EXIT_INTERRUPTED
             return _unforeseen(error, arguments)
         return code if isinstance(code, int) else EXIT_DONE
 

@@ -27,9 +27,14 @@ class StopSignals(ContextDecorator):
     for which the calling program has a handler of its own, keeps that. Outside the main thread
     nothing is changed. The text of the KeyboardInterrupt is the name of the signal, empty for
     Ctrl-C.
+
+    Attributes:
+        requested: whether there was a request to stop, also one that an inner context received: a
+            library may turn the KeyboardInterrupt into an error of its own.
     """
 
     def __init__(self) -> None:
+        self.requested = False
         self._before: dict[int, Any] = {}
 
     def _recreate_cm(self) -> Self:
@@ -52,8 +57,12 @@ class StopSignals(ContextDecorator):
     ) -> None:
         for number, before in self._before.items():
             signal.signal(number, before)
+            outer = getattr(before, "__self__", None)
+            if isinstance(outer, StopSignals):
+                outer.requested |= self.requested
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
+        self.requested = True
         raise _interrupt(number)
 
 
@@ -71,6 +80,7 @@ class DeferredStop(StopSignals):
         self._raised = False
 
     def _receive(self, number: int, frame: FrameType | None) -> None:
+        self.requested = True
         if self._noted is None:
             self._noted = number
         elif number == signal.SIGINT:

@@ -101,3 +101,18 @@ def test_other_threads_change_no_handler(handlers: dict[int, Any]) -> None:
     thread.start()
     thread.join()
     assert seen == handlers
+
+
+@pytest.mark.parametrize("inner", [StopSignals, DeferredStop])
+def test_a_request_is_known_where_a_library_hides_it(inner: type[StopSignals]) -> None:
+    """As pydantic does: the KeyboardInterrupt becomes an error of its own."""
+    with StopSignals() as stop:
+        with pytest.raises(RuntimeError), inner() as within:
+            try:
+                send(signal.SIGTERM)
+                if isinstance(within, DeferredStop):
+                    within.check()
+            except KeyboardInterrupt as interrupt:
+                raise RuntimeError("in a library") from interrupt
+        assert stop.requested
+    assert not StopSignals().requested

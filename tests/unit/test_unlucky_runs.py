@@ -164,15 +164,15 @@ def test_full_disk(level: int, case: Path, whole: Path, tmp_path: Path) -> None:
 
 def limit_report(size: int) -> None:
     """No file may become larger than so many bytes once the report begins."""
-    from tilth.analysis import setup
+    from tilth.analysis import run
 
-    write = setup.write_report
+    write = run.write_report
 
     def limited(folder: Path) -> Path:
         limit_files(size)
         return write(folder)
 
-    setup.write_report = limited
+    run.write_report = limited
 
 
 def test_full_disk_before_the_report(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ LARGEST_COORDINATE = 1e9
 MOST_PIECES = 1_000_000
 """Cells through which an implicit boundary passes, about, at most: each makes pieces of it."""
 
-MOST_SPLINE_PIECES = 10_000
+MOST_SPLINE_PIECES = 2_000
 """As `MOST_PIECES`, for a spline: the nearest point on it is found by iteration."""
 
 SMALLEST_SPACING = 0.01

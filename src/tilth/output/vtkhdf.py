@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from tilth.errors import BadInput
-from tilth.output.disk import writing
+from tilth.output.disk import reason_of, writing
 from tilth.output.files import RESTORE, exchange_durably, replace_durably, temporary
 from tilth.output.hdf5_file import KeptError, open_to_write
 from tilth.output.snapshot import Snapshot
@@ -220,11 +220,11 @@ def _opened(path: Path) -> Any:
     except FileNotFoundError:
         raise BadInput(f"{path} does not exist", "name the folder of a tilth run") from None
     except OSError as error:
-        raise BadInput(f"{path} cannot be read as HDF5: {error}", RESTORE) from error
+        raise BadInput(f"{path} cannot be read as HDF5: {reason_of(error)}", RESTORE) from error
 
 
 def _damaged(path: Path, error: Exception) -> BadInput:
-    return BadInput(f"{path} is damaged ({error})", RESTORE)
+    return BadInput(f"{path} is damaged ({' '.join(str(error).split())})", RESTORE)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ def clip_segments(segment: Floats, lower: Floats, upper: Floats) -> tuple[Floats
     """
     # Liang and Barsky: each side of the box bounds the part of the segment from one end.
     start, step = segment[:, 0], segment[:, 1] - segment[:, 0]
-    level = step == 0.0
+    level = np.abs(step) <= 1e-15 * float((upper - lower).max())
     safe = np.where(level, 1.0, step)
     low, high = (lower - start) / safe, (upper - start) / safe
     enter = np.where(level, 0.0, np.minimum(low, high)).max(axis=1, initial=0.0)

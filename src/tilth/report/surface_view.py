@@ -93,8 +93,14 @@ def _draw_faces(
     if area:
         # One path with all parts of the same orientation: no seams, and no part is drawn twice.
         parts = [_anticlockwise(polygon[:, chosen]) for polygon in area]
-        whole = Path.make_compound_path(*(Path(part, closed=True) for part in parts))
-        axes.add_patch(PathPatch(whole, facecolor=colour, edgecolor="none", alpha=0.16, zorder=2.5))
+        closed = np.concatenate([np.concatenate([part, part[:1]]) for part in parts])
+        codes = np.full(len(closed), Path.LINETO)
+        ends = np.cumsum([len(part) + 1 for part in parts])
+        codes[ends - 1], codes[np.append(0, ends[:-1])] = Path.CLOSEPOLY, Path.MOVETO
+        whole = PathPatch(
+            Path(closed, codes), facecolor=colour, edgecolor="none", alpha=0.16, zorder=2.5
+        )
+        axes.add_artist(whole)  # `add_patch` looks for the limits of many areas for long
     edge, along, edge_on = seen_edge_on(surface.corner, surface.normal, chosen)
     line, seen = clip_segments(edge, lower, upper)
     line, edge_on = line[:, :, chosen], edge_on[seen]

@@ -21,6 +21,8 @@ from tilth.mpm.domains import half_edges
 from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
     from tilth.boundaries.implicit.boundary import Implicit
 
 
@@ -232,7 +234,10 @@ def _distances(
         candidates = np.flatnonzero(((position >= low) & (position <= high)).all(axis=1))
     from scipy.spatial import cKDTree
 
-    separation, nearest = cKDTree(surface).query(position[candidates], distance_upper_bound=radius)
+    tree = cKDTree(surface)
+    if not all_in_front:
+        candidates = _near_or_behind(tree, normal, position, 3.0 * float(cell_size.max()))
+    separation, nearest = tree.query(position[candidates], distance_upper_bound=radius)
     within = np.isfinite(separation)
     candidates, nearest = candidates[within], nearest[within]
     offset = position[candidates] - surface[nearest]
@@ -245,6 +250,16 @@ def _distances(
     if len(candidates) == 0:
         return none
     return candidates, boundary.distance(position[candidates], time), normal[nearest]
+
+
+def _near_or_behind(tree: cKDTree, normal: Floats, position: Floats, near: float) -> Integers:
+    """Returns the positions nearer to a surface than `near` or behind it, (k,).
+
+    An approximate nearest point says so: the exact one of a point that is far away takes long.
+    """
+    separation, nearest = tree.query(position, eps=0.5)
+    in_front = np.einsum("ni,ni->n", position - tree.data[nearest], normal[nearest]) > 0.0
+    return np.flatnonzero((separation <= near) | ~in_front)
 
 
 def _is_infinite_plane(boundary: Implicit) -> bool:
