@@ -18,6 +18,13 @@ def set_parallel_from(points: int) -> None:
 def parallel_from() -> int:
     """Number of points from which loops use more than one thread."""
 
+class Checked:
+    """What the core has checked of an object."""
+
+    def __init__(self) -> None: ...
+
+    def __reduce__(self) -> tuple: ...
+
 def basis_names() -> list[str]:
     """Names of the bases, in the order of basis/list.hpp."""
 

@@ -41,3 +41,9 @@ def require_within(name: str, numbers: npt.NDArray[Any], count: int) -> None:
     """
     if ((numbers < 0) | (numbers >= count)).any():
         raise ValueError(f"{name!r} has numbers outside 0 to {count - 1}")
+
+
+def make_read_only(*arrays: npt.NDArray[np.generic]) -> None:
+    """Makes index arrays read-only: the core checks an object with such arrays only once."""
+    for array in arrays:
+        array.flags.writeable = False

@@ -8,7 +8,15 @@ import copy
 import numpy as np
 import pytest
 
-from fuzz.core_calls import Call, make_random_calls, names, plain, valid_calls, written
+from fuzz.core_calls import (
+    Call,
+    make_fixed,
+    make_random_calls,
+    names,
+    plain,
+    valid_calls,
+    written,
+)
 from tilth import _core
 
 
@@ -185,3 +193,27 @@ def test_stencils_of_other_nodes(calls: dict[str, list[Call]]) -> None:
     with pytest.raises(ValueError, match="force"):
         call.make()
     assert np.array_equal(force, before)
+
+
+def test_fixed_objects_are_checked_once_and_changed_ones_again(
+    calls: dict[str, list[Call]],
+) -> None:
+    call = copy.deepcopy(calls["internal_force"][0])
+    stencil = call.arguments[1]
+    call.make()
+    assert not hasattr(stencil, "_checked")  # its arrays could change
+    make_fixed(stencil)
+    call.make()
+    first = stencil._checked
+    call.make()
+    assert stencil._checked is first
+    with pytest.raises(ValueError, match="read-only"):
+        stencil.node[0] = -1
+    node = stencil.node.copy()
+    node[0] = -1
+    stencil.node = node
+    with pytest.raises(ValueError, match="node"):
+        call.make()
+    other = copy.deepcopy(call)
+    other.arguments[1].node = np.abs(node)
+    other.make()

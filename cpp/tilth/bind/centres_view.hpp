@@ -15,7 +15,8 @@ struct CentresView : kernel::Centres {
   Doubles written[2];
   bool given;
 
-  explicit CentresView(nb::handle centres) : kernel::Centres{}, given(!centres.is_none()) {
+  explicit CentresView(nb::handle centres)
+      : kernel::Centres{}, given(!centres.is_none()), object_(centres) {
     if (!given) return;
     arrays32[0] = attribute<ConstShorts>(centres, "count");
     arrays32[1] = attribute<ConstShorts>(centres, "cell");
@@ -60,8 +61,23 @@ struct CentresView : kernel::Centres {
   }
 
   /// Refuses centres that are not those of the points of a stencil.
-  void require_fits(const StencilView& stencil) const {
+  void require_fits(const StencilView& stencil, nb::handle stencil_handle) const {
     if (!given) return;
+    auto others = parts_of(object_, {"share", "volume_change", "trace", "jacobian_ratio_before",
+                                     "jacobian_ratio", "jacobian"});
+    others.push_back(nb::borrow(stencil_handle));
+    check_once(object_,
+               parts_of(object_, {"count", "cell_start", "cell", "corner_node", "share_start"}),
+               others, [&] {
+                 require_valid(stencil);
+                 return std::int64_t{0};
+               });
+  }
+
+ private:
+  nb::handle object_;
+
+  void require_valid(const StencilView& stencil) const {
     const std::int64_t corners = 1 << stencil.dim;
     require_cells(stencil.groups, stencil.start);
     require_size(read[2], cells() * corners * stencil.dim, "trace");

@@ -10,9 +10,9 @@
 #include <cstdint>
 #include <limits>
 #include <string>
-#include <type_traits>
 
 #include "../grid.hpp"
+#include "../indices.hpp"
 #include "../kind.hpp"
 #include "arrays.hpp"
 
@@ -82,9 +82,7 @@ std::int64_t require_starts(const Array& start, std::int64_t end, const std::str
   require(lists >= 0, name, "is empty, expected one entry more than lists");
   const auto* at = start.data();
   require(at[0] == 0, name, "does not begin with 0");
-  bool descends = false;
-  for (std::int64_t i = 0; i < lists; ++i) descends |= at[i + 1] < at[i];
-  require(!descends, name, "is not ascending");
+  require(ascends_from_zero(at, lists), name, "is not ascending");
   if (at[lists] != end)
     refuse(name, "ends with " + std::to_string(at[lists]) + ", expected " + std::to_string(end));
   return lists;
@@ -94,12 +92,8 @@ std::int64_t require_starts(const Array& start, std::int64_t end, const std::str
 template <class T>
 void require_indices(const T* index, std::int64_t count, std::int64_t limit,
                      const std::string& name) {
-  using Unsigned = std::make_unsigned_t<std::remove_const_t<T>>;
-  constexpr auto most = static_cast<std::uint64_t>(std::numeric_limits<T>::max());
-  const auto end = static_cast<Unsigned>(std::min(static_cast<std::uint64_t>(limit), most + 1));
-  bool outside = false;
-  for (std::int64_t i = 0; i < count; ++i) outside |= static_cast<Unsigned>(index[i]) >= end;
-  if (outside) refuse(name, "has an index outside of 0 to " + std::to_string(limit - 1));
+  if (!all_below(index, count, limit))
+    refuse(name, "has an index outside of 0 to " + std::to_string(limit - 1));
 }
 
 template <class Array>

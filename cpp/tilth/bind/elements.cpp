@@ -17,14 +17,15 @@ struct ElementsView : kernel::Elements {
     shorts[1] = attribute<ConstShorts>(of, "block_position");
     const char* names[5] = {"colour_start", "slab_start", "order", "block_start", "node_start"};
     for (int i = 0; i < 5; ++i) integers[i] = attribute<ConstIntegers>(of, names[i]);
-    elements = require_starts(integers[4], size_of(shorts[0]), "node_start");
+    elements = size_of(integers[4]) - 1;
     node_start = integers[4].data();
-    bool many = false;
-    for (std::int64_t e = 0; e < elements; ++e)
-      many |= node_start[e + 1] - node_start[e] > kernel::maximum_element_nodes;
-    require(!many, "node_start", "has an element with too many nodes");
-    require_size(integers[3], elements, "block_start");
-    require_colouring(integers[0], integers[1], integers[2], elements);
+    nodes_ = check_once(of,
+                        parts_of(of, {"node", "block_position", "colour_start", "slab_start",
+                                      "order", "block_start", "node_start"}),
+                        {}, [&] {
+                          require_valid();
+                          return end_of(shorts[0]);
+                        });
     node = shorts[0].data();
     colours = size_of(integers[0]) - 1;
     colour_start = integers[0].data();
@@ -42,8 +43,8 @@ struct ElementsView : kernel::Elements {
   int components_of(const Nodal& nodal, const char* name) const {
     const std::int64_t components = columns_of(nodal, name);
     require(components >= 1 && components <= 3, name, "has not 1, 2 or 3 columns");
-    require_indices(shorts[0], rows_of(nodal, 2, name),
-                    std::string("node of the elements, for the rows of ") + name + ",");
+    if (nodes_ > rows_of(nodal, 2, name))
+      refuse(name, "has less rows than the elements have nodes");
     return static_cast<int>(components);
   }
 
@@ -56,6 +57,19 @@ struct ElementsView : kernel::Elements {
       if (nodes_of(e) != nodes) throw std::invalid_argument("elements differ in their nodes");
     if (nodes > kernel::maximum_nodes) throw std::invalid_argument("an element has too many nodes");
     return nodes;
+  }
+
+ private:
+  std::int64_t nodes_;  // one more than the greatest node number
+
+  void require_valid() const {
+    require_starts(integers[4], size_of(shorts[0]), "node_start");
+    bool many = false;
+    for (std::int64_t e = 0; e < elements; ++e)
+      many |= node_start[e + 1] - node_start[e] > kernel::maximum_element_nodes;
+    require(!many, "node_start", "has an element with too many nodes");
+    require_size(integers[3], elements, "block_start");
+    require_colouring(integers[0], integers[1], integers[2], elements);
   }
 };
 

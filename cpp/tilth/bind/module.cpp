@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include "../parallel.hpp"
+#include "checked.hpp"
 #include "checks.hpp"
 
 namespace {
@@ -33,6 +34,12 @@ NB_MODULE(_core, module) {
   module.def(
       "parallel_from", [] { return tilth::parallel_from; },
       "Number of points from which loops use more than one thread.");
+  using tilth::bind::Checked;
+  nanobind::class_<Checked>(module, "Checked", "What the core has checked of an object.")
+      .def(nanobind::init<>())
+      .def("__reduce__", [](nanobind::handle self) {
+        return nanobind::make_tuple(self.type(), nanobind::make_tuple());
+      });
   tilth::bind::bind_stencil(module);
   tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);

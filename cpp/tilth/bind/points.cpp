@@ -66,7 +66,7 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   require_size(plastic_before, 2 * n, "plastic_before");
   require_table(state_before, n, width, "state_before");
   require_size(state, n * width, "state");
-  centres.require_fits(stencil);
+  centres.require_fits(stencil, stencil_handle);
   require_size(elastic, 6 * n, "elastic");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
@@ -114,7 +114,7 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   require_size(block_start, stencil.groups, "block_start");
   const std::int64_t blocks_of_matrix = rows_of(matrix, 3, "matrix");
   require_size(matrix, blocks_of_matrix * stencil.dim * stencil.dim, "matrix");
-  centres.require_fits(stencil);
+  centres.require_fits(stencil, stencil_handle);
   const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
                                       size_of(block_position), blocks_of_matrix};
   nb::gil_scoped_release release;

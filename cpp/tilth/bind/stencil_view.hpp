@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../kernel/view.hpp"
+#include "checked.hpp"
 #include "checks.hpp"
 
 namespace tilth::bind {
@@ -14,6 +15,13 @@ inline void require_colouring(const ConstIntegers& colour_start, const ConstInte
   require_starts(colour_start, size_of(slab_start) - 1, "colour_start");
   require_size(order, items, "order");
   require_indices(order, items, "order");
+}
+
+/// Returns one more than the greatest node number, 0 without nodes; refuses negative ones.
+inline std::int64_t end_of(const ConstShorts& node) {
+  require_indices(node, std::int64_t{1} << 31, "node");
+  const std::int32_t* end = node.data() + node.size();
+  return node.size() == 0 ? 0 : std::int64_t{*std::max_element(node.data(), end)} + 1;
 }
 
 /// Keeps the arrays of a Python `Stencil` alive while a kernel runs.
@@ -44,14 +52,20 @@ struct StencilView : kernel::Stencil {
     count = number_attribute<bool>(stencil, "boxed") ? counts.data() : nullptr;
     value = values.data();
     hat_slope = hat_slopes.size() > 0 ? hat_slopes.data() : nullptr;
-    require_valid();
+    nodes_ = check_once(stencil,
+                        parts_of(stencil, {"start", "node_start", "value_start", "colour_start",
+                                           "slab_start", "order", "node", "count"}),
+                        parts_of(stencil, {"value", "hat_slope", "dim", "boxed"}), [&] {
+                          require_valid();
+                          return end_of(nodes);
+                        });
   }
 
   std::int64_t points() const { return start[groups]; }
 
   /// Refuses an array of `rows` nodes that has not all nodes of the stencil.
   void require_nodes(std::int64_t rows, const char* name) const {
-    require_indices(nodes, rows, std::string("node of the stencil, for the rows of ") + name + ",");
+    if (nodes_ > rows) refuse(name, "has less rows than the stencil has nodes");
   }
 
   /// Refuses a kind of analysis of another dimension.
@@ -65,6 +79,8 @@ struct StencilView : kernel::Stencil {
   }
 
  private:
+  std::int64_t nodes_;  // one more than the greatest node number
+
   void require_valid() const {
     require(dim == 2 || dim == 3, "dim", "is not 2 or 3");
     require(groups >= 0, "start", "is empty, expected one entry more than groups");

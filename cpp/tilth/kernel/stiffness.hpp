@@ -29,25 +29,6 @@ struct BlockPositions {
   const std::int32_t* position;  // (row nodes x runs) per group
   std::int64_t entries;          // of `position`
   std::int64_t blocks;           // of the matrix
-
-  /// Whether the blocks of a group of these nodes are inside of the matrix.
-  bool fit(std::int64_t group, int n, const std::int32_t* node) const {
-    int length[maximum_element_nodes], runs = 0;
-    for (int b = 0; b < n; ++b) {
-      if (b > 0 && node[b] == node[b - 1] + 1)
-        ++length[runs - 1];
-      else
-        length[runs++] = 1;
-    }
-    const std::int64_t first = start[group];
-    if (first < 0 || first > entries - std::int64_t{n} * runs) return false;
-    const std::int32_t* at = position + first;
-    bool outside = false;
-    for (int a = 0; a < n; ++a, at += runs)
-      for (int run = 0; run < runs; ++run)
-        outside |= at[run] < 0 || std::int64_t{at[run]} + length[run] > blocks;
-    return !outside;
-  }
 };
 
 /// A number for each direction, in one vector register; in 3D the fourth entry is unused.
@@ -138,19 +119,27 @@ void scatter_blocks(int n, const std::int32_t* node, const std::int32_t* positio
   }
 }
 
-/// Prefetches the blocks of a group, which are scattered over the matrix.
+/// Prefetches the blocks of a group, which are scattered over the matrix. Returns whether all are
+/// inside of it.
 template <int Dim>
-void prefetch_blocks(int n, const std::int32_t* node, const std::int32_t* position,
-                     const double* matrix) {
+bool prefetch_blocks(std::int64_t group, int n, const std::int32_t* node,
+                     const BlockPositions& blocks, const double* matrix) {
   constexpr int line = 8;  // numbers of a cache line
+  const std::int64_t first = blocks.start[group];
+  if (first < 0 || first > blocks.entries) return false;
+  const std::int32_t* position = blocks.position + first;
+  const std::int32_t* last = blocks.position + blocks.entries;
   for (int a = 0; a < n; ++a)
     for (int b = 0; b < n; ++position) {
-      const double* entry = matrix + std::int64_t{*position} * Dim * Dim;
       const int begin = b++;
       while (b < n && node[b] == node[b - 1] + 1) ++b;
-      for (int e = 0; e < (b - begin) * Dim * Dim + line; e += line)
-        __builtin_prefetch(entry + e, 1);
+      if (position == last || *position < 0 || *position > blocks.blocks - (b - begin))
+        return false;
+      const double* entry = matrix + std::int64_t{*position} * Dim * Dim;
+      for (int e = 0; e < (b - begin) * Dim * Dim; e += line) __builtin_prefetch(entry + e, 1);
+      __builtin_prefetch(entry + (b - begin) * Dim * Dim - 1, 1);
     }
+  return true;
 }
 
 /// Part of F-bar's tangent that couples a point to the centres: V q (x) (d ln J0 - d ln J), added
@@ -272,8 +261,6 @@ bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
   Found outside;
   for_each_by_colour(stencil, [&](std::int64_t g) {
-    if (!blocks.fit(g, stencil.nodes_of(g), stencil.node + stencil.node_start[g]))
-      return outside.set();
     with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
       constexpr int capacity = Factors<K, N>::capacity;
       const int n = N > 0 ? N : stencil.nodes_of(g);
@@ -283,7 +270,7 @@ bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
           only_products && std::all_of(response + start, response + end, is_symmetric<K>);
       const std::int32_t* node = stencil.node + stencil.node_start[g];
       const std::int32_t* block = blocks.position + blocks.start[g];
-      prefetch_blocks<dim>(n, node, block, matrix);
+      if (!prefetch_blocks<dim>(g, n, node, blocks, matrix)) return outside.set();
       double local[(N > 0 ? N * N : maximum_nodes * maximum_nodes) * dim * dim];
       if (!only_products) std::fill_n(local, n * dim * dim * n, 0.0);
       Factors<K, N> factors;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -45,12 +46,11 @@ inline void load(const std::int16_t* from, typename Vector::Reals& to) {
 }
 
 /// The nearest integer, for numbers of less than 16 bits: the added constant shifts the fraction
-/// out of the mantissa. Without a library call, so that loops over it are vectorised. Larger
-/// numbers give the largest integer, and what is not a number the least one.
+/// out of the mantissa, whose last 16 bits are then the integer. Without a library call, so that
+/// loops over it are vectorised. What is not a number gives any integer.
 inline std::int16_t rounded_to_short(float number) {
-  constexpr float no_fraction = 0x1.8p23f, largest = 32767.0f;
-  number = std::min(largest, std::max(-largest, number));
-  return static_cast<std::int16_t>(static_cast<std::int32_t>((number + no_fraction) - no_fraction));
+  constexpr float no_fraction = 0x1.8p23f;
+  return static_cast<std::int16_t>(std::bit_cast<std::uint32_t>(number + no_fraction));
 }
 
 /// Copies the first `count` of `widest` numbers.

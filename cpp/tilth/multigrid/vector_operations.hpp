@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "../indices.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::multigrid {
@@ -19,29 +20,30 @@ template <int Components, std::size_t Count>
 bool block_product(std::int64_t nodes, const std::int64_t* row_start, const std::int32_t* column,
                    const double* blocks, const bool* constrained,
                    std::array<const double*, Count> x, std::array<double*, Count> product) {
+  constexpr std::int64_t rows_at_once = 32;  // whose columns are in the cache when they are used
   bool outside = false;
 #pragma omp parallel for schedule(static) \
     reduction(|| : outside) if (row_start[nodes] >= 8 * parallel_from)
-  for (std::int64_t v = 0; v < nodes; ++v) {
-    std::uint32_t farthest = 0;
-    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e)
-      farthest = std::max(farthest, static_cast<std::uint32_t>(column[e]));
-    if (farthest >= nodes) {
+  for (std::int64_t first = 0; first < nodes; first += rows_at_once) {
+    const std::int64_t end = std::min(first + rows_at_once, nodes);
+    if (!all_below(column + row_start[first], row_start[end] - row_start[first], nodes)) {
       outside = true;
       continue;
     }
-    double sum[Count][Components] = {};
-    for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
-      const double* block = blocks + e * Components * Components;
-      for (std::size_t k = 0; k < Count; ++k) {
-        const double* other = x[k] + std::int64_t{column[e]} * Components;
-        for (int i = 0; i < Components; ++i)
-          for (int j = 0; j < Components; ++j) sum[k][i] += block[i * Components + j] * other[j];
+    for (std::int64_t v = first; v < end; ++v) {
+      double sum[Count][Components] = {};
+      for (std::int64_t e = row_start[v]; e < row_start[v + 1]; ++e) {
+        const double* block = blocks + e * Components * Components;
+        for (std::size_t k = 0; k < Count; ++k) {
+          const double* other = x[k] + std::int64_t{column[e]} * Components;
+          for (int i = 0; i < Components; ++i)
+            for (int j = 0; j < Components; ++j) sum[k][i] += block[i * Components + j] * other[j];
+        }
       }
+      for (std::size_t k = 0; k < Count; ++k)
+        for (int i = 0; i < Components; ++i)
+          product[k][v * Components + i] = constrained[v * Components + i] ? 0.0 : sum[k][i];
     }
-    for (std::size_t k = 0; k < Count; ++k)
-      for (int i = 0; i < Components; ++i)
-        product[k][v * Components + i] = constrained[v * Components + i] ? 0.0 : sum[k][i];
   }
   return !outside;
 }

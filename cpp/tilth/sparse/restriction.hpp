@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../caught.hpp"
+#include "../indices.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::sparse {
@@ -101,11 +102,10 @@ inline bool gather(std::int64_t entries, const std::int64_t* source, std::int64_
 #pragma omp parallel for schedule(static) reduction(|| : outside) if (entries >= 8 * parallel_from)
   for (std::int64_t begin = 0; begin < entries; begin += piece) {
     const std::int64_t end = std::min(begin + piece, entries);
-    bool wrong = false;
-    for (std::int64_t i = begin; i < end; ++i)
-      wrong |= static_cast<std::uint64_t>(source[i]) >= static_cast<std::uint64_t>(blocks);
-    outside = outside || wrong;
-    if (wrong) continue;
+    if (!all_below(source + begin, end - begin, blocks)) {
+      outside = true;
+      continue;
+    }
     for (std::int64_t i = begin; i < end; ++i) value[i] = block[source[i]];
   }
   return !outside;

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, make_read_only
 from tilth.mpm.grid import ActiveGrid, Grid, Stencil
 from tilth.mpm.points import MaterialPoints
 
@@ -44,6 +44,8 @@ def _off_axis(centre: Floats, column: Integers, grid: Grid) -> Floats:
 @dataclass
 class Centres:
     """Cells of one body's points in one step, and their volume change in the current iteration.
+
+    The arrays of indices become read-only.
 
     Attributes:
         kind: "plane_strain", "axisymmetric" or "3d".
@@ -81,6 +83,9 @@ class Centres:
     jacobian: Floats
     volume_change: Floats
     trace: Floats
+
+    def __post_init__(self) -> None:
+        make_read_only(self.count, self.cell_start, self.cell, self.corner_node, self.share_start)
 
     @classmethod
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:

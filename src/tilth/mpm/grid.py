@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Floats, Integers, Shorts
+from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.pattern import Elements, Pattern
@@ -52,6 +52,8 @@ class Grid:
 class Stencil:
     """Basis values of one body's points, in groups of points that share all their nodes.
 
+    The arrays of indices become read-only.
+
     Attributes:
         start: first point of each group, shape (groups + 1,).
         first, count: lattice index of the first node and nodes per direction of the bounding box
@@ -83,6 +85,12 @@ class Stencil:
     colour_start: Integers
     slab_start: Integers
     order: Integers
+
+    def __post_init__(self) -> None:
+        make_read_only(
+            self.start, self.node_start, self.value_start, self.colour_start, self.slab_start,
+            self.order, self.node, self.count,
+        )  # fmt: skip
 
     @property
     def boxed(self) -> bool:

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Integers, Shorts
+from tilth.arrays import Integers, Shorts, make_read_only
 
 
 @dataclass(frozen=True)
 class Elements:
-    """Elements of few nodes each in the matrix's pattern.
+    """Elements of few nodes each in the matrix's pattern; the arrays become read-only.
 
     Attributes:
         node_start: first entry of each element in `node`, shape (elements + 1,).
@@ -32,6 +32,12 @@ class Elements:
     block_start: Integers
     block_position: Shorts
     coupling_distance: int
+
+    def __post_init__(self) -> None:
+        make_read_only(
+            self.node_start, self.node, self.colour_start, self.slab_start, self.order,
+            self.block_start, self.block_position,
+        )  # fmt: skip
 
 
 class Pattern:
