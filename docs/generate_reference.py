@@ -86,7 +86,7 @@ without running it.
   Bodies, circles, boxes and footings are at least 1e-6 of a cell in size, and an implicit boundary
   passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
   points per cell and direction.
-* A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 10,000
+* A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 1,000
   each of bodies, boundaries, loads and tracked quantities. The file has at most 4 MB.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
 * A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between

@@ -23,7 +23,7 @@ else:
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SMALL = (
-    "collapse/case", "cooks_membrane/case", "cube_on_inclined_plane/case",
+    "collapse/case", "cooks_membrane/case",
     "end_loaded_cantilever/turned", "generalized_shear/turn", "inclined_column/case",
     "oedometer/axisymmetric", "plane_strain_block/case", "plane_strain_block/three_dimensional",
     "pressure_cantilever/case", "rigid_sphere/case", "self_weight_column/von_mises",

@@ -37,9 +37,12 @@ NB_MODULE(_core, module) {
   using tilth::bind::Checked;
   nanobind::class_<Checked>(module, "Checked", "What the core has checked of an object.")
       .def(nanobind::init<>())
-      .def("__reduce__", [](nanobind::handle self) {
-        return nanobind::make_tuple(self.type(), nanobind::make_tuple());
-      });
+      .def(
+          "__reduce__",
+          [](nanobind::handle self) {
+            return nanobind::make_tuple(self.type(), nanobind::make_tuple());
+          },
+          nanobind::sig("def __reduce__(self) -> tuple[type[Checked], tuple[()]]"));
   tilth::bind::bind_stencil(module);
   tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);

@@ -50,7 +50,7 @@ FULL_TURNS = 1e6
 MOST_VERTICES = 10_000
 """Vertices of a polygon or a curve, at most."""
 
-MOST_ENTRIES = 10_000
+MOST_ENTRIES = 1_000
 """Bodies, boundaries, loads or tracked quantities, at most."""
 
 MOST_ROWS = 100_000

@@ -108,6 +108,10 @@ def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]
     return figure
 
 
+LEGEND_ENTRIES = 40
+"""Entries of the legend at most; more would leave no room for the picture."""
+
+
 def _legend(setup: Setup) -> list[Any]:
     """Returns legend handles of bodies, conditions with the constrained components, and loads."""
     from matplotlib.lines import Line2D
@@ -152,6 +156,9 @@ def _legend(setup: Setup) -> list[Any]:
         amount = _number(float(np.linalg.norm(setup.body_force)))
         direction = (float(setup.body_force[0]), float(setup.body_force[setup.dim - 1]))
         handles.append(_arrow_handle(direction, f"body force\nacceleration {amount}"))
+    if len(handles) > LEGEND_ENTRIES:
+        more = f"and {len(handles) - LEGEND_ENTRIES + 1:,} more"
+        handles = [*handles[: LEGEND_ENTRIES - 1], Line2D([], [], linestyle="none", label=more)]
     return handles
 
 
