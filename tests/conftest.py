@@ -2,11 +2,18 @@
 """Settings of all tests; must come before the first import of tilth."""
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # idle threads leave the cores to others
+
+for name in ("SIGINT", "SIGHUP"):  # ignored under `nohup` and in the background; tests send them
+    number = getattr(signal, name, signal.SIGINT)
+    if signal.getsignal(number) is signal.SIG_IGN:
+        default = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+        signal.signal(number, default)
 
 if (worker := os.environ.get("PYTEST_XDIST_WORKER")) and hasattr(os, "sched_setaffinity"):
     cores = sorted(os.sched_getaffinity(0))  # one for each worker: so one thread in each

@@ -17,6 +17,7 @@ from small_problems import block_entries, rollers
 from test_report import read_page
 
 from tilth import Model
+from tilth.analysis.memory import memory_of
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, SurfaceShape, read_history
 from tilth.report.field_plots import draw_frames
 from tilth.report.history_plots import draw_curves
@@ -160,6 +161,7 @@ def test_the_terminal_shows_the_texts_as_they_are(text: str) -> None:
     entries["boundaries"][0]["name"] = text
     printed = io.StringIO()
     model = Model.from_dict(entries)
-    print_summary(model, make_setup((4, 4)), Console(file=printed, width=200, force_terminal=True))
+    screen = Console(file=printed, width=200, force_terminal=True)
+    print_summary(model, make_setup((4, 4)), memory_of(model), None, screen)
     for shown in (text, f"{text}: box of soil", f"{text}: roller"):
         assert shown in printed.getvalue()

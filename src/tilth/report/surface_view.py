@@ -204,12 +204,13 @@ def _crosses(strokes: Floats, segment: Floats) -> Floats:
         line = last - first
         apart = first - start
         turn = step[..., 0] * line[1] - step[..., 1] * line[0]
-        safe = np.where(turn == 0.0, np.inf, turn)
+        lengths = np.linalg.norm(step, axis=-1) * np.linalg.norm(line)
+        safe = np.where(np.abs(turn) <= 1e-12 * lengths, np.inf, turn)  # parallel lines do not meet
         on_stroke = (apart[..., 0] * line[1] - apart[..., 1] * line[0]) / safe
         on_line = (apart[..., 0] * step[..., 1] - apart[..., 1] * step[..., 0]) / safe
         # A stroke begins at a distance from its own line; one that ends on another line crosses it.
         between = np.abs(on_stroke - 0.5) < 0.5 + 1e-6
-        result |= between & (np.abs(on_line - 0.5) <= 0.5) & (turn != 0.0)
+        result |= between & (np.abs(on_line - 0.5) <= 0.5) & np.isfinite(safe)
     return result
 
 
