@@ -252,19 +252,19 @@ WRONG: dict[str, tuple[str, tuple[str, str]]] = {
         ("steps = 2", "steps = 2\n" + "\n".join(f"step{i} = 1" for i in range(10_000))),
     ),
     "many unknown names": (
-        "and 980 more",
+        "and 979 more",
         (
             "[[track]]",
             "".join(
                 f'[[track]]\nname = "{i}"\nquantity = "penetration"\nboundary = "wall{i}"\n'
-                for i in range(1000)
+                for i in range(999)
             )
             + "[[track]]",
         ),
     ),
     "many tracks": (
         "track",
-        ("[[track]]", '[[track]]\nname = "x"\n' * 10_001 + "[[track]]"),
+        ("[[track]]", '[[track]]\nname = "x"\n' * 1_001 + "[[track]]"),
     ),
 }
 

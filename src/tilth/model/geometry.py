@@ -57,6 +57,21 @@ class DeclaredGeometry(Declared):
         """Its radius at time 0 [length], which `radius_change` changes; None where it has none."""
         return None
 
+    most_cells: ClassVar[int] = 1_000_000
+    """Cells through which it passes, about, at most: each makes pieces of it."""
+
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """Returns the number of cells through which it passes, about.
+
+        cell: edge of a cell [length]. soil: extent of the soil [length], which bounds what is
+            infinite.
+        """
+        return 0.0
+
+    def sizes(self) -> dict[str, Any]:
+        """Returns its sizes [length], > 0, by key; that of the whole by an empty one."""
+        return {} if self.radius_at_rest is None else {"radius": self.radius_at_rest}
+
     def vectors(self, dimension: int) -> dict[str, Any]:
         """Returns the entries that have one component per direction, by key."""
         return {}
@@ -108,6 +123,11 @@ class CircleGeometry(DeclaredGeometry):
         """Its radius at time 0 [length]."""
         return self.radius
 
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        return 2.0 * math.pi * self.radius / cell
+
     def vectors(self, dimension: int) -> dict[str, Any]:
         """As `DeclaredGeometry.vectors`."""
         return {"centre": self.centre}
@@ -146,6 +166,10 @@ class CylinderGeometry(DeclaredGeometry):
         """Its radius at time 0 [length]."""
         return self.radius
 
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        return 2.0 * math.pi * self.radius / cell * (soil / cell + 1.0)
+
     def vectors(self, dimension: int) -> dict[str, Any]:
         """As `DeclaredGeometry.vectors`."""
         by_name = isinstance(self.axis, str)
@@ -169,6 +193,11 @@ class SphereGeometry(DeclaredGeometry):
     def radius_at_rest(self) -> float:
         """Its radius at time 0 [length]."""
         return self.radius
+
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        return 4.0 * math.pi * (self.radius / cell) ** 2
 
     def vectors(self, dimension: int) -> dict[str, Any]:
         """As `DeclaredGeometry.vectors`."""
@@ -213,11 +242,17 @@ class PolylineGeometry(DeclaredGeometry):
             raise rejection([Problem("vertices", problem, remedy, corners)])
         return self
 
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        return sum(math.dist(a, b) / cell for a, b in pairwise(self.vertices))
+
 
 class SplineGeometry(DeclaredGeometry):
     """Open or closed smooth curve through points, with optional corners (2D)."""
 
     dimensions = (2,)
+    most_cells = 2_000  # the nearest point on a curve is found by iteration
 
     type: Literal["spline"] = "spline"
     vertices: Matrix
@@ -239,6 +274,11 @@ class SplineGeometry(DeclaredGeometry):
             remedy = f"the vertices are numbered from 0 to {len(self.vertices) - 1}"
             raise rejection([Problem("corners", "names no vertex", remedy, wrong[0])])
         return self
+
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        return sum(math.dist(a, b) / cell for a, b in pairwise(self.vertices))
 
 
 class BoxGeometry(DeclaredGeometry):
@@ -272,6 +312,16 @@ class BoxGeometry(DeclaredGeometry):
     def axes(self) -> tuple[tuple[float, ...], ...]:
         """Unit vectors of the box's own axes as rows, shape (dimension, dimension)."""
         return box_axes(len(self.lower), self.angle, self.axis)
+
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        edges: list[float] = [edge / cell for edge in self.sizes()[""]]
+        return 2.0 * sum(math.prod(edges[:j] + edges[j + 1 :]) for j in range(len(edges)))
+
+    def sizes(self) -> dict[str, Any]:
+        """As `DeclaredGeometry.sizes`."""
+        return {"": [high - low for low, high in zip(self.lower, self.upper, strict=True)]}
 
     def vectors(self, dimension: int) -> dict[str, Any]:
         """As `DeclaredGeometry.vectors`."""
@@ -310,6 +360,16 @@ class FootingGeometry(DeclaredGeometry):
             remedy = "give a direction that lies in the footing"
             raise rejection([Problem("along", "is parallel to `normal`", remedy, self.along)])
         return self
+
+    def cells_passed(self, cell: float, soil: float) -> float:
+        """As `DeclaredGeometry.cells_passed`."""
+        del soil
+        widths = self.width if isinstance(self.width, Sequence) else [self.width]
+        return math.prod(width / cell for width in widths)
+
+    def sizes(self) -> dict[str, Any]:
+        """As `DeclaredGeometry.sizes`."""
+        return {"width": self.width}
 
     def vectors(self, dimension: int) -> dict[str, Any]:
         """As `DeclaredGeometry.vectors`; `along` is for 3D only."""

@@ -5,21 +5,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.model.geometry import (
-    BoxGeometry,
-    CylinderGeometry,
-    DeclaredGeometry,
-    FootingGeometry,
-    PolylineGeometry,
-    SphereGeometry,
-    SplineGeometry,
-)
 from tilth.model.implicit import ImplicitBoundary
 
 if TYPE_CHECKING:
@@ -32,12 +22,6 @@ have 20 bits per direction, and a body may move."""
 LARGEST_COORDINATE = 1e9
 """Coordinates, at most, as a multiple of the cell size: their round-off is 1e-7 of a cell."""
 
-
-MOST_PIECES = 1_000_000
-"""Cells through which an implicit boundary passes, about, at most: each makes pieces of it."""
-
-MOST_SPLINE_PIECES = 2_000
-"""As `MOST_PIECES`, for a spline: the nearest point on it is found by iteration."""
 
 SMALLEST_SPACING = 0.01
 """Distance of boundary points on a surface, at least, as a multiple of the cell size."""
@@ -106,35 +90,12 @@ def _too_small(model: Model) -> Iterator[Problem]:
 def _too_large(model: Model) -> Iterator[Problem]:
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary):
-            pieces = _pieces(boundary.geometry, min(model.cell_size), _soil_length(model))
-            is_spline = isinstance(boundary.geometry, SplineGeometry)
-            most = MOST_SPLINE_PIECES if is_spline else MOST_PIECES
-            if pieces > most:
-                what = f"passes through about {pieces:.3g} cells, more than {most:,}"
+            geometry = boundary.geometry
+            cells = geometry.cells_passed(min(model.cell_size), _soil_length(model))
+            if cells > geometry.most_cells:
+                what = f"passes through about {cells:.3g} cells, more than {geometry.most_cells:,}"
                 remedy = "use larger cells, or give only the part near the soil"
                 yield Problem(f"boundaries[{i}].geometry", what, remedy)
-
-
-def _pieces(geometry: DeclaredGeometry, cell: float, soil: float) -> float:
-    """Returns the number of cells through which a boundary passes, about.
-
-    cell: edge of a cell. soil: length of the soil, which bounds an infinite cylinder [length].
-    """
-    radius = getattr(geometry, "radius", 0.0) / cell
-    if isinstance(geometry, CylinderGeometry):
-        return 2.0 * math.pi * radius * (soil / cell + 1.0)
-    if isinstance(geometry, SphereGeometry):
-        return 4.0 * math.pi * radius**2
-    if isinstance(geometry, PolylineGeometry | SplineGeometry):
-        return sum(math.dist(a, b) / cell for a, b in pairwise(geometry.vertices))
-    if isinstance(geometry, BoxGeometry):
-        sides = [high - low for low, high in zip(geometry.lower, geometry.upper, strict=True)]
-        faces = [sides[:j] + sides[j + 1 :] for j in range(len(sides))]
-        return 2.0 * sum(math.prod(side / cell for side in face) for face in faces)
-    if isinstance(geometry, FootingGeometry):
-        widths = geometry.width if isinstance(geometry.width, Sequence) else [geometry.width]
-        return math.prod(width / cell for width in widths)
-    return 2.0 * math.pi * radius
 
 
 def _soil_length(model: Model) -> float:
@@ -155,12 +116,8 @@ def _sizes(model: Model) -> Iterator[tuple[str, Any]]:
             yield f"bodies[{i}].shape", extent
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary):
-            key, geometry = f"boundaries[{i}].geometry", boundary.geometry
-            yield f"{key}.radius", getattr(geometry, "radius", None)
-            yield f"{key}.width", getattr(geometry, "width", None)
-            if isinstance(geometry, BoxGeometry):
-                sides = zip(geometry.lower, geometry.upper, strict=True)
-                yield key, tuple(high - low for low, high in sides)
+            for name, size in boundary.geometry.sizes().items():
+                yield ".".join(filter(None, (f"boundaries[{i}].geometry", name))), size
 
 
 def _numbers(value: Any) -> Iterator[float]:
