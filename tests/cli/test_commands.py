@@ -182,7 +182,7 @@ def test_check_prints_what_is_declared(case: Case) -> None:
     # 1 m x 4 m in cells of 0.5 m with 2 x 2 points each
     assert "column: box of clay, 64 points, gimp basis, domains by right_stretch" in text
     assert "64 in 16 cells" in text
-    assert "about 54 on 16 active cells, linear solver " in text  # 3 x 9 nodes
+    assert "about 54, linear solver " in text  # 3 x 9 nodes
     assert "available: 4 GB (memory of the machine, 8 GB in all)" in text
     assert "yield stress 20000 Pa" in text
     assert "base: fixed on y = 0: ux = 0, uy = 0" in text

@@ -76,8 +76,7 @@ def _rows(
         yield "bodies", _body(body, int(np.count_nonzero(setup.body_id == i)))
     cells = np.unique(np.floor((setup.position - setup.origin) / setup.cell_size), axis=0)
     yield "points", f"{len(setup.position)} in {len(cells)} cells"
-    grid = f"{estimate.cells:,.0f} active cells, linear solver {estimate.solver}"
-    yield "unknowns", f"about {estimate.unknowns:,.0f} on {grid}"
+    yield "unknowns", f"about {estimate.unknowns:,.0f}, linear solver {estimate.solver}"
     yield "memory", str(estimate)
     yield "memory", f"available: {'not known' if available is None else available}"
     for name, material in model.materials.items():
