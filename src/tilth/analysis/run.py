@@ -21,6 +21,7 @@ from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
 from tilth.interrupt import DeferredStop, StopSignals
+from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_history
@@ -211,6 +212,8 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
             write_report(recorder.folder)
     except Exception as error:
         reason = error.message if isinstance(error, TilthError) else f"{error}"
+        if is_memory_error(error):
+            reason = memory_sentence(error)
         raise AnalysisFailed(
             f"the results are in {recorder.folder}, but not the report: {reason}",
             f"write it again with: tilth report {recorder.folder}",
