@@ -74,12 +74,12 @@ def test_a_boundary_that_touches_nothing_is_named() -> None:
     assert [text for text in simulation.warnings if "'far wall' is not in contact" in text]
     assert not [text for text in simulation.warnings if "'base'" in text]
     result = simulation.advance(0.0, 1.0)
-    assert len(simulation.warnings) == 1, "said once"
+    assert len([text for text in simulation.warnings if "'far wall'" in text]) == 1, "said once"
     assert not result.resultant("far wall").any()
 
 
 def test_a_boundary_that_touches_is_not_named() -> None:
-    assert checked(BLOCK, BASE, LEFT).warnings == []
+    assert not [text for text in checked(BLOCK, BASE, LEFT).warnings if "boundary '" in text]
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,8 @@ def test_a_motion_that_returns_no_number(functions: str) -> None:
 
 def test_a_function_that_is_right(functions: str) -> None:
     geometry = {"type": "function", "function": f"{functions}:base"}
-    assert checked(BLOCK, implicit("hill", geometry, "fixed")).warnings == []
+    warnings = checked(BLOCK, implicit("hill", geometry, "fixed")).warnings
+    assert not [text for text in warnings if "'hill'" in text]
 
 
 # --- contradictions ------------------------------------------------------------------------------
@@ -450,6 +451,8 @@ def test_check_draws_every_geometry(
     file.write_text("".join(f"{key} = {toml(value)}\n" for key, value in entries.items()))
     code = run_command(["check", str(file)])
     printed = capfd.readouterr()
-    assert (code, printed.err) == (0, "")
+    assert code == 0
+    about_the_wall = "warning: boundaries[0].geometry"  # some bodies are behind it, or it is small
+    assert all(line.startswith(about_the_wall) for line in printed.err.splitlines())
     assert "wall: implicit, fixed" in printed.out
     assert file.with_suffix(".setup.png").read_bytes().startswith(b"\x89PNG")

@@ -20,7 +20,7 @@ ON_GRID_LINE = 1e-9
 """Distance from a grid line, as a fraction of a cell, below which a position is on it."""
 
 
-LEAST_BAND = 1e-6
+LEAST_BAND = 1e-8
 """Width of the band of an implicit boundary, at least, as a fraction of the smallest edge."""
 
 
