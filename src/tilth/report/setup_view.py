@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats, Integers, distinct_rows
 from tilth.report.domains import corners_of_boxes, outlines, sides_towards
 from tilth.report.fields import with_unit
 from tilth.report.setup_data import Condition, Setup
@@ -125,7 +125,7 @@ def _draw_bodies(
     seen = np.flatnonzero(inside(setup.position, lower - margin, upper + margin))
     if setup.dim == 3:  # one point of each row along the line of sight
         steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
-        seen = seen[np.unique(steps, axis=0, return_index=True)[1]]
+        seen = seen[distinct_rows(steps)] if len(seen) else seen
     if len(seen) == 0:
         return
     position = setup.position[seen][:, chosen]
@@ -194,7 +194,7 @@ def _rectangles(position: Floats, half: Floats, body: Integers) -> tuple[Floats,
     extent = (position + half).max(axis=0) - least
     side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MAXIMUM_DRAWN_DOMAINS))
     slot = np.floor((position - least) / side)
-    first = np.unique(slot, axis=0, return_index=True)[1]
+    first = distinct_rows(slot)
     centre = least + (slot[first] + 0.5) * side
     return centre, np.broadcast_to(0.5 * side, centre.shape), body[first]
 

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from tilth.arrays import distinct_rows
 from tilth.model import (
     AffineBoundary,
     Body,
@@ -74,7 +75,7 @@ def _rows(
     yield "grid", f"{limits}, cells of {sizes} {unit.length}"
     for i, body in enumerate(model.bodies):
         yield "bodies", _body(body, int(np.count_nonzero(setup.body_id == i)))
-    cells = np.unique(np.floor((setup.position - setup.origin) / setup.cell_size), axis=0)
+    cells = distinct_rows(np.floor((setup.position - setup.origin) / setup.cell_size))
     yield "points", f"{len(setup.position)} in {len(cells)} cells"
     yield "unknowns", f"about {estimate.unknowns:,.0f}, linear solver {estimate.solver}"
     yield "memory", str(estimate)
