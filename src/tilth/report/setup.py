@@ -31,12 +31,12 @@ def draw_setup(setup: Setup) -> Figure:
     from matplotlib.figure import Figure
 
     notes: list[str] = []
+    lower, upper = setup.bounds()
     if setup.dim == 3:
         from tilth.report.setup_3d import draw_setup_3d
 
-        figure = draw_setup_3d(setup, notes)
+        figure = draw_setup_3d(setup, lower, upper, notes)
     else:
-        lower, upper = setup.bounds()
         size = upper - lower
         ratio = float(size.max() / size.min())
         if ratio <= _MAXIMUM_ASPECT_RATIO:
@@ -61,7 +61,7 @@ def draw_setup(setup: Setup) -> Figure:
     notes += [
         f"{surface.name} lies outside the picture"
         for surface in setup.surfaces
-        if len(surface.visible_vertices(*setup.bounds())) == 0
+        if len(surface.visible_vertices(lower, upper)) == 0
     ]
     if notes:
         text = on_lines("\n".join(dict.fromkeys(notes)), 2 * width)

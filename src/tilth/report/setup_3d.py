@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 VIEWS = (((0, 2), "front (along y)"), ((1, 2), "side (along x)"), ((0, 1), "plan (along z)"))
 
 
-def draw_setup_3d(setup: Setup, notes: list[str]) -> Figure:
-    """Returns a figure of four panels; omissions are added to ``notes``."""
+def draw_setup_3d(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) -> Figure:
+    """Returns a figure of four panels of the box between two corners.
+
+    Omissions are added to ``notes``.
+    """
     from matplotlib.colors import to_rgba
     from matplotlib.figure import Figure
 
-    lower, upper = setup.bounds()
     size = upper - lower
     figure = Figure(figsize=(10.5, 8.0), layout="constrained")
     layout = figure.add_gridspec(
