@@ -270,8 +270,10 @@ def _distinct_faces(value: tuple[Face, ...]) -> tuple[Face, ...]:
 
 
 def _not_zero(value: Sequence[float]) -> Sequence[float]:
-    if any(value):
+    if any(abs(component) >= LEAST for component in value):
         return value
+    if any(value):
+        raise reject(f"is shorter than {LEAST:g}", "give a direction of any greater length")
     raise reject("must not be the zero vector", "give a direction of any length, such as [0, 1]")
 
 
