@@ -75,10 +75,17 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
     )
 
 
+FLAT_FACETS = 12
+"""Facets of a plane over the longest side of the soil, about."""
+
+
 def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     points, cell = simulation.points, simulation.grid.cell_size
     lower, upper = points.position.min(axis=0) - 2 * cell, points.position.max(axis=0) + 2 * cell
-    facets = boundary.geometry.facets(lower, upper, float(cell.max()))
+    size = float(cell.max())
+    if boundary.geometry.flat:
+        size = max(size, float((upper - lower).max()) / FLAT_FACETS)
+    facets = boundary.geometry.facets(lower, upper, size)
     centre = facets.corner.mean(axis=1)
     end = boundary.motion.position(centre, boundary.factor(simulation.model.schedule.end)) - centre
     return Surface(
