@@ -18,14 +18,17 @@ LONGEST = 20_000
 """Characters of a message that a user might still read."""
 
 
-STEPS_IN_TIME = 3
-"""Load steps for which a run has its time; steps that were cut may be more, and take longer."""
+STEPS_IN_TIME, POINTS_IN_TIME = 3, 50_000
+"""Load steps and material points for which a run has its time."""
 
 
-def _steps_done(job: Job) -> int:
-    """Number of load steps in the history of a run."""
-    history = job.folder / "out" / "history.csv"
-    return len(history.read_bytes().splitlines()) - 1 if history.exists() else 0
+def _has_work(job: Job) -> bool:
+    """Whether a run has done more load steps, as steps were cut, or has more points than that."""
+    history, log = (job.folder / "out" / name for name in ("history.csv", "log.txt"))
+    steps = len(history.read_bytes().splitlines()) - 1 if history.exists() else 0
+    found = re.search(r"points: +([\d,]+)", log.read_text("utf-8")) if log.exists() else None
+    points = int(found[1].replace(",", "")) if found else 0
+    return steps > STEPS_IN_TIME or points > POINTS_IN_TIME
 
 
 def faults(job: Job, outcome: Outcome) -> list[str]:
@@ -39,7 +42,7 @@ def _broken_promises(job: Job, outcome: Outcome) -> list[str]:
     if outcome.code < 0:
         name = signal.Signals(-outcome.code).name
         ended = "too slow" if name in ("SIGXCPU", "SIGKILL") else f"crash by {name}"
-        if ended == "too slow" and command == "run" and _steps_done(job) > STEPS_IN_TIME:
+        if ended == "too slow" and command == "run" and _has_work(job):
             return []
         return [f"{ended} in {_deepest(err)}"]
     found = list(outcome.found)
