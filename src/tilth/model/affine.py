@@ -9,6 +9,9 @@ import numpy as np
 
 _ROUND_OFF = 1e-12
 
+GREATEST_STRETCH = 1e6
+"""Greatest principal stretch; the least one is its inverse."""
+
 
 def affine_problem(
     deformation_gradient: Sequence[Sequence[float]], path: str, least: float, greatest: float
@@ -26,6 +29,12 @@ def affine_problem(
     matrix = np.array(deformation_gradient, dtype=float)
     if np.linalg.det(matrix) <= 0.0:
         return f"its determinant is {np.linalg.det(matrix):g}, but must be greater than 0"
+    stretches = np.linalg.svd(matrix, compute_uv=False)
+    if stretches[0] > GREATEST_STRETCH or stretches[-1] < 1.0 / GREATEST_STRETCH:
+        return (
+            f"its principal stretches are {stretches[-1]:g} to {stretches[0]:g}, but must lie "
+            f"between {1.0 / GREATEST_STRETCH:g} and {GREATEST_STRETCH:g}"
+        )
     if path == "exponential":
         eigenvalues = np.linalg.eigvals(matrix)
         if any(abs(e.imag) <= _ROUND_OFF * abs(e) and e.real < 0.0 for e in eigenvalues):
