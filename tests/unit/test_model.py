@@ -272,7 +272,7 @@ def test_any_value_anywhere_is_taken_or_refused_in_plain_words(
         ([[1, 0], [0, -1]], "linear", "determinant is -1"),
         ([[1, 0], [0, 0]], "exponential", "determinant is 0"),
         ([[1, 0], [0, 6e-31]], "exponential", "principal stretches are 6e-31 to 1"),
-        ([[1, 0], [0, 2e6]], "linear", "principal stretches are 1 to 2e+06"),
+        ([[1, 0], [0, 2e6]], "linear", "principal stretches are 1 to 2e.06"),
         ([[-1, 0], [0, -1]], "linear", "vanishes on the linear path, at factor 0.5"),
         ([[-1, 0], [0, -2]], "exponential", "no principal logarithm"),
         ([[1, 0, 0], [0, 1, 0]], "linear", "square"),

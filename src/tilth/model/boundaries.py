@@ -143,7 +143,9 @@ class AffineBoundary(Declared):
         factors = [0.0, 1.0] if self.factor is None else [row[1] for row in self.factor]
         what = affine_problem(self.deformation_gradient, self.path, min(factors), max(factors))
         if what:
-            remedy = "give a motion that keeps det F > 0 on its whole path"
+            remedy = (
+                "give a motion of stretches that soil can have, with det F > 0 on its whole path"
+            )
             problems.append(
                 Problem("deformation_gradient", what, remedy, self.deformation_gradient)
             )
