@@ -84,6 +84,10 @@ WRONG: dict[str, tuple[str, tuple[str, str]]] = {
     "cells of nothing": ("grid.cell_size", ("cell_size = 0.5", "cell_size = 1e-300")),
     "cells smaller than the least": ("grid.cell_size", ("cell_size = 0.5", "cell_size = 5e-324")),
     "cells without bound": ("grid.cell_size", ("cell_size = 0.5", "cell_size = 1e300")),
+    "cells of very different edges": (
+        "grid.cell_size",
+        ("cell_size = 0.5", "cell_size = [5e28, 0.5]"),
+    ),
     "cells much smaller than the body": (
         "bodies[0].shape: x = 1 is 1e+09 cells from the origin of the grid",
         ("cell_size = 0.5", "cell_size = 1e-9"),

@@ -30,8 +30,17 @@ SMALLEST_LENGTH = 1e-6
 """Sizes of bodies and boundaries, at least, as a multiple of the cell size."""
 
 
+MOST_ELONGATED = 1e4
+"""Ratio of a cell's longest edge to its shortest, at most."""
+
+
 def magnitude_problems(model: Model) -> Iterator[Problem]:
     """Yields positions too far from the grid's origin or from zero, and sizes too small for it."""
+    ratio = max(model.cell_size) / min(model.cell_size)
+    if ratio > MOST_ELONGATED:
+        what = f"the edges of a cell have the ratio {ratio:.3g}, more than {MOST_ELONGATED:g}"
+        yield Problem("grid.cell_size", what, "give edges of similar length", model.cell_size)
+        return
     yield from _beyond_resolution(model)
     yield from _too_small(model)
     yield from _too_large(model)
