@@ -80,12 +80,13 @@ without running it.
   load or boundary condition has a default; numerical settings have.
 * A number is at most 1e30 in magnitude, and one that must be greater than 0 is at least 1e-30, so
   that products of them (a force is density times acceleration times volume) stay within double
-  precision. An angle is at most 1e6 degrees, a whole number at most 1,000,000,000.
+  precision. An angle is at most 1e6 degrees, a whole number at most 1,000,000,000. A direction has
+  a component of at least 1e-30; the principal stretches of an affine motion are 1e-6 to 1e6.
 * The soil and the grid's nodes with a condition are within 500,000 cells of `grid.origin`.
   Coordinates are at most 1e9 times the cell size, where their round-off is 1e-7 of a cell.
   Bodies, circles, boxes and footings are at least 1e-6 of a cell in size, and an implicit boundary
   passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
-  points per cell and direction.
+  points per cell and direction. A cell's edges differ by at most 10,000 times.
 * A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 1,000
   each of bodies, boundaries, loads and tracked quantities. The file has at most 4 MB.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
