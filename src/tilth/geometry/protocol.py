@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -98,8 +98,9 @@ class Geometry(Protocol):
         ...
 
 
+@runtime_checkable
 class RoundGeometry(Geometry, Protocol):
-    """A geometry with a radius [length], which may change with time."""
+    """A geometry with a radius [length], which may change with time; it has no edge."""
 
     radius: float
 

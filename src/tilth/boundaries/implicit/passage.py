@@ -17,6 +17,7 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import StepFailed
+from tilth.geometry.protocol import RoundGeometry
 from tilth.mpm.domains import half_edges
 from tilth.mpm.points import MaterialPoints
 
@@ -194,9 +195,13 @@ def points_behind(
     """
     if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
-    chosen, distance, _ = _distances(
-        boundary, points.position, None, time, cell_size, all_in_front=False
-    )
+    if isinstance(boundary.geometry, RoundGeometry):  # all points face it
+        chosen = np.arange(len(points))
+        distance = boundary.distance(points.position, time)
+    else:
+        chosen, distance, _ = _distances(
+            boundary, points.position, None, time, cell_size, all_in_front=False
+        )
     behind = np.flatnonzero(distance < -PASSAGE_TOLERANCE * float(cell_size.min()))
     return chosen[behind], -distance[behind]
 
