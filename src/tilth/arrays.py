@@ -56,10 +56,7 @@ def distinct_rows(table: npt.NDArray[Any]) -> Integers:
     extent = table.max(axis=0) - least + 1
     if not float(np.prod(extent, dtype=float)) < 2.0**62:
         return np.asarray(np.unique(table, axis=0, return_index=True)[1])
-    key = np.zeros(len(table), dtype=np.int64)
-    for column in range(table.shape[1]):
-        key *= int(extent[column])
-        key += (table[:, column] - least[column]).astype(np.int64)
+    key = np.ravel_multi_index((table - least).astype(np.int64).T, extent.astype(np.int64))
     return np.asarray(np.unique(key, return_index=True)[1])
 
 

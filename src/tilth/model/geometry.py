@@ -204,6 +204,11 @@ class SphereGeometry(DeclaredGeometry):
         return {"centre": self.centre}
 
 
+def _length(vertices: Sequence[Sequence[float]]) -> float:
+    """Returns the length of the polyline through vertices (n, dim) [length]."""
+    return sum(math.dist(a, b) for a, b in pairwise(vertices))
+
+
 class PolylineGeometry(DeclaredGeometry):
     """Straight segments through given points (2D), open or closed."""
 
@@ -245,7 +250,7 @@ class PolylineGeometry(DeclaredGeometry):
     def cells_passed(self, cell: float, soil: float) -> float:
         """As `DeclaredGeometry.cells_passed`."""
         del soil
-        return sum(math.dist(a, b) / cell for a, b in pairwise(self.vertices))
+        return _length(self.vertices) / cell
 
 
 class SplineGeometry(DeclaredGeometry):
@@ -278,7 +283,7 @@ class SplineGeometry(DeclaredGeometry):
     def cells_passed(self, cell: float, soil: float) -> float:
         """As `DeclaredGeometry.cells_passed`."""
         del soil
-        return sum(math.dist(a, b) / cell for a, b in pairwise(self.vertices))
+        return _length(self.vertices) / cell
 
 
 class BoxGeometry(DeclaredGeometry):

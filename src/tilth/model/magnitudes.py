@@ -35,7 +35,10 @@ MOST_ELONGATED = 1e4
 
 
 def magnitude_problems(model: Model) -> Iterator[Problem]:
-    """Yields positions too far from the grid's origin or from zero, and sizes too small for it."""
+    """Yields positions too far from the grid's origin or from zero, and sizes too small for it.
+
+    Only that where the cells are too elongated: nothing else can be told then.
+    """
     ratio = max(model.cell_size) / min(model.cell_size)
     if ratio > MOST_ELONGATED:
         what = f"the edges of a cell have the ratio {ratio:.3g}, more than {MOST_ELONGATED:g}"

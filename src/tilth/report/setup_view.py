@@ -123,11 +123,11 @@ def _draw_bodies(
     half_lengths = setup.half_lengths
     margin = 0.0 if half_lengths is None else half_lengths.max(axis=0)
     seen = np.flatnonzero(inside(setup.position, lower - margin, upper + margin))
-    if setup.dim == 3:  # one point of each row along the line of sight
-        steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
-        seen = seen[distinct_rows(steps)] if len(seen) else seen
     if len(seen) == 0:
         return
+    if setup.dim == 3:  # one point of each row along the line of sight
+        steps = np.round(setup.position[seen][:, chosen] / (1e-6 * (high - low)))
+        seen = seen[distinct_rows(steps)]
     position = setup.position[seen][:, chosen]
     if half_lengths is None:
         half = np.full_like(
