@@ -32,10 +32,10 @@ TYPE_DESCRIPTIONS = {
     "Fraction": "number in (0, 1]",
     "Angle": "number",
     "Tolerance": "number in [1e-15, 0.01]",
-    "PoissonRatio": "number in (-1, 0.5)",
-    "SoilAngle": "number, 0 or in [0.001, 60]",
-    "Index": "number in (0, 0.9]",
-    "OverconsolidationRatio": "number >= 1",
+    "PoissonRatio": "number in (-1, 0.5), or [varying](#parameters-that-vary)",
+    "SoilAngle": "number, 0 or in [0.001, 60], or [varying](#parameters-that-vary)",
+    "Index": "number in (0, 0.9], or [varying](#parameters-that-vary)",
+    "OverconsolidationRatio": "number >= 1, or [varying](#parameters-that-vary)",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -49,6 +49,15 @@ TYPE_DESCRIPTIONS = {
     "Real | Table": "number, or rows (time, value)",
     "Table": "rows (time, factor)",
     "Times": "list of increasing numbers > 0",
+    "VaryingModulus": "number > 0, or [varying](#parameters-that-vary)",
+    "VaryingPositive": "number > 0, or [varying](#parameters-that-vary)",
+    "VaryingNotNegative": "number >= 0, or [varying](#parameters-that-vary)",
+    "DepthRows": "rows (depth, value)",
+    "AxisRows": "rows (coordinate, value)",
+    "Level": "number, rows (x, elevation), or table `{ file = ... }`",
+    "Exponent": "number in [0, 1]",
+    "RandomField": "table, see below",
+    "Layers": "list of tables, see below",
     "Axis": '`"x"`, `"y"`, `"z"`',
     "Components": "list of axes",
     "Displacement": "table axis = number",
@@ -97,8 +106,8 @@ without running it.
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
-  `"function"`) is code: `tilth run`, `tilth check` and `tilth resume` say so and run that file with
-  your rights. `tilth report` runs no such function.
+  `"function"`, a material parameter) is code: `tilth run`, `tilth check` and `tilth resume` say so
+  and run that file with your rights. `tilth report` runs no such function.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.
@@ -186,7 +195,21 @@ def page() -> str:
             "model", model.HenckyElastic, model.VonMises, model.Tresca, model.MohrCoulomb,
             model.DruckerPrager, model.ModifiedCamClay,
         ),
+        "### Parameters that vary\n\nInstead of a number, a material parameter other than the "
+        "density may be one of these tables. It is evaluated once at the initial position of each "
+        "material point and then stays with the point; every value must be one that the parameter "
+        "may have as a number. [How to vary a parameter](../howto/vary_a_parameter.md) has "
+        "examples. A function may also be given as a text, `\"file.py:name\"`.",
+        *(
+            _section(f"`{{ {key} = ... }}`", cls, 4)
+            for key, cls in (
+                ("depth", model.ByDepth), ("axis", model.AlongAxis), ("file", model.GridFile),
+                ("function", model.OfPosition), ("reference", model.ByStress),
+                ("random", model.RandomField),
+            )
+        ),
         _section("`[[bodies]]`", model.Body),
+        _section("`[[bodies.layers]]`", model.Layer, 3),
         "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
         "volume of the shape to round-off.",
@@ -264,7 +287,7 @@ def _choices(values: Any) -> str:
 def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
     if field.is_required() or key == "format" or _selects_kind(cls, key):
         return "required"
-    if field.default is None:
+    if field.default is None or field.default == ():
         return "-"
     value = field.default
     if isinstance(value, bool):

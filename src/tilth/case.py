@@ -11,6 +11,7 @@ from typing import Any
 from tilth.errors import BadInput, Problem
 from tilth.model import Model
 from tilth.model.model import FORMAT
+from tilth.model.problems import dotted
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -134,11 +135,29 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, body in enumerate(_tables(entries.get("bodies"))):
         if isinstance(body.get("shape"), dict):
             yield f"bodies[{i}].shape", body["shape"], "file"
+        for j, layer in enumerate(_tables(body.get("layers"))):
+            if isinstance(layer.get("bottom"), dict):
+                yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
+    materials = entries.get("materials")
+    for material, parameters in materials.items() if isinstance(materials, dict) else ():
+        if isinstance(parameters, dict):
+            yield from _files_of_parameters(dotted(("materials", material)), parameters)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
         if isinstance(boundary.get("geometry"), dict):
             yield f"boundaries[{i}].geometry", boundary["geometry"], "file"
             yield f"boundaries[{i}].geometry", boundary["geometry"], "function"
+
+
+def _files_of_parameters(
+    key: str, table: dict[str, Any]
+) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Yields the entries of a material, and of the tables in it, that may name another file."""
+    for name, value in table.items():
+        if isinstance(value, str) and (name == "file" or ".py:" in value):
+            yield key, table, name
+        elif isinstance(value, dict):
+            yield from _files_of_parameters(f"{key}.{name}", value)
 
 
 def _tables(entries: Any) -> list[dict[str, Any]]:

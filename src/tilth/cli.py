@@ -157,7 +157,8 @@ def run(
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
-    A Python function that the case names for a boundary is run to draw it.
+    Each parameter that varies from place to place gets a picture of its own beside it. Python
+    functions that the case names are run.
     """
     from tilth.case import load_case
     from tilth.report.summary import print_summary
@@ -165,9 +166,8 @@ def check(case: Path, picture: Path | None) -> None:
     model = load_case(case)
     from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
-    from tilth.analysis.setup import setup_of
+    from tilth.analysis.setup import setup_figures
     from tilth.output.disk import is_of_the_disk, reason_of
-    from tilth.report.setup import draw_setup
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -175,13 +175,14 @@ def check(case: Path, picture: Path | None) -> None:
     try:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
-        setup = setup_of(model)
+        setup, figures = setup_figures(model)
         print_summary(model, setup, estimate, available)
-        figure = draw_setup(setup)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
+    files = {name: _beside(file, name) for name in figures}
     try:
-        save(figure, file)
+        for name, figure in figures.items():
+            save(figure, files[name])
     except OSError as error:
         if is_of_the_disk(error):
             raise
@@ -189,7 +190,8 @@ def check(case: Path, picture: Path | None) -> None:
         raise BadInput(problem, "choose another file with --picture") from None
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
-    click.echo(visible(f"set-up drawn in {file}"))
+    for name, drawn in files.items():
+        click.echo(visible(f"{name.replace('_', ' ') or 'set-up'} drawn in {drawn}"))
 
 
 @cli.command()
@@ -204,7 +206,7 @@ def resume(
     """Continue an interrupted run from its last complete step.
 
     The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
-    its model names a Python function for a boundary: that function is run.
+    its model names a Python function: that function is run.
     """
     from tilth.output.folder import MODEL, load_model, require_folder
 
@@ -260,6 +262,11 @@ def _say_what_runs(model: Model) -> None:
     for function in model.functions:
         file, _, name = function.rpartition(":")
         click.echo(visible(f"runs the Python function {name} in {file}"))
+
+
+def _beside(file: Path, name: str) -> Path:
+    """Returns the file of a further picture: NAME.png is NAME.parameter.png."""
+    return file.with_name(f"{file.stem}.{name}{file.suffix}") if name else file
 
 
 def _where(folder: Path, finished: bool) -> str:

@@ -20,6 +20,7 @@ ROOMS = [
     "mpm",
     "report",
     "bodies curves",
+    "fields",
     "output",
     "case",
     "model",

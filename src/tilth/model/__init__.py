@@ -5,6 +5,7 @@ All names here are public: the package offers them as its own (`tilth.Box`).
 """
 
 from tilth.model.bodies import Body as Body
+from tilth.model.bodies import Layer as Layer
 from tilth.model.boundaries import AffineBoundary as AffineBoundary
 from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
@@ -49,3 +50,10 @@ from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad
 from tilth.model.track import Track as Track
+from tilth.model.variation import AlongAxis as AlongAxis
+from tilth.model.variation import ByDepth as ByDepth
+from tilth.model.variation import ByStress as ByStress
+from tilth.model.variation import GridFile as GridFile
+from tilth.model.variation import OfPosition as OfPosition
+from tilth.model.variation import Random as Random
+from tilth.model.variation import RandomField as RandomField

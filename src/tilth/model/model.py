@@ -24,6 +24,7 @@ from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
+from tilth.model.variation import variations
 
 Loaded = (
     PlaneBoundary
@@ -140,7 +141,9 @@ class Model(Declared):
         found = [b for b in self.boundaries if isinstance(b, ImplicitBoundary)]
         motions = [b.motion for b in found]
         shapes = [getattr(b.geometry, "function", None) for b in found]
-        return tuple(dict.fromkeys(name for name in (*motions, *shapes) if name))
+        varying = [v for material in self.materials.values() for v in variations(material).values()]
+        parameters = [getattr(each, "function", None) for each in varying]
+        return tuple(dict.fromkeys(name for name in (*motions, *shapes, *parameters) if name))
 
     def load_curve(self, item: Loaded) -> LoadCurve:
         """Returns how a boundary's motion or a load grows.
