@@ -2,6 +2,7 @@
 """Makes the picture of each example's README: `python examples/make_pictures.py [NAME]...`.
 
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
+Of those in `FIELDS` it draws the initial values of a field and the last output.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
 of those in `BASES` a case at one time with several bases, on the true domains.
 """
@@ -11,8 +12,10 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 import tilth
 from tilth.curves import LocalCubicSpline
@@ -24,6 +27,7 @@ from tilth.verification.reference import pressure_cantilever
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
+FIELDS = {"random_field_slope": "undrained_shear_strength"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
@@ -75,6 +79,25 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
                 draw(line * cell[k], color="0.85", linewidth=0.4, zorder=0)
     axes_of[0].set_ylabel("y [m]")
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
+def draw_field(name: str, field: str) -> None:
+    """A field at the start above the displacement at the end, from two figures of the report."""
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        result = tilth.run(model, Path(folder) / "results", quiet=True)
+        results = read_results(result.folder / "results.vtkhdf")
+        pictures = []
+        for index, colour_by in ((0, field), (-1, model.output.colour_by)):
+            figure = draw_frames([results.snapshot(index)], colour_by, results.units)
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            pictures.append(np.asarray(canvas.buffer_rgba()))
+    width = max(picture.shape[1] for picture in pictures)
+    whole = [
+        np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=255) for p in pictures
+    ]
+    imsave(EXAMPLES / name / "picture.png", np.concatenate(whole))
 
 
 def von_mises_stress(points):
@@ -130,6 +153,8 @@ if __name__ == "__main__":
     for name in sys.argv[1:] or folders:
         if name in SURFACES:
             draw_surfaces(name, SURFACES[name])
+        elif name in FIELDS:
+            draw_field(name, FIELDS[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
         else:
