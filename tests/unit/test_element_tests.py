@@ -213,6 +213,14 @@ def test_a_start_beyond_the_strength_is_refused() -> None:
     assert error.value.key == "tests[0].start"
 
 
+def test_a_start_that_the_law_cannot_have_is_refused() -> None:
+    """A stress of many times the stiffness would fold the point."""
+    soft = {"young_modulus": 1e-10, "yield_stress": 1e30}
+    with pytest.raises(tilth.BadInput, match="no state with this stress") as error:
+        element(case_of(triaxial(), **soft))
+    assert error.value.key == "tests[0].start"
+
+
 def test_the_check_passes_for_every_law_of_the_case() -> None:
     case = case_of(triaxial(), {"type": "oedometer", "vertical_stress": [400.0, 50.0]})
     found = list(check_tangents(case))

@@ -86,10 +86,14 @@ class ElementPoint:
             _KIND, law.name, parameters, stress[None], state[None], elastic
         )
         point = cls(law, parameters, np.eye(3), elastic[0], np.zeros(2), state, stress)
-        if failed >= 0:
+        try:
+            if failed >= 0:
+                raise StepFailed("no elastic strain has this stress")
+            found, _ = point.deformed(point.deformation_gradient)
+        except StepFailed:
             what = "the law has no state with this stress"
-            raise BadInput(what, "start from another stress, such as a compression")
-        found, _ = point.deformed(point.deformation_gradient)
+            remedy = "check the parameters, or start from another stress, such as a compression"
+            raise BadInput(what, remedy) from None
         if np.abs(found.stress - stress).max() > 1e-9 * np.abs(stress).max():
             what = "this stress is beyond the strength of the material"
             raise BadInput(what, "start from a stress inside the yield surface")

@@ -28,6 +28,7 @@ Results = dict[tuple[str, str], ElementResult]
 
 def comparisons(long: bool) -> Iterator[Comparison]:
     """All laws; `long` changes nothing."""
+    yield from _elastic()
     yield from _clay()
 
 
@@ -35,6 +36,19 @@ def _made(file: str) -> tuple[ElementCase, Results]:
     """Returns the tests of a case file of this problem, made, by test and material."""
     case = load_element_case(folder_of_cases() / PROBLEM / file)
     return case, {(each.test, each.material): each for each in element(case)}
+
+
+def _elastic() -> Iterator[Comparison]:
+    """Large strains of Hencky elasticity; the stress at the start and the lateral one are zero."""
+    case, results = _made("hencky_elastic.toml")
+    for (test, name), result in results.items():
+        material = case.materials[name]
+        assert isinstance(material, HenckyElastic)
+        if test == "simple shear":
+            yield _error(f"{test}, {name}", *_simple_shear(result, Moduli.of(material)))
+        else:
+            exact = material.young_modulus * result["axial_strain"]
+            yield _error(f"{test}, {name}", result["q"] * _jacobian(result), exact)
 
 
 def _clay() -> Iterator[Comparison]:
@@ -55,9 +69,7 @@ def _clay() -> Iterator[Comparison]:
         elif test == "undrained":
             yield _error(f"pore pressure, {of}", *_undrained(result, 40.0))
         elif test == "elastic shear":
-            gamma = result["shear_strain"]
-            exact = 4.0 * moduli.shear * np.arcsinh(gamma / 2.0) / np.sqrt(4.0 + gamma**2)
-            yield _error(of, result["stress_xy"], exact)
+            yield _error(of, *_simple_shear(result, moduli))
         elif test == "constant p":
             yield _error(f"volume, {of}", jacobian, np.ones_like(jacobian))
     strength = 80.0
@@ -66,6 +78,13 @@ def _clay() -> Iterator[Comparison]:
     difference = biaxial["stress_yy"][-1] - biaxial["stress_xx"][-1]
     in_plane = 2.0 / math.sqrt(3.0) * strength
     yield relative("strength, biaxial, perfect", difference, in_plane, EXACT, SOURCE, KPA)
+
+
+def _simple_shear(result: ElementResult, moduli: Moduli) -> tuple[Floats, Floats]:
+    """Shear stress: the principal logarithmic strains are +- asinh(gamma / 2)."""
+    gamma = result["shear_strain"]
+    exact = 4.0 * moduli.shear * np.arcsinh(gamma / 2.0) / np.sqrt(4.0 + gamma**2)
+    return result["stress_xy"], exact
 
 
 def _oedometer(
