@@ -15,7 +15,7 @@ from tilth.errors import StepFailed
 from tilth.model import ElementCase
 
 TOLERANCE = 1e-6
-"""Largest error of a tangent that passes, over its largest entry [-]."""
+"""Largest error of a tangent that passes [-]."""
 
 INTERVALS = (1e-5, 1e-6, 1e-7)
 """Half intervals of the central differences, in the displacement gradient [-]."""
@@ -29,7 +29,8 @@ class TangentCheck:
         test, material, law: their names.
         states: number of states whose tangent was compared.
         skipped: number of states at which the stress has no derivative, as where yielding starts.
-        error: largest difference of a tangent's entry, over the tangent's largest entry [-].
+        error: largest difference of a tangent's entry, over the largest entry of this tangent or of
+            that at the start of the step [-].
         step: where it was found, counted over all stages; 0 for none.
         at_random: whether it was found at a random state near the step, not on the path.
         stopped: why the path ended early; "" if it did not.
@@ -90,7 +91,7 @@ def check_tangents(case: ElementCase, seed: int = 1) -> Iterator[TangentCheck]:
 
 
 def tangent_error(point: ElementPoint, gradient: Floats) -> float | None:
-    """Returns the largest error of a tangent, over its largest entry; None if there is none.
+    """Returns the largest error of a tangent, as in `TangentCheck`; None if there is none.
 
     Central differences with several intervals are formed, and the best one counts. Where it differs
     by less than the one-sided differences do from each other, the stress has a kink there, and no
@@ -102,16 +103,17 @@ def tangent_error(point: ElementPoint, gradient: Floats) -> float | None:
     """
     shifts = np.concatenate([h * np.eye(9).reshape(9, 3, 3) for h in INTERVALS])
     try:
-        here = point.update(gradient[None])
+        here = point.update(np.stack([gradient, np.zeros((3, 3))]))
         above, below = point.update(gradient + shifts), point.update(gradient - shifts)
     except StepFailed:
         return None
-    tangent, scale = here.tangent[0].reshape(6, 9), np.abs(here.tangent).max()
+    stress, tangent = here.kirchhoff[0], here.tangent[0].reshape(6, 9)
+    scale = np.abs(here.tangent).max()  # not zero, as that of a stress at an apex may be
     best, kink = np.inf, 0.0
     for n, h in enumerate(INTERVALS):
         own = slice(9 * n, 9 * (n + 1))
-        forward = (above.kirchhoff[own] - here.kirchhoff) / h
-        backward = (here.kirchhoff - below.kirchhoff[own]) / h
+        forward = (above.kirchhoff[own] - stress) / h
+        backward = (stress - below.kirchhoff[own]) / h
         best = min(best, float(np.abs(0.5 * (forward + backward).T - tangent).max() / scale))
         kink = float(np.abs(forward - backward).max() / scale)
     return None if TOLERANCE < best <= kink else best

@@ -56,8 +56,8 @@ def print_check(case: ElementCase) -> int:
     console = _console()
     console.print(table)
     console.print(
-        "\nerror: largest difference of the consistent tangent from central differences, over the "
-        f"tangent's largest entry; at most {TOLERANCE:g}"
+        "\nerror: largest difference of the consistent tangent from central differences, over its "
+        f"largest entry or that at the start of the step; at most {TOLERANCE:g}"
     )
     return EXIT_DONE if passed else EXIT_ANALYSIS_FAILED
 
