@@ -108,7 +108,7 @@ def tangent_error(point: ElementPoint, gradient: Floats) -> float | None:
     except StepFailed:
         return None
     stress, tangent = here.kirchhoff[0], here.tangent[0].reshape(6, 9)
-    scale = np.abs(here.tangent).max()  # not zero, as that of a stress at an apex may be
+    scale = max(np.abs(here.tangent).max(), np.finfo(float).tiny)  # the stress at an apex has none
     best, kink = np.inf, 0.0
     for n, h in enumerate(INTERVALS):
         own = slice(9 * n, 9 * (n + 1))
