@@ -35,7 +35,8 @@ _WORDS = {
 def draw_plot(plot: ElementPlot, results: Sequence[ElementResult], title: str = "") -> Figure:
     """Returns the figure of a declared picture with one curve for each result.
 
-    Colours are those of the tests, dashes those of the materials. Compression is positive.
+    There is a colour for each test and a dash for each material, or the other way round if there
+    are more materials than tests. Compression is positive.
     """
     from matplotlib.figure import Figure
 
@@ -62,15 +63,18 @@ def draw_plot(plot: ElementPlot, results: Sequence[ElementResult], title: str = 
 def _draw_panel(axes: Axes, panel: str, results: Sequence[ElementResult]) -> None:
     tests = list(dict.fromkeys(result.test for result in results))
     materials = list(dict.fromkeys(result.material for result in results))
+    turned = len(materials) > len(tests)
     with_void_ratio = all("void_ratio" in result.columns for result in results)
     volume = "void_ratio" if with_void_ratio else "volumetric_strain"
     labels: list[list[str]] = [[], []]
     for result in results:
         curve = _curve(panel, result, volume)
         x, y, names = ([np.nan], [np.nan], ("", "")) if curve is None else curve
+        numbers = tests.index(result.test), materials.index(result.material)
+        colour, dash = reversed(numbers) if turned else numbers
         axes.plot(
-            x, y, linewidth=1.4, color=_COLOURS[tests.index(result.test) % len(_COLOURS)],
-            linestyle=_DASHES[materials.index(result.material) % len(_DASHES)],
+            x, y, linewidth=1.4, color=_COLOURS[colour % len(_COLOURS)],
+            linestyle=_DASHES[dash % len(_DASHES)],
         )  # fmt: skip
         for label, name in zip(labels, names, strict=True):
             if name and _label(name, result) not in label:
