@@ -82,14 +82,15 @@ def specimen_of(test: ElementTest, material: Material, key: str) -> Specimen:
     except BadInput as error:
         start = test.start.model_dump(exclude_none=True)
         raise BadInput(error.problem, error.remedy, key=f"{key}.start", value=start) from None
-    if (
-        isinstance(test, Triaxial | Biaxial | SimpleShear)
-        and test.drainage == "drained"
-        and point.has_pore_fluid
-    ):
-        what = f"the pore fluid of the law `{material.model}` cannot leave it"
-        remedy = 'make the test "undrained", or give a material without pore fluid'
-        raise BadInput(what, remedy, key=f"{key}.drainage", value=test.drainage)
+    if isinstance(test, Triaxial | Biaxial | SimpleShear) and point.has_pore_fluid:
+        what = f"the pore fluid of the material's law `{point.law.name}` cannot leave it"
+        if test.drainage == "drained":
+            remedy = 'make the test "undrained", or give a material without pore fluid'
+            raise BadInput(what, remedy, key=f"{key}.drainage", value=test.drainage)
+        if test.consolidation is not None:
+            state = test.consolidation.model_dump(exclude_none=True)
+            remedy = "leave the consolidation out: give its stress as `start`"
+            raise BadInput(what, remedy, key=f"{key}.consolidation", value=state)
     return Specimen(point, np.zeros(6))
 
 

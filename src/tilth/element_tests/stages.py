@@ -169,9 +169,12 @@ def _axial(test: Triaxial | Biaxial, specimen: Specimen, lateral: list[int]) -> 
 
 
 def _simple_shear(test: SimpleShear, specimen: Specimen) -> Iterator[Stage]:
-    """Shear strains one after the other, at constant vertical stress or constant height."""
+    """Shear strains one after the other, at constant vertical stress or constant height.
+
+    A pore fluid of the law is sheared at constant total vertical stress.
+    """
     isochoric = _isochoric(test.drainage, specimen.point)
-    stressed = _flags([YY] if test.drainage == "drained" else [])
+    stressed = _flags([] if isochoric else [YY])
     total = (YY, float(specimen.point.stress[YY])) if isochoric else None
     for target in test.shear_strain:
         start = np.where(stressed, specimen.point.stress, specimen.strain)
