@@ -34,6 +34,9 @@ TYPE_DESCRIPTIONS = {
     "Angle": "number",
     "Tolerance": "number in [1e-15, 0.01]",
     "PoissonRatio": "number in (-1, 0.5)",
+    "SoilAngle": "number, 0 or in [0.001, 60]",
+    "Index": "number in (0, 0.9]",
+    "OverconsolidationRatio": "number >= 1",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -199,7 +202,10 @@ def page() -> str:
         _section("`[grid.follow]`", model.Follow, 3),
         "## `[materials.NAME]`\n\nBodies refer to a material by its NAME. The equations are in "
         "[mechanics](../theory/mechanics.md).",
-        *_variants("model", model.HenckyElastic, model.VonMises),
+        *_variants(
+            "model", model.HenckyElastic, model.VonMises, model.Tresca, model.MohrCoulomb,
+            model.DruckerPrager, model.ModifiedCamClay,
+        ),
         _section("`[[bodies]]`", model.Body),
         "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
@@ -216,6 +222,10 @@ def page() -> str:
         "independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
+        "## `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
+        "without an entry start without stress. The stress is the effective one, must not lie "
+        "outside the yield surface, and is kept only if the loads at time 0 balance it.",
+        *_variants("type", model.GivenStress, model.AtRest),
         "## `[[loads]]`",
         *_variants("type", model.BodyForce, model.PointForce, model.SurfaceLoad),
         _section("`hydrostatic` of a surface load", model.Hydrostatic, 3),

@@ -166,7 +166,8 @@ int main() {
   const double before = 0.02, trial[3] = {0.2, -0.1, 0.03}, step = 1e-6;
   double tau[3], elastic[3], tangent[3][3], spare[3], high[3], low[3], none[3][3];
   double first[1], state[1], unused[1];
-  material.initial_state(first);
+  const double no_stress[3] = {};
+  if (!material.initial_state(no_stress, first)) return 1;
   if (!material.update(trial, before, first, state, tau, elastic, tangent)) return 1;
   double error = 0.0;
   for (int b = 0; b < 3; ++b) {

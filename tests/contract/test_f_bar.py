@@ -11,9 +11,9 @@ import scipy.linalg
 from small_problems import (
     BASES,
     CORNER_BASES,
+    ELASTIC,
     KINDS,
-    MATERIALS,
-    TYPICAL,
+    POINT_MATERIALS,
     Laboratory,
     block_entries,
     by_number,
@@ -28,7 +28,7 @@ from tilth.arrays import Floats
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", MATERIALS)
+every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 
 def laboratory_of(
@@ -323,9 +323,9 @@ def test_one_step_against_a_slow_reading_of_the_theory(kind: str, basis: str) ->
     assumed = gradient.copy()
     ratio = (stretch / np.linalg.det(gradient)) ** (1.0 / scaled)
     assumed[:, :scaled, :scaled] *= ratio[:, None, None]
-    lame = TYPICAL["young_modulus"] * TYPICAL["poisson_ratio"]
-    lame /= (1.0 + TYPICAL["poisson_ratio"]) * (1.0 - 2.0 * TYPICAL["poisson_ratio"])
-    shear = TYPICAL["young_modulus"] / (2.0 + 2.0 * TYPICAL["poisson_ratio"])
+    lame = ELASTIC["young_modulus"] * ELASTIC["poisson_ratio"]
+    lame /= (1.0 + ELASTIC["poisson_ratio"]) * (1.0 - 2.0 * ELASTIC["poisson_ratio"])
+    shear = ELASTIC["young_modulus"] / (2.0 + 2.0 * ELASTIC["poisson_ratio"])
     for p in range(len(points)):
         left = assumed[p] @ scipy.linalg.expm(2.0 * tensor(before["elastic_strain"][p]))
         strain = 0.5 * scipy.linalg.logm(left @ assumed[p].T).real

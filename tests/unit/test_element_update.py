@@ -5,12 +5,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_problems import KINDS, MATERIALS, affine, block_entries, dimension, parameters
+from small_problems import (
+    KINDS,
+    MATERIALS,
+    affine,
+    block_entries,
+    dimension,
+    initial_state,
+    parameters,
+    start_strain,
+)
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.model.laws import laws
 from tilth.verification.closed_forms import full_deformation_gradient
 
 COUNT = 21
@@ -28,15 +36,15 @@ def random_gradients(kind: str, size: float, seed: int = 1) -> Floats:
 
 
 def update(kind: str, material: str, gradients: Floats) -> tuple[Floats, Floats, Floats, int]:
-    """Kirchhoff stress, its derivative, elastic deformation and status of undeformed points."""
-    count, width = len(gradients), len(laws()[material].state_variables)
-    given, state = parameters(material), np.zeros((count, width))
-    for row in state:
-        _core.initial_state(material, given, row)
-    elastic, plastic, after = np.empty((count, 6)), np.empty((count, 2)), np.empty_like(state)
+    """Kirchhoff stress, its derivative, elastic deformation and status of points at the start."""
+    count = len(gradients)
+    given, state = parameters(material), np.tile(initial_state(material), (count, 1))
+    before = np.zeros((count, 6))
+    before[:, :3] = np.expm1(2.0 * start_strain(material))
+    elastic, plastic, after = np.empty((count, 6)), np.empty((count, 2)), np.zeros_like(state)
     kirchhoff, tangent = np.empty((count, 6)), np.empty((count, 6, 9))
     _, status = _core.update_of_gradients(
-        kind, material, given, gradients, np.zeros((count, 6)), np.zeros((count, 2)), state,
+        kind, material, given, gradients, before, np.zeros((count, 2)), state,
         elastic, plastic, after, kirchhoff, tangent,
     )  # fmt: skip
     return kirchhoff, tangent, elastic, status

@@ -59,9 +59,10 @@ void kirchhoff_tangent(const Response<K>& s, double kirchhoff[6], double* tangen
 
 /// Updates points for displacement gradients (n, 3, 3) of the step; fills the state and response of
 /// `arrays`, the Kirchhoff stress (n, 6) and its derivative (n, 6, 9).
-template <class K, class Material>
-Failure update_of_gradients(std::int64_t points, const Material& material, const double* gradient,
-                            const StressArrays& arrays, double* kirchhoff, double* tangent) {
+template <class K>
+Failure update_of_gradients(std::int64_t points, const material::PointLaw& law,
+                            const double* gradient, const StressArrays& arrays, double* kirchhoff,
+                            double* tangent) {
   constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
   std::int64_t worst = none;  // point * 4 + status
 #pragma omp parallel for schedule(static) \
@@ -79,7 +80,7 @@ Failure update_of_gradients(std::int64_t points, const Material& material, const
         for (int j = 0; j < 3; ++j) h[i][j] = gradient[9 * p + 3 * i + j];
       batch.add(p, h, 0.0);
     }
-    update_batch<K>(material, batch, arrays, false, fail);
+    update_batch<K>(law, batch, arrays, false, fail);
     for (std::int64_t p = first; p < last; ++p) {
       const auto& response =
           *reinterpret_cast<const Response<K>*>(arrays.response + response_size<K> * p);

@@ -10,7 +10,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput, StepFailed
-from tilth.model.laws import Law, laws
+from tilth.model.laws import Law
 from tilth.model.materials import Material
 
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
@@ -77,15 +77,17 @@ class ElementPoint:
         Raises:
             BadInput: the law cannot have this stress.
         """
-        law = laws()[material.model]
-        parameters = np.array([material.parameter(name) for name in law.parameters])
-        state = np.zeros(len(law.state_variables))
-        _core.initial_state(law.name, parameters, state)
+        law = material.law
+        width = getattr(material, "softening_length", None) or 1.0  # of the band that softens
+        parameters = np.array([material.parameter(name, width) for name in law.parameters])
+        state = np.zeros((1, len(law.state_variables)))
+        failed = _core.initial_state(_KIND, law.name, parameters, stress[None], state)
         elastic = np.zeros((1, 6))
-        failed = _core.elastic_deformation_of(
-            _KIND, law.name, parameters, stress[None], state[None], elastic
-        )
-        point = cls(law, parameters, np.eye(3), elastic[0], np.zeros(2), state, stress)
+        if failed < 0:
+            failed = _core.elastic_deformation_of(
+                _KIND, law.name, parameters, stress[None], state, elastic
+            )
+        point = cls(law, parameters, np.eye(3), elastic[0], np.zeros(2), state[0], stress)
         try:
             if failed >= 0:
                 raise StepFailed("no elastic strain has this stress")

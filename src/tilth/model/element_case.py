@@ -15,7 +15,7 @@ from tilth.model.element_tests import AnyElementTest, Names
 from tilth.model.fields import AsTuple, CellName, Entries, Name, Text
 from tilth.model.materials import Material
 from tilth.model.model import FORMAT, format_of, one, require_few_levels
-from tilth.model.problems import problems_of, rejection, unknown_name
+from tilth.model.problems import dotted, problems_of, rejection, unknown_name
 from tilth.model.settings import Units
 
 Panel = Literal["p-q", "q-strain", "volume-strain", "pressure-strain", "compression"]
@@ -61,7 +61,7 @@ class ElementCase(Declared):
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
-        if problems := [*self._references(), *self._repeated_files()]:
+        if problems := [*self._references(), *self._varying(), *self._repeated_files()]:
             raise rejection(problems)
         return self
 
@@ -77,6 +77,14 @@ class ElementCase(Declared):
             for name in plot.tests or ():
                 if name not in known:
                     yield Problem(f"plots[{i}].tests", *unknown_name("test", name, known), name)
+
+    def _varying(self) -> Iterator[Problem]:
+        """Yields parameters that are not the same everywhere: a test has one point."""
+        for name, material in self.materials.items():
+            for key in type(material).model_fields:
+                if isinstance(getattr(material, key), Declared):
+                    what = "varies from place to place, but a specimen is one material point"
+                    yield Problem(dotted(("materials", name, key)), what, "give a number")
 
     def _repeated_files(self) -> Iterator[Problem]:
         """Yields names that give the same file, also where capitals do not count."""

@@ -15,6 +15,7 @@ from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, Plane
 from tilth.model.checks import problems_between_entries
 from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.initial import Initial
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import Material
@@ -102,6 +103,8 @@ class Model(Declared):
     """Dirichlet boundary conditions, at least one."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, point forces and loads on surfaces."""
+    initial: Initial = Initial()
+    """State at the start."""
     schedule: Schedule
     """a section [schedule] with the number of steps or the step_size."""
     track: Annotated[Sequence[Track], Entries, AsTuple] = ()

@@ -12,7 +12,15 @@ from tilth.arrays import Floats
 from tilth.case import load_element_case
 from tilth.element_tests.result import ElementResult
 from tilth.element_tests.run import element
-from tilth.model import ElementCase, HenckyElastic, VonMises
+from tilth.model import (
+    DruckerPrager,
+    ElementCase,
+    HenckyElastic,
+    ModifiedCamClay,
+    MohrCoulomb,
+    Tresca,
+    VonMises,
+)
 from tilth.verification.cases import folder_of_cases
 from tilth.verification.closed_forms.moduli import Moduli
 from tilth.verification.comparison import Comparison, relative, vanishing
@@ -30,6 +38,8 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     """All laws; `long` changes nothing."""
     yield from _elastic()
     yield from _clay()
+    yield from _strengths()
+    yield from _cam_clay()
 
 
 def _made(file: str) -> tuple[ElementCase, Results]:
@@ -85,6 +95,111 @@ def _simple_shear(result: ElementResult, moduli: Moduli) -> tuple[Floats, Floats
     gamma = result["shear_strain"]
     exact = 4.0 * moduli.shear * np.arcsinh(gamma / 2.0) / np.sqrt(4.0 + gamma**2)
     return result["stress_xy"], exact
+
+
+def _strengths() -> Iterator[Comparison]:
+    """Strengths of Tresca, Mohr-Coulomb and Drucker-Prager, in Kirchhoff stress."""
+    case, results = _made("strength.toml")
+    for (test, name), result in results.items():
+        material, of = case.materials[name], f"strength, {test}, {name}"
+        axial, lateral = _at_the_end(result)
+        if isinstance(material, Tresca):
+            exact = 2.0 * material.undrained_shear_strength
+            yield relative(of, abs(axial - lateral), exact, EXACT, SOURCE, KPA)
+        elif isinstance(material, DruckerPrager):
+            if material.fit == "plane_strain":
+                exact = _mohr_coulomb(material, lateral)
+                yield relative(of, axial, exact, 1e-3, "Mohr-Coulomb at collapse", KPA)
+            else:
+                yield _on_cone(of, result, material)
+                if material.fit == test:
+                    least, most = sorted((axial, lateral))
+                    yield relative(
+                        f"{of}, as Mohr-Coulomb", most, _mohr_coulomb(material, least), EXACT,
+                        SOURCE, KPA,
+                    )  # fmt: skip
+        elif isinstance(material, MohrCoulomb):
+            if test == "undrained":
+                exact = _undrained_strength(material, 0.5 * (100.0 + 60.0))
+                tolerance = EXACT if material.pore_fluid_bulk_modulus is None else 1e-4
+                yield relative(of, 0.5 * (axial - lateral), exact, tolerance, SOURCE, KPA)
+            else:
+                least, most = sorted((axial, lateral))
+                yield relative(of, most, _mohr_coulomb(material, least), EXACT, SOURCE, KPA)
+
+
+def _at_the_end(result: ElementResult) -> tuple[float, float]:
+    """Returns the axial and the lateral Kirchhoff stress [stress] at the end of a test."""
+    jacobian = _jacobian(result)[-1]
+    return float(result["stress_yy"][-1] * jacobian), float(result["stress_xx"][-1] * jacobian)
+
+
+def _mohr_coulomb(material: MohrCoulomb | DruckerPrager, least: float) -> float:
+    """Returns the largest principal stress at failure, with the smallest one [stress]."""
+    angle = math.radians(material.friction_angle)
+    cohesive = 2.0 * material.cohesion * math.cos(angle)
+    return (least * (1.0 + math.sin(angle)) + cohesive) / (1.0 - math.sin(angle))
+
+
+def _undrained_strength(material: MohrCoulomb, mean: float) -> float:
+    """Returns c cos(phi) + s0' sin(phi) [stress], with the mean in-plane stress at the start."""
+    angle = math.radians(material.friction_angle)
+    return material.cohesion * math.cos(angle) + mean * math.sin(angle)
+
+
+def _on_cone(of: str, result: ElementResult, material: DruckerPrager) -> Comparison:
+    """Compares sqrt(J2) at the end with xi c - eta p (de Souza Neto et al. 2008, sec. 8.3)."""
+    sine, cosine = (f(math.radians(material.friction_angle)) for f in (math.sin, math.cos))
+    divisor = math.sqrt(3.0) * (3.0 + (sine if material.fit == "extension" else -sine))
+    jacobian = _jacobian(result)[-1]
+    strength = 6.0 * (cosine * material.cohesion + sine * result["p"][-1] * jacobian) / divisor
+    root = abs(result["q"][-1]) * jacobian / math.sqrt(3.0)
+    return relative(f"{of}, on the cone", root, strength, EXACT, SOURCE, KPA)
+
+
+def _cam_clay() -> Iterator[Comparison]:
+    """Modified Cam Clay: strengths, and the stress path and the volume on the yield surface.
+
+    With a constant shear modulus the elastic volume depends on the pressure alone, and the volume
+    is a function of the stress. Slopes of Kirchhoff stress: index / (1 - index).
+    """
+    case, results = _made("modified_cam_clay.toml")
+    for (test, name), result in results.items():
+        material, of = case.materials[name], f"{test}, {name}"
+        assert isinstance(material, ModifiedCamClay)
+        slope = material.critical_state_slope
+        compression, swelling = material.compression_index, material.swelling_index
+        normal, elastic = compression / (1.0 - compression), swelling / (1.0 - swelling)
+        plastic = 1.0 - elastic / normal
+        p, q, strain = result["p"], result["q"], result["volumetric_strain"]
+        squared = (q / p / slope) ** 2
+        if test == "undrained":
+            assert material.overconsolidation_ratio is not None
+            strength = slope * p[0] * (0.5 * material.overconsolidation_ratio) ** plastic
+            yield relative(f"strength, {of}", q[-1], strength, 1e-6, SOURCE, KPA)
+            if material.overconsolidation_ratio == 1.0:
+                yield _error(f"p / p0, {of}", p / p[0], (1.0 + squared) ** -plastic, 1e-10)
+        elif test == "drained":
+            strength = 3.0 * slope * p[0] / (3.0 - slope)
+            yield relative(f"strength, {of}", q[-1], strength, 1e-6, SOURCE, KPA)
+            if material.overconsolidation_ratio == 1.0:
+                kirchhoff = p * _jacobian(result)
+                exact = normal * np.log(kirchhoff / p[0])
+                exact = exact + (normal - elastic) * np.log1p(squared)
+                yield _error(f"volume, {of}", strain, exact, 1e-10)
+        elif test == "isotropic":
+            loading = result["stage"] <= 1.0
+            largest = p[loading][-1]
+            exact = np.where(
+                loading,
+                compression * np.log(p / p[0]),
+                compression * np.log(largest / p[0]) + swelling * np.log(p / largest),
+            )
+            yield _error(f"volume, {of}", strain, exact, 1e-10)
+        elif material.poisson_ratio is not None:  # stiffness in proportion to the pressure
+            loaded = np.flatnonzero(result["stage"] == 1.0)[-2:]
+            found = np.diff(strain[loaded])[0] / np.diff(np.log(result["stress_yy"][loaded]))[0]
+            yield relative(f"slope, {of}", found, compression, 1e-6, SOURCE)
 
 
 def _oedometer(
