@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes docs/reference/case_file.md from the declared model: `python docs/generate_reference.py`.
+"""Writes case_file.md and element_tests.md of docs/reference: `python docs/generate_reference.py`.
 
 The meaning of a key is the text below its field in src/tilth/model, its type the name of its
 field type, so the page states only what the program checks.
@@ -19,6 +19,7 @@ from tilth.model.base import Declared, meaning_of
 from tilth.model.settings import COLOURS
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
+ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
 
 TYPE_DESCRIPTIONS = {
     "Text": "text",
@@ -71,6 +72,13 @@ TYPE_DESCRIPTIONS = {
     "Surface": "table, see below",
     "Hydrostatic": "table, see below",
     "Rotation": "table, see [rotation](#rotation)",
+    "Names": "text, or a list of texts",
+    "Steps": "whole number, 1 to 100,000",
+    "Strains": "number, or a list of numbers",
+    "Pressures": "number > 0, or a list of them",
+    "AxialStrain": "number > 0",
+    "StressState": "table, see [stress states](#stress-states)",
+    "Tables": "table component = rows (time, value)",
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
 }
@@ -172,6 +180,18 @@ component = "y"
 ```
 """
 
+ELEMENT_HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not edit. -->
+# Case files of element tests
+
+What `tilth element CASE.toml` reads; [test a material](../howto/test_a_material.md) has an example.
+The rules of [case files](case_file.md) for numbers, texts and units apply here too. Compression is
+positive, for normal stresses and normal strains; y is the vertical (axial) direction. A logarithmic
+or shear strain is at most 5 in magnitude.
+
+`[units]` and `[materials.NAME]` are as in an [analysis](case_file.md#materialsname), with numbers
+as parameters.
+"""
+
 TOP_LEVEL = """## Top level
 
 | key | type | default | meaning |
@@ -240,6 +260,20 @@ def page() -> str:
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
+def element_page() -> str:
+    """Returns the text of docs/reference/element_tests.md."""
+    parts = [
+        ELEMENT_HEADER,
+        TOP_LEVEL + "\n".join(_row(model.ElementCase, key) for key in ("format", "title")),
+        "## `[[tests]]`\n\nAt least one. Stages follow each other: a consolidation, the shearing, "
+        "or one for each stress or strain of a list.",
+        *_variants("type", *model.element_tests.TESTS),
+        _section("Stress states", model.StressState, 3),
+        _section("`[[plots]]`", model.ElementPlot),
+    ]
+    return "\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
 def _section(heading: str, cls: type[Declared], level: int = 2) -> str:
     """Returns a heading, the docstring of the class and the table of its keys."""
     keys = sorted(cls.model_fields, key=lambda key: not _selects_kind(cls, key))
@@ -274,6 +308,10 @@ def _type(cls: type[Declared], key: str) -> str:
         return _choices(model.settings.Kind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
+    if key == "drainage":
+        return _choices(model.element_tests.Drainage.__args__)
+    if key == "panels":
+        return f"list of {_choices(model.element_case.Panel.__args__)}"
     name = annotation.removesuffix(" | None")
     if name.startswith("Literal["):
         return _choices(re.findall(r'["\']([^"\']+)["\']', name))
@@ -287,13 +325,15 @@ def _choices(values: Any) -> str:
 def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
     if field.is_required() or key == "format" or _selects_kind(cls, key):
         return "required"
-    if field.default is None or field.default == ():
+    if field.default in (None, ()) or field.default_factory is not None:
         return "-"
     value = field.default
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return f'`"{value}"`'
+    if isinstance(value, tuple):
+        return _choices(value)
     return "1/1024" if key == "minimum_step" else f"{value:g}"
 
 
@@ -308,3 +348,4 @@ def _cell(text: str) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    ELEMENT_PAGE.write_text(element_page(), encoding="utf-8")

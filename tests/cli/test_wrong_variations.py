@@ -246,3 +246,32 @@ def test_a_function_that_gives_no_numbers(tilth: Tilth, case: Case) -> None:
     refused(tilth("run", file), str(file), what)
     functions.write_text("def su(x):\n    return 1.0\n", encoding="utf-8")
     refused(tilth("run", file), str(file), [f"{KEY}.function", "shape ()", "not (64,)"])
+
+
+def test_a_specimen_whose_parameters_vary(tilth: Tilth, tmp_path: Path) -> None:
+    file = tmp_path / "clay.toml"
+    strength = "yield_stress = { depth = [[0, 10.0], [1, 20.0]], surface = 0.0 }"
+    file.write_text(ELEMENT.replace("yield_stress = 40.0", strength), encoding="utf-8")
+    what = [f"{KEY}: ", "varies from place to place, but a specimen is one", "give a number"]
+    refused(tilth("element", file), str(file), what)
+    assert list(tmp_path.iterdir()) == [file]
+
+
+ELEMENT = """\
+format = 1
+[materials.clay]
+model = "von_mises"
+young_modulus = 5e3
+poisson_ratio = 0.3
+yield_stress = 40.0
+hardening_modulus = 0.0
+[[tests]]
+name = "drained"
+type = "triaxial"
+material = "clay"
+start = { isotropic = 100 }
+drainage = "drained"
+direction = "compression"
+axial_strain = 0.1
+steps = 2
+"""

@@ -10,6 +10,16 @@ from tilth.model.boundaries import AffineBoundary as AffineBoundary
 from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
 from tilth.model.cam_clay import ModifiedCamClay as ModifiedCamClay
+from tilth.model.element_case import ElementCase as ElementCase
+from tilth.model.element_case import ElementPlot as ElementPlot
+from tilth.model.element_tests import Biaxial as Biaxial
+from tilth.model.element_tests import ElementTest as ElementTest
+from tilth.model.element_tests import IsotropicCompression as IsotropicCompression
+from tilth.model.element_tests import Oedometer as Oedometer
+from tilth.model.element_tests import SimpleShear as SimpleShear
+from tilth.model.element_tests import StressState as StressState
+from tilth.model.element_tests import StressStrainPath as StressStrainPath
+from tilth.model.element_tests import Triaxial as Triaxial
 from tilth.model.geometry import BoxGeometry as BoxGeometry
 from tilth.model.geometry import CircleGeometry as CircleGeometry
 from tilth.model.geometry import CylinderGeometry as CylinderGeometry
