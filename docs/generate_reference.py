@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes docs/reference/case_file.md from the declared model: `python docs/generate_reference.py`.
+"""Writes case_file.md and element_tests.md of docs/reference: `python docs/generate_reference.py`.
 
 The meaning of a key is the text below its field in src/tilth/model, its type the name of its
 field type, so the page states only what the program checks.
@@ -19,6 +19,7 @@ from tilth.model.base import Declared, meaning_of
 from tilth.model.settings import COLOURS
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
+ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
 
 TYPE_DESCRIPTIONS = {
     "Text": "text",
@@ -33,6 +34,9 @@ TYPE_DESCRIPTIONS = {
     "Angle": "number",
     "Tolerance": "number in [1e-15, 0.01]",
     "PoissonRatio": "number in (-1, 0.5)",
+    "SoilAngle": "number, 0 or in [0.001, 60]",
+    "Index": "number in (0, 0.9]",
+    "OverconsolidationRatio": "number >= 1",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -59,6 +63,13 @@ TYPE_DESCRIPTIONS = {
     "Surface": "table, see below",
     "Hydrostatic": "table, see below",
     "Rotation": "table, see [rotation](#rotation)",
+    "Names": "text, or a list of texts",
+    "Steps": "whole number, 1 to 100,000",
+    "Strains": "number, or a list of numbers",
+    "Pressures": "number > 0, or a list of them",
+    "AxialStrain": "number > 0",
+    "StressState": "table, see [stress states](#stress-states)",
+    "Tables": "table component = rows (time, value)",
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
 }
@@ -160,6 +171,18 @@ component = "y"
 ```
 """
 
+ELEMENT_HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not edit. -->
+# Case files of element tests
+
+What `tilth element CASE.toml` reads; [test a material](../howto/test_a_material.md) has an example.
+The rules of [case files](case_file.md) for numbers, texts and units apply here too. Compression is
+positive, for normal stresses and normal strains; y is the vertical (axial) direction. A logarithmic
+or shear strain is at most 5 in magnitude.
+
+`[units]` and `[materials.NAME]` are as in an [analysis](case_file.md#materialsname), with numbers
+as parameters.
+"""
+
 TOP_LEVEL = """## Top level
 
 | key | type | default | meaning |
@@ -179,7 +202,10 @@ def page() -> str:
         _section("`[grid.follow]`", model.Follow, 3),
         "## `[materials.NAME]`\n\nBodies refer to a material by its NAME. The equations are in "
         "[mechanics](../theory/mechanics.md).",
-        *_variants("model", model.HenckyElastic, model.VonMises),
+        *_variants(
+            "model", model.HenckyElastic, model.VonMises, model.Tresca, model.MohrCoulomb,
+            model.DruckerPrager, model.ModifiedCamClay,
+        ),
         _section("`[[bodies]]`", model.Body),
         "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
@@ -196,6 +222,10 @@ def page() -> str:
         "independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
+        "## `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
+        "without an entry start without stress. The stress is the effective one, must not lie "
+        "outside the yield surface, and is kept only if the loads at time 0 balance it.",
+        *_variants("type", model.GivenStress, model.AtRest),
         "## `[[loads]]`",
         *_variants("type", model.BodyForce, model.PointForce, model.SurfaceLoad),
         _section("`hydrostatic` of a surface load", model.Hydrostatic, 3),
@@ -204,6 +234,20 @@ def page() -> str:
         _section("`[output]`", model.Output),
         "Names for `colour_by`: " + ", ".join(f"`{name}`" for name in COLOURS) + ".",
     ]  # fmt: skip
+    return "\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
+def element_page() -> str:
+    """Returns the text of docs/reference/element_tests.md."""
+    parts = [
+        ELEMENT_HEADER,
+        TOP_LEVEL + "\n".join(_row(model.ElementCase, key) for key in ("format", "title")),
+        "## `[[tests]]`\n\nAt least one. Stages follow each other: a consolidation, the shearing, "
+        "or one for each stress or strain of a list.",
+        *_variants("type", *model.element_tests.TESTS),
+        _section("Stress states", model.StressState, 3),
+        _section("`[[plots]]`", model.ElementPlot),
+    ]
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
@@ -241,6 +285,10 @@ def _type(cls: type[Declared], key: str) -> str:
         return _choices(model.settings.Kind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
+    if key == "drainage":
+        return _choices(model.element_tests.Drainage.__args__)
+    if key == "panels":
+        return f"list of {_choices(model.element_case.Panel.__args__)}"
     name = annotation.removesuffix(" | None")
     if name.startswith("Literal["):
         return _choices(re.findall(r'["\']([^"\']+)["\']', name))
@@ -254,13 +302,15 @@ def _choices(values: Any) -> str:
 def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
     if field.is_required() or key == "format" or _selects_kind(cls, key):
         return "required"
-    if field.default is None:
+    if field.default is None or field.default_factory is not None:
         return "-"
     value = field.default
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return f'`"{value}"`'
+    if isinstance(value, tuple):
+        return _choices(value)
     return "1/1024" if key == "minimum_step" else f"{value:g}"
 
 
@@ -275,3 +325,4 @@ def _cell(text: str) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    ELEMENT_PAGE.write_text(element_page(), encoding="utf-8")

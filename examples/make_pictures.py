@@ -3,7 +3,8 @@
 
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
-of those in `BASES` a case at one time with several bases, on the true domains.
+of those in `BASES` a case at one time with several bases, on the true domains. For the example of
+element tests it draws the first picture of each of its case files, `picture.png` of case.toml.
 """
 
 import sys
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 
 import tilth
 from tilth.curves import LocalCubicSpline
+from tilth.element_tests.plots import draw_plot
 from tilth.output.vtkhdf import read_results
 from tilth.report.field_plots import draw_frames
 from tilth.verification.cases import varied
@@ -125,6 +127,16 @@ def draw_bases(name: str, file: str, steps: int) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_element_tests(name: str) -> None:
+    """The first picture that each case file of element tests declares."""
+    for file in sorted((EXAMPLES / name).glob("*.toml")):
+        case = tilth.load_element_case(file)
+        plot = case.plots[0]
+        chosen = [each for each in tilth.element(case) if each.test in (plot.tests or [each.test])]
+        picture = "picture.png" if file.stem == "case" else f"{file.stem}.png"
+        draw_plot(plot, chosen, case.title).savefig(EXAMPLES / name / picture, dpi=110)
+
+
 if __name__ == "__main__":
     folders = sorted(case.parent.name for case in EXAMPLES.glob("*/case.toml"))
     for name in sys.argv[1:] or folders:
@@ -132,5 +144,7 @@ if __name__ == "__main__":
             draw_surfaces(name, SURFACES[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
+        elif name == "element_tests":
+            draw_element_tests(name)
         else:
             make_picture(name)

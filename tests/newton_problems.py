@@ -7,6 +7,7 @@ from typing import Any
 
 from small_problems import (
     AXES,
+    WEAK,
     block_entries,
     dimension,
     material_entries,
@@ -30,9 +31,7 @@ def leaning_block(
     pull = {"type": "body_force", "acceleration": [0.3 * acceleration] * (dim - 1)}
     pull["acceleration"].append(-acceleration)
     entries = block_entries(kind, basis, material, boundaries=boundaries, loads=[pull])
-    entries["materials"]["soil"] = material_entries(
-        material, hardening_modulus=100.0, yield_stress=20.0
-    )
+    entries["materials"]["soil"] = material_entries(material, **WEAK.get(material, {}))
     body = entries["bodies"][0]
     del body["points_per_cell"]
     body["spacing"] = 0.3
@@ -40,4 +39,19 @@ def leaning_block(
     entries["analysis"] |= {
         "tolerance": 1e-13, "maximum_iterations": 40, "line_search": False, **analysis,
     }  # fmt: skip
+    return Simulation(Model.from_dict(entries))
+
+
+def pressed_block(kind: str, basis: str, law: str, **changed: Any) -> Simulation:
+    """A block pressed by an eighth between rough plates, in one step."""
+    dim = dimension(kind)
+    up = AXES[dim - 1]
+    plates = {"condition": "prescribed", "displacement": dict.fromkeys(AXES[:dim], 0.0)}
+    boundaries = [plane("base", up, 0.0, condition="fixed"), plane("top", up, 2.0, **plates)]
+    boundaries[1]["displacement"][up] = -0.25
+    if kind == "axisymmetric":
+        boundaries.append(plane("axis", "x", 0.0))
+    entries = block_entries(kind, basis, law, boundaries=boundaries)
+    entries["materials"]["soil"] = material_entries(law, **changed)
+    entries["analysis"] |= {"tolerance": 1e-13, "maximum_iterations": 40, "line_search": False}
     return Simulation(Model.from_dict(entries))

@@ -2,7 +2,7 @@
 """Small problems for tests over all kinds of analysis, bases and materials.
 
 `KINDS`, `BASES` and `MATERIALS` follow the lists of the compiled core, so that a new basis or
-material is tested at once; a new parameter needs one entry in `TYPICAL`.
+material is tested at once; a new material needs an entry in `ENTRIES`.
 """
 
 from __future__ import annotations
@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
+from pydantic import TypeAdapter
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.model.isotropic import ParametersAt
 from tilth.model.laws import laws
+from tilth.model.materials import Material
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -29,17 +32,71 @@ KINDS = ("plane_strain", "axisymmetric", "3d")
 BASES = tuple(_core.basis_names())
 CORNER_BASES = tuple(_core.corner_basis_names())
 MATERIALS = tuple(laws())
+STEP_MATERIALS = ("hencky_elastic", "von_mises", "mohr_coulomb")
+"""Those of tests of whole load steps that start without stress."""
+POINT_MATERIALS = (*STEP_MATERIALS, "modified_cam_clay", "undrained_drucker_prager")
+"""Those of tests of the points' forces and stiffness: all kinds of tangents and state variables."""
 
-TYPICAL = {
-    "young_modulus": 1000.0,
-    "poisson_ratio": 0.3,
-    "yield_stress": 60.0,
-    "hardening_modulus": 40.0,
+ELASTIC = {"young_modulus": 1000.0, "poisson_ratio": 0.3}
+_FRICTION = {"cohesion": 25.0, "friction_angle": 30.0, "dilation_angle": 10.0}
+_SOFTENING = {
+    "residual_cohesion": 5.0, "residual_friction_angle": 20.0, "softening_strain": 0.8,
+    "softening_length": 1.0,
+}  # fmt: skip
+ENTRIES: dict[str, dict[str, Any]] = {
+    "hencky_elastic": ELASTIC,
+    "von_mises": {**ELASTIC, "yield_stress": 60.0, "hardening_modulus": 40.0},
+    "tresca": {**ELASTIC, "undrained_shear_strength": 30.0},
+    "mohr_coulomb": {**ELASTIC, **_FRICTION},
+    "drucker_prager": {**ELASTIC, **_FRICTION, "fit": "compression"},
+    "modified_cam_clay": {
+        "compression_index": 0.2, "swelling_index": 0.05, "critical_state_slope": 1.2,
+        "shear_modulus": 400.0, "preconsolidation_pressure": 150.0,
+    },
+}  # fmt: skip
+"""Typical entries of each material, without density; yielding starts at strains near 0.05."""
+
+WEAK: dict[str, dict[str, Any]] = {
+    "von_mises": {"yield_stress": 20.0, "hardening_modulus": 100.0},
+    "mohr_coulomb": {"cohesion": 10.0, "friction_angle": 10.0, "dilation_angle": 5.0},
 }
-"""A value of each material parameter; yielding starts at strains near 0.05."""
+"""Entries of materials of a lower strength."""
 
-EXTREME = {"hardening_modulus": (0.0, 800.0), "poisson_ratio": (0.0, 0.49)}
-"""Further values of some parameters, for tests of a law by itself."""
+START = -100.0
+"""Stress on all axes at the start of materials that cannot be without stress."""
+
+PORE_FLUID = {"pore_fluid_bulk_modulus": 5000.0}
+
+VARIANTS: list[tuple[str, dict[str, Any]]] = [
+    *((material, {}) for material in MATERIALS),
+    *((m, {"poisson_ratio": nu}) for m in ("hencky_elastic", "von_mises") for nu in (0.0, 0.49)),
+    *(("von_mises", {"hardening_modulus": modulus}) for modulus in (0.0, 800.0)),
+    *(
+        (law, {"friction_angle": phi, "dilation_angle": psi})
+        for law in ("mohr_coulomb", "drucker_prager", "undrained_mohr_coulomb")
+        for phi, psi in ((0.0, 0.0), (0.001, 0.0), (30.0, 0.0), (30.0, 30.0), (50.0, 25.0))
+    ),
+    *(
+        (law, {"tension_cut_off": cut})
+        for law in ("mohr_coulomb", "drucker_prager")
+        for cut in (0.0, 20.0)
+    ),
+    ("mohr_coulomb", {"friction_angle": 0.0, "dilation_angle": 0.0, "tension_cut_off": 12.0}),
+    ("mohr_coulomb", {"cohesion": 0.0}),
+    ("drucker_prager", {"cohesion": 0.0}),
+    ("drucker_prager", {"fit": "extension"}),
+    ("drucker_prager", {"fit": "plane_strain"}),
+    ("mohr_coulomb", _SOFTENING),
+    ("undrained_mohr_coulomb", _SOFTENING),
+    (
+        "modified_cam_clay",
+        {"poisson_ratio": 0.15, "shear_modulus": None, "critical_state_slope": 1.0},
+    ),
+    ("modified_cam_clay", {"overconsolidation_ratio": 4.0, "preconsolidation_pressure": None}),
+    ("modified_cam_clay", {"preconsolidation_pressure": 100.0, "critical_state_slope": 0.7}),
+    ("mohr_coulomb", {**_SOFTENING, "dilation_angle": 0.0, "tension_cut_off": 10.0}),
+]  # fmt: skip
+"""Laws with their typical and with other entries, for tests of a law by itself."""
 
 AXES = "xyz"
 
@@ -48,37 +105,78 @@ def dimension(kind: str) -> int:
     return 3 if kind == "3d" else 2
 
 
-def parameters(material: str, **changed: float) -> Floats:
-    """Parameters of a material in the order of the core's list."""
-    return np.array([{**TYPICAL, **changed}[name] for name in laws()[material].parameters])
+_MATERIAL: TypeAdapter[Any] = TypeAdapter(Material)
+
+
+def declared(law: str, **changed: Any) -> Any:
+    """The material of a law of the core, with its typical entries or others."""
+    return _MATERIAL.validate_python(material_entries(law, **changed))
+
+
+def parameters(law: str, **changed: Any) -> Floats:
+    """Parameters of a material in the order of the core's list, in cells of size 1."""
+    material = declared(law, **changed)
+    at = ParametersAt(lambda key: getattr(material, key), 1.0)
+    return np.asarray(material.parameter_array(at, 1))
+
+
+def initial_state(law: str, **changed: Any) -> Floats:
+    """State variables of an undeformed point."""
+    state = np.full((1, len(laws()[law].state_variables)), np.nan)
+    stress = np.array([[start_stress(law)] * 3 + [0.0] * 3])
+    assert _core.initial_state("3d", law, parameters(law, **changed), stress, state) == -1
+    return np.asarray(state[0])
+
+
+def start_stress(law: str) -> float:
+    """Stress on all axes at the start, 0 for materials that need none."""
+    return START if declared(law).needs_stress else 0.0
+
+
+def start_strain(law: str, **changed: Any) -> Floats:
+    """Principal elastic strain at the start."""
+    state, deformation = initial_state(law, **changed)[None], np.zeros((1, 6))
+    stress = np.array([[start_stress(law)] * 3 + [0.0] * 3])
+    given = parameters(law, **changed)
+    assert _core.elastic_deformation_of("3d", law, given, stress, state, deformation) == -1
+    return np.asarray(0.5 * np.log1p(deformation[0, :3]))
 
 
 def principal_update(material: str, strain: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Principal Kirchhoff stress and elastic strain of a point strained in one step."""
-    given, size = parameters(material), len(laws()[material].state_variables)
-    before, after = np.zeros(size), np.zeros(size)
-    _core.initial_state(material, given, before)
-    stress, elastic, tangent = np.empty(3), np.empty(3), np.empty((3, 3))
-    trial = np.asarray(strain, dtype=float)
-    assert _core.principal_update(
-        material, given, trial, 0.0, before, after, stress, elastic, tangent
+    given = parameters(material)
+    before = initial_state(material)[None]
+    after = np.zeros_like(before)
+    stress, elastic, tangent = np.empty((1, 3)), np.empty((1, 3)), np.empty((1, 3, 3))
+    trial, good = start_strain(material) + np.asarray(strain, dtype=float)[None], np.zeros(1, bool)
+    _core.principal_update(
+        material, given, trial, np.zeros((1, 2)), before, after, stress, elastic, tangent, good
     )
-    return stress, elastic
+    assert good.all()
+    return stress[0], elastic[0]
 
 
 def yields(material: str) -> bool:
     """Whether a law flows plastically under a large strain."""
     strain = [0.3, 0.0, -0.3]
-    return not np.array_equal(principal_update(material, strain)[1], strain)
+    trial = start_strain(material) + strain
+    return not np.array_equal(principal_update(material, strain)[1], trial)
 
 
-def material_entries(material: str, density: float = 2.0, **changed: float) -> dict[str, Any]:
-    """A material as a case file would declare it."""
-    return {
-        "model": material,
-        "density": density,
-        **dict(zip(laws()[material].parameters, parameters(material, **changed), strict=True)),
-    }
+def material_entries(law: str, density: float = 2.0, **changed: Any) -> dict[str, Any]:
+    """The material of a law of the core as a case file would declare it."""
+    model = law.removeprefix("undrained_")
+    fluid = PORE_FLUID if model != law else {}
+    entries = {"model": model, "density": density, **ENTRIES[model], **fluid, **changed}
+    return {key: value for key, value in entries.items() if value is not None}
+
+
+def initial_stress(kind: str, law: str, body: str = "block") -> dict[str, Any]:
+    """Entries of the initial stress of a law that needs one, else none."""
+    if not declared(law).needs_stress:
+        return {}
+    stress = [START] * 3 + [0.0] * (3 if kind == "3d" else 1)
+    return {"initial": {"stress": [{"type": "given", "body": body, "stress": stress}]}}
 
 
 def block_entries(
@@ -101,6 +199,7 @@ def block_entries(
         ],
         "boundaries": [affine(np.eye(dim))],
         "schedule": {"steps": 1},
+        **initial_stress(kind, material),
     }
     return {**entries, **changed}
 

@@ -165,8 +165,10 @@ def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]:
     Name -> (parameter names, names and units of state variables, symmetric tangent).
     """
 
-def initial_state(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills the state variables' values at the start."""
+def initial_state(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
+    """
+    Fills the state variables of points with Kirchhoff stresses (n, 6) at the start; returns the first point whose law cannot have its stress, else -1.
+    """
 
 def elastic_moduli(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], deformation: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], bulk: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shear: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], young: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the bulk, shear and Young's modulus of each point."""
@@ -182,8 +184,13 @@ def elastic_deformation_of(kind: str, material: str, parameters: Annotated[NDArr
 def return_to_law(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], admissible: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu')]) -> None:
     """Return mapping of elastic deformations (n, 6) taken as trial states."""
 
-def principal_update(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_strain: float, state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
-    """Return mapping of one point in principal axes; true on success."""
+def update_of_gradients(kind: str, material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], plastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> tuple[int, int]:
+    """
+    Stress update for the step's displacement gradients (n, 3, 3); fills also the Kirchhoff stress (n, 6) and its derivative (n, 6, 9). Returns as stress_update.
+    """
+
+def principal_update(material: str, parameters: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], trial: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], kirchhoff: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], tangent: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], admissible: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu')]) -> None:
+    """Return mapping of points (n, 3) in principal axes."""
 
 def block_pattern(nodes: int, node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32]]:
     """Rows and sorted columns of all pairs of nodes that share a group."""

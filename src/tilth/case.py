@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput, Problem
-from tilth.model import Model
+from tilth.model import ElementCase, Model
 from tilth.model.model import FORMAT
 
 if sys.version_info >= (3, 11):
@@ -34,12 +34,32 @@ def load_case(path: str | Path) -> Model:
     """
     file = Path(path)
     try:
-        entries = _parsed(_text_of(file))
-        _check_format(entries)
+        entries = _entries(file)
+        if "tests" in entries and "bodies" not in entries:
+            raise BadInput("has element tests, no analysis", "make them with: tilth element")
         _resolve_files(entries, file.parent)
         return Model.from_dict(entries)
     except BadInput as error:
         raise error.in_file(file) from None
+
+
+def load_element_case(path: str | Path) -> ElementCase:
+    """Returns the element tests that a case file declares; raises as `load_case`."""
+    file = Path(path)
+    try:
+        entries = _entries(file)
+        if "bodies" in entries and "tests" not in entries:
+            raise BadInput("has an analysis, no element tests", "run it with: tilth run")
+        return ElementCase.from_dict(entries)
+    except BadInput as error:
+        raise error.in_file(file) from None
+
+
+def _entries(file: Path) -> dict[str, Any]:
+    """Returns what a case file of the format of this version contains."""
+    entries = _parsed(_text_of(file))
+    _check_format(entries)
+    return entries
 
 
 def _text_of(file: Path) -> str:

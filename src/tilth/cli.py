@@ -61,6 +61,12 @@ _MEMORY_LIMIT = click.option(
     help="Memory that the run may need by its estimate, such as 64GB or 500MiB, instead of what "
     "is available.",
 )
+_OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the results; default: next to the case file and named after it.",
+)
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
@@ -89,12 +95,7 @@ def cli() -> None:
 
 @cli.command()
 @_CASE
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the results; default: next to the case file and named after it.",
-)
+@_OUT
 @_THREADS
 @_UNTIL
 @_MEMORY_LIMIT
@@ -118,12 +119,7 @@ def run(
     model = load_case(case)
     if not quiet:
         _say_what_runs(model)
-    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
-    if folder.resolve() == case.parent.resolve():
-        raise BadInput(
-            f"the results cannot go into {folder}, the folder of the case file itself",
-            "choose another folder with --out",
-        )
+    folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
 
     try:
@@ -241,6 +237,47 @@ def report(folder: Path) -> None:
 
 
 @cli.command()
+@_CASE
+@_OUT
+@click.option("--overwrite", is_flag=True, help="Replace the results of earlier tests in DIR.")
+@click.option(
+    "--check",
+    "only_check",
+    is_flag=True,
+    help="Compare the tangents of the materials with differences, instead; write nothing.",
+)
+@_QUIET
+@click.pass_context
+def element(
+    context: click.Context,
+    case: Path,
+    out: Path | None,
+    overwrite: bool,
+    only_check: bool,
+    quiet: bool,
+) -> None:
+    """Make the element tests of a case file: laboratory tests on one material point.
+
+    Writes a table (CSV) of each test and material, and pictures. With --check exit code 1 if a
+    tangent is out of its tolerance.
+    """
+    from tilth.case import load_element_case
+
+    declared = load_element_case(case)
+    folder = _folder_of_results(case, out)
+    from tilth.element_tests.command import make_tests, print_check
+
+    try:
+        if only_check:
+            context.exit(print_check(declared))
+        make_tests(declared, folder, overwrite=overwrite, quiet=quiet)
+    except BadInput as error:
+        raise error if error.file else error.in_file(case) from None
+    if not quiet:
+        click.echo(visible(f"results in {folder}"))
+
+
+@cli.command()
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @click.option("--long", is_flag=True, help="Include the fine grids that take long.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
@@ -253,6 +290,17 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
     from tilth.verification import run_verification
 
     context.exit(run_verification(names, long=long, as_json=as_json))
+
+
+def _folder_of_results(case: Path, out: Path | None) -> Path:
+    """Returns the folder of the results: `out`, or one beside the case file and named after it."""
+    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
+    if folder.resolve() == case.parent.resolve():
+        raise BadInput(
+            f"the results cannot go into {folder}, the folder of the case file itself",
+            "choose another folder with --out",
+        )
+    return folder
 
 
 def _say_what_runs(model: Model) -> None:

@@ -78,7 +78,7 @@ WRONG = {
     ),
     "two strengths": (
         ("yield_stress = 2e4", "yield_stress = 2e4\ndeviatoric_radius = 2e4"),
-        ["materials.clay.yield_stress", "exactly one of"],
+        ["materials.clay.deviatoric_radius", "exactly one of"],
     ),
     "negative density": (
         ("density = 1800", "density = -1800"),

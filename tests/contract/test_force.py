@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from small_problems import (
     BASES,
     KINDS,
-    MATERIALS,
+    POINT_MATERIALS,
     Laboratory,
     by_number,
     deformed_laboratory,
@@ -22,7 +22,7 @@ from tilth.arrays import Floats
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", MATERIALS)
+every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 plane_or_solid = pytest.mark.parametrize("kind", ["plane_strain", "3d"])
 
 

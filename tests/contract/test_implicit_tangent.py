@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from implicit_problems import implicit, line, locate_contacts, of_part, rotation
-from small_problems import BASES, KINDS, block_entries, dimension, material_entries, weight, yields
+from small_problems import (
+    BASES,
+    KINDS,
+    WEAK,
+    block_entries,
+    dimension,
+    material_entries,
+    weight,
+    yields,
+)
 
 import tilth.analysis.simulation
 from tilth import Model
@@ -82,9 +91,7 @@ def held_block(
     entries = block_entries(
         kind, basis, material, boundaries=[base, side], loads=[weight(kind, load)]
     )
-    entries["materials"]["soil"] = material_entries(
-        material, hardening_modulus=100.0, yield_stress=20.0
-    )
+    entries["materials"]["soil"] = material_entries(material, **WEAK.get(material, {}))
     body = entries["bodies"][0]
     del body["points_per_cell"]
     body["spacing"] = 0.3

@@ -14,6 +14,7 @@ ROOMS = [
     "cli",
     "verification",
     "analysis",
+    "element_tests",
     "boundaries",
     "geometry surface",
     "terms solvers",

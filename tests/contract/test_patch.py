@@ -13,7 +13,7 @@ from small_problems import (
     AXES,
     BASES,
     KINDS,
-    MATERIALS,
+    POINT_MATERIALS,
     affine,
     block_entries,
     by_number,
@@ -31,7 +31,7 @@ from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", MATERIALS)
+every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 CELLS = 3
 

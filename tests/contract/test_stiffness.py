@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_problems import BASES, KINDS, MATERIALS, Laboratory, deformed_laboratory
+from small_problems import BASES, KINDS, POINT_MATERIALS, Laboratory, deformed_laboratory
 
 from tilth.arrays import Floats
 from tilth.model.laws import laws
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", MATERIALS)
+every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 
 def derivative_error(
@@ -77,7 +77,7 @@ def test_every_column_of_the_stiffness(kind: str, basis: str, material: str) -> 
 
 @every_kind
 @every_basis
-@pytest.mark.parametrize("material", [m for m in MATERIALS if laws()[m].symmetric_tangent])
+@pytest.mark.parametrize("material", [m for m in POINT_MATERIALS if laws()[m].symmetric_tangent])
 def test_stiffness_is_symmetric_where_the_law_says_so(kind: str, basis: str, material: str) -> None:
     """Elasticity has a potential, and so has each step of associated flow."""
     random = np.random.default_rng(3)

@@ -224,9 +224,14 @@ def direct_calls() -> Iterator[Call]:
         "3d", "von_mises", law, tensor, np.zeros((3, 2)), state, tensor.copy(), np.zeros((3, 2)),
         state.copy(), np.zeros((3, 6)), np.zeros(3, dtype=bool),
     ])  # fmt: skip
+    yield Call("initial_state", ["3d", "von_mises", law, tensor, state.copy()])
+    yield Call("update_of_gradients", [
+        "3d", "von_mises", law, 1e-2 * random.random((3, 3, 3)), tensor, np.zeros((3, 2)), state,
+        tensor.copy(), np.zeros((3, 2)), state.copy(), np.zeros((3, 6)), np.zeros((3, 6, 9)),
+    ])  # fmt: skip
     yield Call("principal_update", [
-        "von_mises", law, tensor[0, :3].copy(), 0.0, np.zeros(0), np.zeros(0), np.zeros(3),
-        np.zeros(3), np.zeros((3, 3)),
+        "von_mises", law, tensor[:, :3].copy(), np.zeros((3, 2)), state, state.copy(),
+        np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 9)), np.zeros(3, dtype=bool),
     ])  # fmt: skip
     start, row = np.array([0, 2, 4], dtype=np.int32), np.array([0, 1, 0, 1], dtype=np.int32)
     value, x = np.array([4.0, 1.0, 1.0, 3.0]), np.ones(2)

@@ -132,7 +132,9 @@ def test_cell_sizes(cell_size: float) -> None:
 @pytest.mark.parametrize("parameters", [[1.0], [-1.0, 0.3], [1.0, 0.5], [1.0, -1.0], [np.nan, 0]])
 def test_parameters_of_a_law(parameters: list[float]) -> None:
     with pytest.raises(ValueError, match="parameters"):
-        _core.initial_state("hencky_elastic", np.array(parameters), np.zeros(0))
+        _core.initial_state(
+            "3d", "hencky_elastic", np.array(parameters), np.zeros((1, 6)), np.zeros((1, 0))
+        )
 
 
 @pytest.mark.parametrize("threads", [0, -1, 10**6])

@@ -46,12 +46,12 @@ def causes_of(entries: dict[str, Any], until: float = 0.0, failure: StepFailed =
 
 def test_weight_beyond_collapse_names_the_limit_load(tmp_path: Path) -> None:
     """A vertical cut of cohesion c and height H stands at least up to gamma H = 2 c."""
-    entries = clay_block(40.0, schedule={"steps": 10, "minimum_step": 0.1, "outputs": 1})
+    entries = clay_block(80.0, schedule={"steps": 20, "minimum_step": 0.1, "outputs": 1})
     with pytest.raises(AnalysisFailed) as failure:
         run(Model.from_dict(entries), tmp_path / "out", quiet=True)
     assert "the limit load is probably reached: " in failure.value.remedy
     assert "prescribe a displacement" in failure.value.remedy
-    reached = 80.0 * 4.0 * read_history(tmp_path / "out" / "history.csv")["time"][-1]
+    reached = 160.0 * 4.0 * read_history(tmp_path / "out" / "history.csv")["time"][-1]
     assert reached >= 2.0 * 20.0 / np.sqrt(3.0)
     log = (tmp_path / "out" / "log.txt").read_text()
     assert "times in a row; likely causes: the limit load is probably reached" in log

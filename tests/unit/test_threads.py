@@ -42,7 +42,9 @@ def entries_of(kind: str, basis: str, material: str) -> dict[str, Any]:
         )],
     )  # fmt: skip
     entries["grid"]["cell_size"] = 1.0 / cells
-    entries["materials"]["soil"] = material_entries(material, yield_stress=25.0)
+    entries["materials"]["soil"] = material_entries(
+        material, **({"yield_stress": 25.0} if material == "von_mises" else {})
+    )
     entries["analysis"]["tolerance"] = 1e-6
     return entries
 

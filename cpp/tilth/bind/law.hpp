@@ -2,7 +2,7 @@
 // Constitutive laws with checked parameters and state variables.
 #pragma once
 
-#include <cmath>
+#include <memory>
 #include <string>
 
 #include "../material/list.hpp"
@@ -10,30 +10,31 @@
 
 namespace tilth::bind {
 
-/// Calls `function(law)` for the material of that name. Refuses parameters of another number, that
-/// are not finite or give moduli that are not positive, and state arrays of less than `width`
-/// columns.
-template <class Function>
-void with_checked_law(const std::string& name, const ConstDoubles& parameters, std::int64_t width,
-                      Function&& function) {
-  const auto check = [&](auto law) {
-    using Law = decltype(law);
-    require(width >= static_cast<std::int64_t>(Law::state_variables.size()), "state",
+/// Returns the law of that name for `points` points whose state arrays have `width` columns.
+/// `parameters` are (m,) for all points or (points, m). Refuses parameters of another shape, that
+/// are not finite or give moduli that are not positive, and less columns than state variables.
+inline std::unique_ptr<material::PointLaw> checked_law(const std::string& name,
+                                                       const ConstDoubles& parameters,
+                                                       std::int64_t points, std::int64_t width) {
+  std::unique_ptr<material::PointLaw> result;
+  material::with_law(name, [&]<material::Law M>() {
+    constexpr auto count = static_cast<std::int64_t>(M::parameter_names.size());
+    require(width >= static_cast<std::int64_t>(M::state_variables.size()), "state",
             "has less columns than the law has state variables");
-    if constexpr (Law::constant_moduli) {
-      const auto moduli = law.moduli(nullptr, nullptr);
-      const bool positive = moduli.bulk > 0.0 && moduli.shear > 0.0 && std::isfinite(moduli.bulk) &&
-                            std::isfinite(moduli.shear);
-      require(positive, "parameters", "give a bulk or shear modulus that is not positive");
-    }
-    function(law);
-  };
-  const double* numbers = parameters.data();
-  material::with_parameter_count(name, [&](std::size_t count) {
-    require_size(parameters, static_cast<std::int64_t>(count), "parameters");
+    const bool each = parameters.ndim() == 2;
+    if (each)
+      require_table(parameters, points, count, "parameters");
+    else
+      require_size(parameters, count, "parameters");
+    require_finite(parameters, "parameters");
+    const std::int64_t rows = each ? points : 1;
+    bool valid = true;
+    for (std::int64_t i = 0; i < rows; ++i)
+      valid = valid && M::from(parameters.data() + count * i).valid();
+    require(valid, "parameters", "give a bulk or shear modulus that is not positive");
+    result = std::make_unique<material::LawOf<M>>(parameters.data(), each ? count : 0);
   });
-  require_finite(parameters, "parameters");
-  material::with_material(name, numbers, check);
+  return result;
 }
 
 }  // namespace tilth::bind

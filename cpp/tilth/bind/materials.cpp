@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "../kernel/given_gradients.hpp"
 #include "../kernel/material_points.hpp"
 #include "law.hpp"
 
@@ -8,32 +9,23 @@ namespace {
 
 auto materials() {
   nb::dict result;
-  std::apply(
-      [&](auto... each) {
-        (
-            [&] {
-              using M = decltype(each);
-              nb::list parameters, variables;
-              for (const char* name : M::parameter_names) parameters.append(name);
-              for (const auto& v : M::state_variables)
-                variables.append(nb::make_tuple(v.name, v.unit));
-              result[M::name] = nb::make_tuple(parameters, variables, M::symmetric_tangent);
-            }(),
-            ...);
-      },
-      material::List{});
+  material::for_each_law([&]<material::Law M>() {
+    nb::list parameters, variables;
+    for (const char* name : M::parameter_names) parameters.append(name);
+    for (const auto& v : M::state_variables) variables.append(nb::make_tuple(v.name, v.unit));
+    result[M::name] = nb::make_tuple(parameters, variables, M::symmetric_tangent);
+  });
   return result;
 }
 
-/// Calls `function(kind, law)` for laws with `width` state variables at most, with the lock of the
-/// interpreter released.
+/// Calls `function(kind, law)` with the lock of the interpreter released.
 template <class Function>
-void with_law(const std::string& kind_name, const std::string& name, const ConstDoubles& parameters,
-              std::int64_t width, Function&& function) {
+void with_kind_and_law(const std::string& kind_name, const std::string& name,
+                       const ConstDoubles& parameters, std::int64_t points, std::int64_t width,
+                       Function&& function) {
+  const auto law = checked_law(name, parameters, points, width);
   nb::gil_scoped_release release;
-  with_kind(kind_name, [&](auto kind) {
-    with_checked_law(name, parameters, width, [&](auto law) { function(kind, law); });
-  });
+  with_kind(kind_name, [&](auto kind) { function(kind, *law); });
 }
 
 /// Returns the number of points of tensors (n, 6); refuses other arrays.
@@ -44,17 +36,23 @@ std::int64_t points_of(const ConstDoubles& tensor, const char* name) {
 }
 
 /// Returns the number of columns of `state`; refuses other than one row per point.
-std::int64_t width_of(const ConstDoubles& state, std::int64_t points, const char* name) {
+template <class Array>
+std::int64_t width_of(const Array& state, std::int64_t points, const char* name) {
   const std::int64_t width = columns_of(state, name);
   require_table(state, points, width, name);
   return width;
 }
 
-void initial_state(const std::string& name, ConstDoubles parameters, Doubles state) {
-  with_checked_law(name, parameters, size_of(state), [&](auto law) {
-    require_size(state, static_cast<std::int64_t>(decltype(law)::state_variables.size()), "state");
-    law.initial_state(state.data());
+std::int64_t initial_state(const std::string& kind_name, const std::string& name,
+                           ConstDoubles parameters, ConstDoubles kirchhoff, Doubles state) {
+  const std::int64_t points = points_of(kirchhoff, "kirchhoff");
+  const std::int64_t width = width_of(state, points, "state");
+  std::int64_t failed = -1;
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
+    failed =
+        kernel::initial_state<decltype(kind)>(points, law, kirchhoff.data(), state.data(), width);
   });
+  return failed;
 }
 
 void elastic_moduli(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
@@ -65,7 +63,7 @@ void elastic_moduli(const std::string& kind_name, const std::string& name, Const
   require_size(bulk, points, "bulk");
   require_size(shear, points, "shear");
   require_size(young, points, "young");
-  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
     kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(), width,
                                            bulk.data(), shear.data(), young.data());
   });
@@ -76,7 +74,7 @@ void stored_energy(const std::string& kind_name, const std::string& name, ConstD
   const std::int64_t points = points_of(deformation, "deformation");
   const std::int64_t width = width_of(state, points, "state");
   require_size(energy, points, "energy");
-  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
     kernel::stored_energy<decltype(kind)>(points, law, deformation.data(), state.data(), width,
                                           energy.data());
   });
@@ -89,7 +87,7 @@ std::int64_t elastic_deformation_of(const std::string& kind_name, const std::str
   const std::int64_t width = width_of(state, points, "state");
   require_size(deformation, 6 * points, "deformation");
   std::int64_t failed = -1;
-  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
     failed = kernel::elastic_deformation_of<decltype(kind)>(
         points, law, kirchhoff.data(), state.data(), width, deformation.data());
   });
@@ -112,27 +110,71 @@ void return_to_law(const std::string& kind_name, const std::string& name, ConstD
       nullptr,        trial.data(),   plastic_before.data(), state_before.data(),
       elastic.data(), plastic.data(), state.data(),          nullptr,
       width};
-  with_law(kind_name, name, parameters, width, [&](auto kind, auto law) {
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
     kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(), admissible.data());
   });
 }
 
-/// One point in principal axes, for the contract tests and for material-point studies.
-bool principal_update(const std::string& name, ConstDoubles parameters, ConstDoubles trial,
-                      double plastic_strain, ConstDoubles state_before, Doubles state,
-                      Doubles kirchhoff, Doubles elastic, Doubles tangent) {
-  require_size(trial, 3, "trial");
-  require_size(kirchhoff, 3, "kirchhoff");
-  require_size(elastic, 3, "elastic");
-  require_size(tangent, 9, "tangent");
-  require_size(state, size_of(state_before), "state");
-  bool admissible = false;
-  with_checked_law(name, parameters, size_of(state_before), [&](auto law) {
-    admissible = law.update(trial.data(), plastic_strain, state_before.data(), state.data(),
-                            kirchhoff.data(), elastic.data(),
-                            reinterpret_cast<double (*)[3]>(tangent.data()));
+std::tuple<std::int64_t, std::int64_t> update_of_gradients(
+    const std::string& kind_name, const std::string& name, ConstDoubles parameters,
+    ConstDoubles gradient, ConstDoubles elastic_before, ConstDoubles plastic_before,
+    ConstDoubles state_before, Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
+    Doubles tangent) {
+  const std::int64_t points = points_of(elastic_before, "elastic_before");
+  const std::int64_t width = width_of(state_before, points, "state_before");
+  require_size(gradient, 9 * points, "gradient");
+  require_size(plastic_before, 2 * points, "plastic_before");
+  require_size(elastic, 6 * points, "elastic");
+  require_size(plastic, 2 * points, "plastic");
+  require_size(state, points * width, "state");
+  require_size(kirchhoff, 6 * points, "kirchhoff");
+  require_size(tangent, 54 * points, "tangent");
+  kernel::Failure failure;
+  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
+    using K = decltype(kind);
+    std::vector<double> response(points * kernel::response_size<K>);
+    const kernel::StressArrays arrays{
+        nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
+        elastic.data(), plastic.data(),        state.data(),          response.data(),
+        width};
+    failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays, kirchhoff.data(),
+                                             tangent.data());
   });
-  return admissible;
+  return {failure.point, static_cast<std::int64_t>(failure.status)};
+}
+
+/// Points in principal axes, for the contract tests and for material-point studies.
+void principal_update(const std::string& name, ConstDoubles parameters, ConstDoubles trial,
+                      ConstDoubles plastic_before, ConstDoubles state_before, Doubles state,
+                      Doubles kirchhoff, Doubles elastic, Doubles tangent, Flags admissible) {
+  const std::int64_t points = rows_of(trial, 2, "trial");
+  const std::int64_t width = width_of(state_before, points, "state_before");
+  require_table(trial, points, 3, "trial");
+  require_size(plastic_before, 2 * points, "plastic_before");
+  require_size(state, points * width, "state");
+  require_size(kirchhoff, 3 * points, "kirchhoff");
+  require_size(elastic, 3 * points, "elastic");
+  require_size(tangent, 9 * points, "tangent");
+  require_size(admissible, points, "admissible");
+  const auto law = checked_law(name, parameters, points, width);
+  for (std::int64_t first = 0; first < points; first += lane_count) {
+    material::LawBatch batch{};
+    for (std::int64_t p = first; p < points && p < first + lane_count; ++p) {
+      for (int a = 0; a < 3; ++a) batch.trial[a][batch.size] = trial.data()[3 * p + a];
+      batch.point[batch.size++] = p;
+    }
+    batch.wanted = (1u << batch.size) - 1;
+    law->update(batch, {plastic_before.data(), state_before.data(), state.data(), width});
+    for (int lane = 0; lane < batch.size; ++lane) {
+      const std::int64_t p = first + lane;
+      admissible.data()[p] = !(batch.failed >> lane & 1u);
+      for (int a = 0; a < 3; ++a) {
+        kirchhoff.data()[3 * p + a] = batch.kirchhoff[a][lane];
+        elastic.data()[3 * p + a] = batch.elastic[a][lane];
+      }
+      for (int k = 0; k < 9; ++k) tangent.data()[9 * p + k] = batch.tangent[k][lane];
+    }
+  }
 }
 
 }  // namespace
@@ -142,8 +184,10 @@ void bind_materials(nb::module_& module) {
   module.def("materials", &materials,
              nb::sig("def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]"),
              "Name -> (parameter names, names and units of state variables, symmetric tangent).");
-  module.def("initial_state", &initial_state, "material"_a, "parameters"_a, "state"_a,
-             "Fills the state variables' values at the start.");
+  module.def("initial_state", &initial_state, "kind"_a, "material"_a, "parameters"_a, "kirchhoff"_a,
+             "state"_a,
+             "Fills the state variables of points with Kirchhoff stresses (n, 6) at the start; "
+             "returns the first point whose law cannot have its stress, else -1.");
   module.def("elastic_moduli", &elastic_moduli, "kind"_a, "material"_a, "parameters"_a,
              "deformation"_a, "state"_a, "bulk"_a, "shear"_a, "young"_a,
              "Fills the bulk, shear and Young's modulus of each point.");
@@ -158,9 +202,14 @@ void bind_materials(nb::module_& module) {
              "plastic_before"_a, "state_before"_a, "elastic"_a, "plastic"_a, "state"_a,
              "kirchhoff"_a, "admissible"_a,
              "Return mapping of elastic deformations (n, 6) taken as trial states.");
+  module.def("update_of_gradients", &update_of_gradients, "kind"_a, "material"_a, "parameters"_a,
+             "gradient"_a, "elastic_before"_a, "plastic_before"_a, "state_before"_a, "elastic"_a,
+             "plastic"_a, "state"_a, "kirchhoff"_a, "tangent"_a,
+             "Stress update for the step's displacement gradients (n, 3, 3); fills also the "
+             "Kirchhoff stress (n, 6) and its derivative (n, 6, 9). Returns as stress_update.");
   module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,
-             "plastic_strain"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,
-             "tangent"_a, "Return mapping of one point in principal axes; true on success.");
+             "plastic_before"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,
+             "tangent"_a, "admissible"_a, "Return mapping of points (n, 3) in principal axes.");
 }
 
 }  // namespace tilth::bind

@@ -75,13 +75,12 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
       position.data(),     elastic_before.data(), plastic_before.data(),
       state_before.data(), elastic.data(),        plastic.data(),
       state.data(),        response.data(),       width};
+  const auto law = checked_law(material_name, parameters, n, width);
   kernel::Failure failure;
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    with_checked_law(material_name, parameters, width, [&](auto material) {
-      failure = kernel::stress_update<decltype(kind)>(stencil, material, displacement.data(),
-                                                      arrays, centres.get());
-    });
+    failure = kernel::stress_update<decltype(kind)>(stencil, *law, displacement.data(), arrays,
+                                                    centres.get());
   });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }

@@ -13,18 +13,15 @@
 namespace tilth::kernel {
 
 /// Fills bulk, shear and Young's modulus (n,).
-template <class K, class Material>
-void elastic_moduli(std::int64_t points, const Material& material, const double* deformation,
+template <class K>
+void elastic_moduli(std::int64_t points, const material::PointLaw& law, const double* deformation,
                     const double* state, std::int64_t state_width, double* bulk, double* shear,
                     double* young) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
-    double strain[3] = {0.0, 0.0, 0.0};
-    if constexpr (!Material::constant_moduli) {
-      const Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
-      for (int a = 0; a < 3; ++a) strain[a] = 0.5 * std::log1p(s.value[a]);
-    }
-    const auto m = material.moduli(strain, state + state_width * p);
+    Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
+    for (double& value : s.value) value = 0.5 * std::log1p(value);
+    const auto m = law.moduli(p, s.value, state + state_width * p);
     bulk[p] = m.bulk;
     shear[p] = m.shear;
     young[p] = 9.0 * m.bulk * m.shear / (3.0 * m.bulk + m.shear);
@@ -32,29 +29,41 @@ void elastic_moduli(std::int64_t points, const Material& material, const double*
 }
 
 /// Fills the stored energy per initial volume (n,).
-template <class K, class Material>
-void stored_energy(std::int64_t points, const Material& material, const double* deformation,
+template <class K>
+void stored_energy(std::int64_t points, const material::PointLaw& law, const double* deformation,
                    const double* state, std::int64_t state_width, double* energy) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
     for (double& value : s.value) value = 0.5 * std::log1p(value);
-    energy[p] = material.energy(s.value, state + state_width * p);
+    energy[p] = law.energy(p, s.value, state + state_width * p);
   }
 }
 
 /// Fills the elastic deformation of given Kirchhoff stresses (n, 6); returns the first point for
 /// which the law has none, -1 if all have one.
-template <class K, class Material>
-std::int64_t elastic_deformation_of(std::int64_t points, const Material& material,
+template <class K>
+std::int64_t elastic_deformation_of(std::int64_t points, const material::PointLaw& law,
                                     const double* kirchhoff, const double* state,
                                     std::int64_t state_width, double* deformation) {
   for (std::int64_t p = 0; p < points; ++p) {
     const Spectrum<double> s = spectrum<K::in_plane>(kirchhoff + 6 * p);
     double strain[3];
-    if (!material.elastic_strain(s.value, state + state_width * p, strain)) return p;
+    if (!law.elastic_strain(p, s.value, state + state_width * p, strain)) return p;
     for (double& value : strain) value = std::expm1(2.0 * value);
     compose(strain, s.vector, deformation + 6 * p);
+  }
+  return -1;
+}
+
+/// Fills the state variables of points with given Kirchhoff stresses (n, 6); returns the first
+/// point whose law cannot have its stress, -1 if all can.
+template <class K>
+std::int64_t initial_state(std::int64_t points, const material::PointLaw& law,
+                           const double* kirchhoff, double* state, std::int64_t state_width) {
+  for (std::int64_t p = 0; p < points; ++p) {
+    const Spectrum<double> s = spectrum<K::in_plane>(kirchhoff + 6 * p);
+    if (!law.initial_state(p, s.value, state + state_width * p)) return p;
   }
   return -1;
 }
@@ -62,8 +71,8 @@ std::int64_t elastic_deformation_of(std::int64_t points, const Material& materia
 /// Return mapping with the elastic deformation of the points as trial state.
 /// `arrays.elastic_before` is that deformation; fills elastic, plastic, state and the Kirchhoff
 /// stress (n, 6), and admissible (n,): whether the law found a solution.
-template <class K, class Material>
-void return_to_law(std::int64_t points, const Material& material, const StressArrays& arrays,
+template <class K>
+void return_to_law(std::int64_t points, const material::PointLaw& law, const StressArrays& arrays,
                    double* kirchhoff, bool* admissible) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t first = 0; first < points; first += lane_count) {
@@ -78,10 +87,10 @@ void return_to_law(std::int64_t points, const Material& material, const StressAr
     Lanes trial[3], tau[3], tangent[3][3];
     for (int a = 0; a < 3; ++a) trial[a] = 0.5 * log_one_plus(s.value[a]);
     const Mask all = Lanes(1.0) > 0.0;
-    const Returned returned = update_material(material, batch, all, trial, arrays, tau, tangent);
+    const Returned returned = update_material(law, batch, all, trial, arrays, tau, tangent);
     Lanes accumulated[2];
     gather_lanes(arrays.plastic_before, 2, batch, accumulated);
-    add_plastic_strain(trial, returned.elastic, tau, accumulated);
+    add_plastic_strain(trial, returned, accumulated);
     if (returned.any_yields) {
       Lanes elastic[6];
       compose(returned.deformation, s.vector, elastic);

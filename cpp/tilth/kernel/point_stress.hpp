@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "../material/point_law.hpp"
 #include "../tensor.hpp"
 #include "f_bar.hpp"
 #include "response.hpp"
@@ -124,72 +125,65 @@ inline void gather_lanes(const double* array, int count, const Batch& batch, Lan
 struct Returned {
   Lanes elastic[3];             // elastic logarithmic strain
   Lanes deformation[3];         // exp(2 elastic) - 1
+  Lanes dissipated;             // energy per initial volume
   Mask yields;                  // whether it differs from the trial strain
   unsigned failed, any_yields;  // by lanes
 };
 
 /// Evaluates the law in each lane of `good`: stress, elastic strain and tangent.
-template <class Material>
-Returned update_material(const Material& material, const Batch& batch, const Mask& good,
-                         const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
-                         Lanes tangent[3][3]) {
-  double of_lanes[22][lane_count] = {};  // trial, tau, elastic, tangent, deformation, yields
-  for (int a = 0; a < 3; ++a) trial[a].store(of_lanes[a]);
-  Returned returned;
-  returned.failed = returned.any_yields = 0;
+inline Returned update_material(const material::PointLaw& law, const Batch& batch, const Mask& good,
+                                const Lanes trial[3], const StressArrays& arrays, Lanes tau[3],
+                                Lanes tangent[3][3]) {
+  material::LawBatch of_law{};
+  of_law.size = batch.size;
+  for (int a = 0; a < 3; ++a) trial[a].store(of_law.trial[a]);
   for (int lane = 0; lane < batch.size; ++lane) {
-    if (!good[lane]) continue;
-    const std::int64_t p = batch.point[lane];
-    const double strain[3] = {of_lanes[0][lane], of_lanes[1][lane], of_lanes[2][lane]};
-    double stress[3], recovered[3], slope[3][3];
-    if (!material.update(strain, arrays.plastic_before[2 * p],
-                         arrays.state_before + arrays.state_width * p,
-                         arrays.state + arrays.state_width * p, stress, recovered, slope))
-      returned.failed |= 1u << lane;
-    bool yields = false;
-    for (int a = 0; a < 3; ++a) yields = yields || recovered[a] != strain[a];
-    if (yields) {
-      returned.any_yields |= 1u << lane;
-      of_lanes[21][lane] = 1.0;
-      for (int a = 0; a < 3; ++a) of_lanes[18 + a][lane] = std::expm1(2.0 * recovered[a]);
-    }
-    for (int a = 0; a < 3; ++a) {
-      of_lanes[3 + a][lane] = stress[a];
-      of_lanes[6 + a][lane] = recovered[a];
-      for (int b = 0; b < 3; ++b) of_lanes[9 + 3 * a + b][lane] = slope[a][b];
-    }
+    of_law.point[lane] = batch.point[lane];
+    if (good[lane]) of_law.wanted |= 1u << lane;
+  }
+  law.update(of_law,
+             {arrays.plastic_before, arrays.state_before, arrays.state, arrays.state_width});
+  Returned returned;
+  returned.failed = of_law.failed;
+  returned.any_yields = 0;
+  double yields[lane_count] = {}, deformation[3][lane_count] = {};
+  for (int lane = 0; lane < batch.size; ++lane) {
+    bool other = false;
+    for (int a = 0; a < 3; ++a) other = other || of_law.elastic[a][lane] != of_law.trial[a][lane];
+    if (!other || !(of_law.wanted >> lane & 1u)) continue;
+    returned.any_yields |= 1u << lane;
+    yields[lane] = 1.0;
+    for (int a = 0; a < 3; ++a) deformation[a][lane] = std::expm1(2.0 * of_law.elastic[a][lane]);
   }
   for (int a = 0; a < 3; ++a) {
-    tau[a] = Lanes::load(of_lanes[3 + a]);
-    returned.elastic[a] = Lanes::load(of_lanes[6 + a]);
-    returned.deformation[a] = Lanes::load(of_lanes[18 + a]);
-    for (int b = 0; b < 3; ++b) tangent[a][b] = Lanes::load(of_lanes[9 + 3 * a + b]);
+    tau[a] = Lanes::load(of_law.kirchhoff[a]);
+    returned.elastic[a] = Lanes::load(of_law.elastic[a]);
+    returned.deformation[a] = Lanes::load(deformation[a]);
+    for (int b = 0; b < 3; ++b) tangent[a][b] = Lanes::load(of_law.tangent[3 * a + b]);
   }
-  returned.yields = Lanes::load(of_lanes[21]) > 0.0;
+  returned.dissipated = Lanes::load(of_law.dissipated);
+  returned.yields = Lanes::load(yields) > 0.0;
   return returned;
 }
 
-/// Adds a step's plastic strain, trial less elastic strain, to the equivalent plastic strain and to
-/// the dissipated energy.
-inline void add_plastic_strain(const Lanes trial[3], const Lanes elastic[3], const Lanes tau[3],
+/// Adds a step's plastic strain, trial less elastic strain, to the equivalent plastic strain, and
+/// its dissipated energy.
+inline void add_plastic_strain(const Lanes trial[3], const Returned& returned,
                                Lanes accumulated[2]) {
   Lanes plastic[3];
-  for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - elastic[a];
+  for (int a = 0; a < 3; ++a) plastic[a] = trial[a] - returned.elastic[a];
   const Lanes mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
-  Lanes squared = 0.0, work = 0.0;
-  for (int a = 0; a < 3; ++a) {
-    squared += (plastic[a] - mean) * (plastic[a] - mean);
-    work += tau[a] * plastic[a];
-  }
+  Lanes squared = 0.0;
+  for (int a = 0; a < 3; ++a) squared += (plastic[a] - mean) * (plastic[a] - mean);
   accumulated[0] += square_root(2.0 / 3.0 * squared);
-  accumulated[1] += work;
+  accumulated[1] += returned.dissipated;
 }
 
 /// Updates the points of a batch and empties it. Calls `fail(point, status)` for points
 /// whose update failed; their results are undefined.
-template <class K, class Material, class Fail>
-void update_batch(const Material& material, Batch& batch, const StressArrays& arrays, bool f_bar,
-                  Fail&& fail) {
+template <class K, class Fail>
+void update_batch(const material::PointLaw& law, Batch& batch, const StressArrays& arrays,
+                  bool f_bar, Fail&& fail) {
   if (batch.size == 0) return;
   batch.fill();
   Lanes h[3][3], f[3][3], inverse[3][3];
@@ -214,11 +208,11 @@ void update_batch(const Material& material, Batch& batch, const StressArrays& ar
 
   Response<K, Lanes> response;
   const Returned returned =
-      update_material(material, batch, good, trial, arrays, response.kirchhoff, response.tangent);
+      update_material(law, batch, good, trial, arrays, response.kirchhoff, response.tangent);
 
   Lanes accumulated[2];
   gather_lanes(arrays.plastic_before, 2, batch, accumulated);
-  add_plastic_strain(trial, returned.elastic, response.kirchhoff, accumulated);
+  add_plastic_strain(trial, returned, accumulated);
   if (returned.any_yields) {  // elsewhere the trial state is the elastic one
     Lanes elastic[6];
     compose(returned.deformation, s.vector, elastic);

@@ -32,9 +32,10 @@ struct Failure {
   PointStatus status = PointStatus::good;
 };
 
-template <class K, class Material>
-Failure stress_update(const Stencil& stencil, const Material& material, const double* displacement,
-                      const StressArrays& arrays, const Centres* centres) {
+template <class K>
+Failure stress_update(const Stencil& stencil, const material::PointLaw& law,
+                      const double* displacement, const StressArrays& arrays,
+                      const Centres* centres) {
   constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
   std::int64_t worst = none;  // point * 4 + status
 #pragma omp parallel reduction(min : worst) if (stress_work * stencil.work() >= parallel_from)
@@ -54,9 +55,9 @@ Failure stress_update(const Stencil& stencil, const Material& material, const do
           if (!(stretch > -1.0)) return fail(p, PointStatus::inverted);
           batch.add(p, h, stretch);
           if (batch.size == lane_count)
-            update_batch<K>(material, batch, arrays, centres != nullptr, fail);
+            update_batch<K>(law, batch, arrays, centres != nullptr, fail);
         });
-    update_batch<K>(material, batch, arrays, centres != nullptr, fail);
+    update_batch<K>(law, batch, arrays, centres != nullptr, fail);
   }
   if (worst == none) return {};
   return {worst / 4, static_cast<PointStatus>(worst % 4)};

@@ -18,17 +18,10 @@ struct HenckyElastic : HenckyElasticity {
     return {HenckyElasticity::from(parameter[0], parameter[1])};
   }
 
-  TILTH_FUNCTION void initial_state(double* /*state*/) const {}
-
   TILTH_FUNCTION bool update(const double trial[3], double /*plastic_strain*/,
                              const double* /*state_before*/, double* /*state*/, double tau[3],
                              double elastic[3], double tangent[3][3]) const {
-    stress(trial, tau);
-    const double lambda = bulk - 2.0 / 3.0 * shear;
-    for (int a = 0; a < 3; ++a) {
-      elastic[a] = trial[a];
-      for (int b = 0; b < 3; ++b) tangent[a][b] = lambda + (a == b ? 2.0 * shear : 0.0);
-    }
+    respond(trial, tau, elastic, tangent);
     return true;
   }
 };

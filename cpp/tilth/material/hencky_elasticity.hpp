@@ -3,6 +3,8 @@
 //   tau = K tr(eps) 1 + 2 G dev(eps)          (Anand 1979; de Souza Neto et al. 2008, sec. 14.3)
 #pragma once
 
+#include <cmath>
+
 #include "../annotation.hpp"
 
 namespace tilth::material {
@@ -15,8 +17,6 @@ struct ElasticModuli {
 
 /// The elastic part of the laws that have constant moduli: they inherit from it.
 struct HenckyElasticity {
-  static constexpr bool constant_moduli = true;
-
   double bulk;   // [stress]
   double shear;  // [stress]
 
@@ -24,6 +24,13 @@ struct HenckyElasticity {
     return {young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio)),
             young_modulus / (2.0 * (1.0 + poisson_ratio))};
   }
+
+  TILTH_FUNCTION bool valid() const {
+    return bulk > 0.0 && shear > 0.0 && std::isfinite(bulk) && std::isfinite(shear);
+  }
+
+  /// Laws without state variables start with any stress.
+  TILTH_FUNCTION bool initial_state(const double* /*tau*/, double* /*state*/) const { return true; }
 
   /// Principal Kirchhoff stress of the principal elastic logarithmic strain.
   TILTH_FUNCTION void stress(const double strain[3], double tau[3]) const {
@@ -49,6 +56,17 @@ struct HenckyElasticity {
       deviatoric += e * e;
     }
     return 0.5 * bulk * volumetric * volumetric + shear * deviatoric;
+  }
+
+  /// Stress of the trial strain, taken as elastic, with its tangent.
+  TILTH_FUNCTION void respond(const double trial[3], double tau[3], double elastic[3],
+                              double tangent[3][3]) const {
+    stress(trial, tau);
+    const double lambda = bulk - 2.0 / 3.0 * shear;
+    for (int a = 0; a < 3; ++a) {
+      elastic[a] = trial[a];
+      for (int b = 0; b < 3; ++b) tangent[a][b] = lambda + (a == b ? 2.0 * shear : 0.0);
+    }
   }
 
   TILTH_FUNCTION ElasticModuli moduli(const double* /*strain*/, const double* /*state*/) const {

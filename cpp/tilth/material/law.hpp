@@ -20,9 +20,10 @@ struct StateVariable {
 inline constexpr std::array<StateVariable, 0> no_state{};
 
 /// - `name`, `parameter_names`: as in the case file; `from` takes the parameters in this order.
-/// - `state_variables`: names and units; `initial_state` fills their values at the start.
+/// - `state_variables`: names and units; `initial_state` fills their values at the start, at which
+///   the point has the given principal Kirchhoff stress; false if the law cannot have this stress.
 /// - `symmetric_tangent`: whether each step's stress has a potential (associated flow).
-/// - `constant_moduli`: whether `moduli` neither reads the strain nor the state.
+/// - `valid`: whether the parameters give positive, finite moduli.
 /// - `update`: trial strain -> stress, elastic strain and tangent[a][b] = d tau_a / d trial_b, and
 ///   all state variables; false if it finds no solution.
 /// - `energy`, `moduli`: stored energy per initial volume and tangent elastic moduli at a state.
@@ -34,9 +35,9 @@ concept Law =
       { M::parameter_names[0] } -> std::convertible_to<const char*>;
       { M::state_variables.size() } -> std::convertible_to<std::size_t>;
       { M::symmetric_tangent } -> std::convertible_to<bool>;
-      { M::constant_moduli } -> std::convertible_to<bool>;
       { M::from(in) } -> std::same_as<M>;
-      { law.initial_state(out) } -> std::same_as<void>;
+      { law.valid() } -> std::same_as<bool>;
+      { law.initial_state(in, out) } -> std::same_as<bool>;
       { law.update(in, number, in, out, out, out, tangent) } -> std::same_as<bool>;
       { law.energy(in, in) } -> std::same_as<double>;
       { law.moduli(in, in) } -> std::same_as<ElasticModuli>;

@@ -2,48 +2,42 @@
 // The list of materials: dispatch, bindings and contract tests follow from it.
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 
+#include "drucker_prager.hpp"
 #include "hencky_elastic.hpp"
+#include "modified_cam_clay.hpp"
+#include "mohr_coulomb.hpp"
+#include "point_law.hpp"
+#include "tresca.hpp"
+#include "undrained.hpp"
 #include "von_mises.hpp"
 
 namespace tilth::material {
 
-using List = std::tuple<HenckyElastic, VonMises>;
+using List = std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager,
+                        ModifiedCamClay, Undrained<HenckyElastic>, Undrained<MohrCoulomb>,
+                        Undrained<DruckerPrager>, Undrained<ModifiedCamClay>>;
 
-template <Law... Material>
-constexpr bool are_laws(std::tuple<Material...>*) {
-  return true;
-}
-static_assert(are_laws(static_cast<List*>(nullptr)));
-
-/// Calls `function(Material::from(parameters))` for the material of that name, once per batch of
-/// points, never per point.
+/// Calls `function.template operator()<M>()` for each law of the list.
 template <class Function>
-void with_material(const std::string& name, const double* parameters, Function&& function) {
+void for_each_law(Function&& function) {
+  std::apply([&](auto... each) { (function.template operator()<decltype(each)>(), ...); }, List{});
+}
+
+/// Calls `function.template operator()<M>()` for the law of that name.
+template <class Function>
+void with_law(const std::string& name, Function&& function) {
   bool found = false;
-  std::apply(
-      [&](auto... each) {
-        ((name == decltype(each)::name
-              ? (found = true, function(decltype(each)::from(parameters)), 0)
-              : 0),
-         ...);
-      },
-      List{});
+  for_each_law([&]<Law M>() {
+    if (name != M::name) return;
+    found = true;
+    function.template operator()<M>();
+  });
   if (!found) throw std::invalid_argument("unknown material '" + name + "'");
-}
-
-/// Calls `function(number of parameters)` of the material of that name.
-template <class Function>
-void with_parameter_count(const std::string& name, Function&& function) {
-  std::apply(
-      [&](auto... each) {
-        ((name == decltype(each)::name ? (function(decltype(each)::parameter_names.size()), 0) : 0),
-         ...);
-      },
-      List{});
 }
 
 }  // namespace tilth::material

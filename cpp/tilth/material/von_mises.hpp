@@ -25,8 +25,6 @@ struct VonMises : HenckyElasticity {
     return {HenckyElasticity::from(parameter[0], parameter[1]), parameter[2], parameter[3]};
   }
 
-  TILTH_FUNCTION void initial_state(double* /*state*/) const {}
-
   TILTH_FUNCTION bool update(const double trial[3], double plastic_strain,
                              const double* /*state_before*/, double* /*state*/, double tau[3],
                              double elastic[3], double tangent[3][3]) const {

@@ -8,6 +8,17 @@ from tilth.model.bodies import Body as Body
 from tilth.model.boundaries import AffineBoundary as AffineBoundary
 from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
+from tilth.model.cam_clay import ModifiedCamClay as ModifiedCamClay
+from tilth.model.element_case import ElementCase as ElementCase
+from tilth.model.element_case import ElementPlot as ElementPlot
+from tilth.model.element_tests import Biaxial as Biaxial
+from tilth.model.element_tests import ElementTest as ElementTest
+from tilth.model.element_tests import IsotropicCompression as IsotropicCompression
+from tilth.model.element_tests import Oedometer as Oedometer
+from tilth.model.element_tests import SimpleShear as SimpleShear
+from tilth.model.element_tests import StressState as StressState
+from tilth.model.element_tests import StressStrainPath as StressStrainPath
+from tilth.model.element_tests import Triaxial as Triaxial
 from tilth.model.geometry import BoxGeometry as BoxGeometry
 from tilth.model.geometry import CircleGeometry as CircleGeometry
 from tilth.model.geometry import CylinderGeometry as CylinderGeometry
@@ -20,6 +31,9 @@ from tilth.model.geometry import SplineGeometry as SplineGeometry
 from tilth.model.geometry import StlGeometry as StlGeometry
 from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
 from tilth.model.implicit import Rotation as Rotation
+from tilth.model.initial import AtRest as AtRest
+from tilth.model.initial import GivenStress as GivenStress
+from tilth.model.initial import Initial as Initial
 from tilth.model.loads import BodyForce as BodyForce
 from tilth.model.loads import PointForce as PointForce
 from tilth.model.materials import HenckyElastic as HenckyElastic
@@ -38,6 +52,9 @@ from tilth.model.shapes import Cylinder as Cylinder
 from tilth.model.shapes import Mesh as Mesh
 from tilth.model.shapes import Polygon as Polygon
 from tilth.model.shapes import Sphere as Sphere
+from tilth.model.soils import DruckerPrager as DruckerPrager
+from tilth.model.soils import MohrCoulomb as MohrCoulomb
+from tilth.model.soils import Tresca as Tresca
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad

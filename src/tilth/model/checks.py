@@ -10,7 +10,8 @@ from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
-from tilth.model.laws import PLASTIC_STRAIN, laws
+from tilth.model.initial import GivenStress
+from tilth.model.laws import PLASTIC_STRAIN
 from tilth.model.loads import BodyForce, PointForce
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
@@ -27,6 +28,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
     problems = [
         *_repeated_names(model),
         *_unknown_references(model),
+        *_initial_stress(model),
         *_needs_implicit(model),
         *_densities(model),
         *size_problems(model),
@@ -88,12 +90,35 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
                 yield Problem(f"track[{i}].variable", *words, track.variable)
 
 
+def _initial_stress(model: Model) -> Iterator[Problem]:
+    bodies = {body.name: i for i, body in enumerate(model.bodies)}
+    numbers: dict[str, int] = {}
+    components = 6 if model.dimension == 3 else 4
+    for i, entry in enumerate(model.initial.stress):
+        key = f"initial.stress[{i}]"
+        if entry.body not in bodies:
+            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
+        if numbers.setdefault(entry.body, i) != i:
+            what = f"has its stress from initial.stress[{numbers[entry.body]}] already"
+            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
+        if isinstance(entry, GivenStress) and len(entry.stress) != components:
+            order = "xx, yy, zz, xy" + (", yz, xz" if components == 6 else "")
+            what = f"has {len(entry.stress)} components, expected {components}"
+            yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
+    for i, body in enumerate(model.bodies):
+        material = model.materials.get(body.material)
+        if material is not None and material.needs_stress and body.name not in numbers:
+            what = f"a material of the model {material.model!r} cannot be without stress"
+            remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
+            yield Problem(f"bodies[{i}].material", what, remedy, body.material)
+
+
 def _state_variables(model: Model, body: str | None) -> list[str]:
     """Returns the state variables of one body's material, or of those of all bodies."""
     names = {PLASTIC_STRAIN: None}
     for each in model.bodies:
         if body in (None, each.name) and each.material in model.materials:
-            names |= dict.fromkeys(laws()[model.materials[each.material].model].state_variables)
+            names |= dict.fromkeys(model.materials[each.material].law.state_variables)
     return list(names)
 
 

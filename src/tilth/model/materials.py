@@ -6,51 +6,28 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from tilth.errors import Problem
-from tilth.model.base import Declared, chosen_by
-from tilth.model.fields import NotNegative, Positive, Real
-from tilth.model.problems import reject, rejection
+from tilth.model.base import chosen_by
+from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.fields import NotNegative, Positive
+from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.problems import rejection
+from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
 
 
-def _poisson_ratio(value: float) -> float:
-    if not -1.0 < value < 0.5:
-        raise reject(
-            "must be greater than -1 and smaller than 0.5",
-            "for a nearly incompressible material choose a value such as 0.49",
-        )
-    return value
-
-
-PoissonRatio = Annotated[Real, AfterValidator(_poisson_ratio)]
-
-
-class _Isotropic(Declared):
-    is_plastic: ClassVar[bool] = False
-    """Whether the law yields; the stresses then depend on the path of loading."""
-    young_modulus: Positive
-    """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
-    poisson_ratio: PoissonRatio
-    """Poisson's ratio [-], -1 < nu < 0.5."""
-    density: NotNegative | None = None
-    """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
-
-    def parameter(self, name: str) -> float:
-        """Returns the value of a parameter by its name in the core's material of this model."""
-        return float(getattr(self, name))
-
-
-class HenckyElastic(_Isotropic):
+class HenckyElastic(WithPoreFluid):
     """Linear relation of Kirchhoff stress and logarithmic (Hencky) elastic strain."""
 
     model: Literal["hencky_elastic"] = "hencky_elastic"
 
 
-class VonMises(_Isotropic):
+class VonMises(Isotropic):
     """Hencky elasticity with the von Mises yield condition and linear isotropic hardening.
 
-    Exactly one of `yield_stress` and `deviatoric_radius` gives the size of the yield cylinder.
+    Exactly one of `yield_stress`, `deviatoric_radius` and `undrained_shear_strength` gives the size
+    of the yield cylinder.
     """
 
     is_plastic: ClassVar[bool] = True
@@ -60,40 +37,51 @@ class VonMises(_Isotropic):
     """Initial uniaxial yield stress [stress], > 0."""
     deviatoric_radius: Positive | None = None
     """Radius |s| of the initial yield cylinder [stress], > 0: sqrt(2/3) of the yield stress."""
+    undrained_shear_strength: Positive | None = None
+    """Initial strength s_u in plane strain and simple shear [stress], > 0: the yield stress is
+    sqrt(3) s_u. In triaxial compression the strength, half the deviator, is sqrt(3)/2 s_u."""
     hardening_modulus: NotNegative
     """d(yield stress) / d(equivalent plastic strain) [stress], >= 0; 0 is perfectly plastic."""
 
     @model_validator(mode="after")
     def _one_strength(self) -> Any:
-        given = (self.yield_stress is not None) + (self.deviatoric_radius is not None)
-        if given != 1:
-            raise rejection(
-                [
-                    Problem(
-                        "yield_stress",
-                        "missing" if given == 0 else "given together with `deviatoric_radius`",
-                        "give exactly one of `yield_stress` (uniaxial) and `deviatoric_radius` "
-                        "(radius of the yield cylinder, sqrt(2/3) of the yield stress)",
-                    )
-                ]
+        given = [key for key in _TO_YIELD_STRESS if getattr(self, key) is not None]
+        if len(given) != 1:
+            what = f"given together with `{given[0]}`" if given else "missing"
+            remedy = (
+                "give exactly one of `yield_stress` (uniaxial), `deviatoric_radius` (radius of the "
+                "yield cylinder, sqrt(2/3) of the yield stress) and `undrained_shear_strength` "
+                "(in plane strain, 1/sqrt(3) of the yield stress)"
             )
+            raise rejection([Problem(given[-1] if given else "yield_stress", what, remedy)])
         return self
 
     @property
     def initial_yield_stress(self) -> float:
-        """Initial uniaxial yield stress [stress], whichever of the two parameters was given."""
-        if self.yield_stress is not None:
-            return self.yield_stress
-        assert self.deviatoric_radius is not None
-        return math.sqrt(1.5) * self.deviatoric_radius
+        """Initial uniaxial yield stress [stress], whichever of the three parameters was given."""
+        return self.parameter("yield_stress")
 
-    def parameter(self, name: str) -> float:
-        """Returns a parameter by its name in the core; the yield stress is the uniaxial one."""
-        return self.initial_yield_stress if name == "yield_stress" else super().parameter(name)
+    def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
+        """Returns the parameters of the law; see `Isotropic`."""
+        key = next(key for key in _TO_YIELD_STRESS if getattr(self, key) is not None)
+        return {
+            **self.elastic_parameters(at),
+            "yield_stress": _TO_YIELD_STRESS[key] * at.value(key),
+            "hardening_modulus": at.value("hardening_modulus"),
+        }
+
+
+_TO_YIELD_STRESS = {
+    "yield_stress": 1.0,
+    "deviatoric_radius": math.sqrt(1.5),
+    "undrained_shear_strength": math.sqrt(3.0),
+}
 
 
 Material = Annotated[
-    HenckyElastic | VonMises,
+    HenckyElastic | VonMises | Tresca | MohrCoulomb | DruckerPrager | ModifiedCamClay,
     Field(discriminator="model"),
-    chosen_by("model", HenckyElastic, VonMises),
+    chosen_by(
+        "model", HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager, ModifiedCamClay
+    ),
 ]

@@ -3,22 +3,35 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.bodies import discretise
 from tilth.model import Model
-from tilth.model.laws import laws
+from tilth.model.isotropic import ParametersAt
 from tilth.mpm.domains import keep_off_axis
+from tilth.mpm.initial_stress import set_initial_stress
 from tilth.mpm.points import MaterialPoints, PointRange
 
 
 def initial_points(model: Model) -> MaterialPoints:
-    """Returns the undeformed material points of all bodies of a model."""
+    """Returns the undeformed material points of all bodies of a model, with their initial stress.
+
+    Raises:
+        BadInput: a body without points, or a stress that its law cannot have.
+    """
     bodies, parts, start = [], [], 0
+    varying: dict[str, Floats] = {}
+    cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
     for body in model.bodies:
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         material = model.materials[body.material]
-        law = laws()[material.model]
+        at = ParametersAt(partial(getattr, material), cell_length)
+        parameters = material.parameter_array(at, len(part.position))
+        if parameters.ndim == 2:
+            varying[body.name] = parameters
         bodies.append(
             PointRange(
                 name=body.name,
@@ -26,8 +39,8 @@ def initial_points(model: Model) -> MaterialPoints:
                 stop=start + len(part.position),
                 basis=body.basis,
                 domain_update=body.domain_update,
-                law=law,
-                parameters=np.array([material.parameter(name) for name in law.parameters]),
+                law=material.law,
+                parameters=parameters if parameters.ndim == 1 else None,
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
             )
@@ -41,7 +54,9 @@ def initial_points(model: Model) -> MaterialPoints:
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
         np.concatenate([part.corners() for part in parts]) if corners else None,
+        varying,
     )
+    set_initial_stress(points, model)
     if model.analysis.kind == "axisymmetric":
         for point_range in bodies:
             if point_range.convected_by_gradient:

@@ -25,7 +25,8 @@ class PointRange:
         anti_locking: "none" or "f_bar".
         domain_update: rule by which domains follow the deformation; None without domains.
         law: the constitutive law.
-        parameters: its parameters in the order of `law.parameters`, shape (count,).
+        parameters: its parameters in the order of `law.parameters`, shape (count,); None if they
+            vary from point to point, see `MaterialPoints.parameters`.
         density: mass per initial volume [mass/length^3]; 0 if none was declared.
     """
 
@@ -35,7 +36,7 @@ class PointRange:
     basis: str
     domain_update: str | None
     law: Law
-    parameters: Floats
+    parameters: Floats | None
     density: float
     anti_locking: str = "none"
 
@@ -101,6 +102,8 @@ class MaterialPoints:
             (n,); 1 without.
         state: state variables of the laws, shape (n, columns): those of a point's law fill the
             first columns, see `state_variable`.
+        parameters: of the laws whose parameters vary from point to point, in their order, shape
+            (n, columns); see `parameters_of`.
         initial_half_length, half_length: half the side lengths of the points' domains along
             the grid's axes [length], shape (n, dim); with the linear basis, which has no domains,
             those of a box of the point's volume. For a domain with corners `half_length` is that
@@ -126,6 +129,7 @@ class MaterialPoints:
     elastic_share: Floats
     assumed_jacobian: Floats
     state: Floats
+    parameters: Floats
     initial_half_length: Floats
     half_length: Floats
     initial_half_edge: Floats
@@ -139,9 +143,12 @@ class MaterialPoints:
         initial_volume: Floats,
         half_length: Floats,
         corner: Floats | None = None,
+        parameters: dict[str, Floats] | None = None,
     ) -> MaterialPoints:
         """Returns undeformed, stress-free points numbered in the order given.
 
+        parameters: of the bodies whose ranges have none, by the bodies' names, shape (points of the
+            body, count).
         corner: as the attribute, for all points if any body has domains with corners; those of
             CPDI1 must be parallelepipeds. None for boxes with the half lengths.
         """
@@ -165,14 +172,42 @@ class MaterialPoints:
             plastic=np.zeros((n, 2)),
             elastic_share=np.ones(n),
             assumed_jacobian=np.ones(n),
-            state=_initial_state(bodies, n),
+            state=np.zeros((n, max((len(b.law.state_variables) for b in bodies), default=0))),
+            parameters=_varying_parameters(bodies, parameters or {}, n),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
             initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
             corner=np.array(corner, dtype=np.float64, order="C"),
         )
         points.update_bounding_boxes()
+        for body in bodies:
+            points.part(body).start_with(np.zeros((body.stop - body.start, 6)))
         return points
+
+    def start_with(self, stress: Floats) -> int:
+        """Gives points of one body, without deformation, a stress and the state that belongs to it.
+
+        stress: effective Cauchy stress, tension positive, shape (n, 6).
+
+        Returns the first point whose law cannot have its stress, -1 if all can.
+        """
+        (body,) = self.bodies
+        parameters = self.parameters_of(body)
+        name, tensors = body.law.name, self.tensors
+        failed = _core.initial_state(tensors, name, parameters, stress, self.state)
+        if failed < 0:
+            failed = _core.elastic_deformation_of(
+                tensors, name, parameters, stress, self.state, self.elastic_deformation
+            )
+        self.stress[:] = stress
+        return failed
+
+    def parameters_of(self, body: PointRange) -> Floats:
+        """Returns the parameters of a body's law, shape (count,) or (points of the body, count)."""
+        if body.parameters is not None:
+            return body.parameters
+        s = slice(body.start, body.stop)
+        return np.ascontiguousarray(self.parameters[s, : len(body.law.parameters)])
 
     def update_bounding_boxes(self) -> None:
         """Sets the half lengths of domains with corners to those of their bounding boxes."""
@@ -268,7 +303,7 @@ class MaterialPoints:
         for body in self.bodies:
             s = slice(body.start, body.stop)
             _core.elastic_moduli(
-                self._tensors, body.law.name, body.parameters, self.elastic_deformation[s],
+                self.tensors, body.law.name, self.parameters_of(body), self.elastic_deformation[s],
                 self.state[s], bulk[s], shear[s], young[s],
             )  # fmt: skip
         return ElasticModuli(bulk, shear, young)
@@ -280,7 +315,7 @@ class MaterialPoints:
             s = slice(body.start, body.stop)
             density = np.empty(body.stop - body.start)
             _core.stored_energy(
-                self._tensors, body.law.name, body.parameters, self.elastic_deformation[s],
+                self.tensors, body.law.name, self.parameters_of(body), self.elastic_deformation[s],
                 self.state[s], density,
             )  # fmt: skip
             total += float(density @ self.initial_volume[s])
@@ -290,15 +325,15 @@ class MaterialPoints:
     def elastic_strain(self) -> Floats:
         """Elastic logarithmic strain [-], half the logarithm of that tensor, shape (n, 6)."""
         strain = np.empty_like(self.elastic_deformation)
-        _core.elastic_strain(self._tensors, self.elastic_deformation, strain)
+        _core.elastic_strain(self.tensors, self.elastic_deformation, strain)
         return strain
 
     @elastic_strain.setter
     def elastic_strain(self, strain: Floats) -> None:
-        _core.elastic_deformation(self._tensors, strain, self.elastic_deformation)
+        _core.elastic_deformation(self.tensors, strain, self.elastic_deformation)
 
     @property
-    def _tensors(self) -> str:
+    def tensors(self) -> str:
         """A kind of analysis whose tensors have the same components."""
         return "3d" if self.position.shape[1] == 3 else "plane_strain"
 
@@ -309,12 +344,13 @@ class MaterialPoints:
         return where[point_ids]
 
 
-def _initial_state(bodies: list[PointRange], points: int) -> Floats:
-    """Returns the state variables of undeformed points, shape (points, columns)."""
-    columns = max((len(body.law.state_variables) for body in bodies), default=0)
-    state = np.zeros((points, columns))
-    for body in bodies:
-        values = np.empty(len(body.law.state_variables))
-        _core.initial_state(body.law.name, body.parameters, values)
-        state[body.start : body.stop, : len(values)] = values
-    return state
+def _varying_parameters(
+    bodies: list[PointRange], parameters: dict[str, Floats], points: int
+) -> Floats:
+    """Returns the parameters of the bodies whose ranges have none, shape (points, columns)."""
+    varying = [body for body in bodies if body.parameters is None]
+    columns = max((len(body.law.parameters) for body in varying), default=0)
+    array = np.zeros((points, columns))
+    for body in varying:
+        array[body.start : body.stop, : len(body.law.parameters)] = parameters[body.name]
+    return array

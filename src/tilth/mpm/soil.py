@@ -96,7 +96,7 @@ class Soil:
                 if centres is not None:
                     centres.update(displacement)
                 point, status = _core.stress_update(
-                    self.kind, body.law.name, body.parameters, stencil, displacement,
+                    self.kind, body.law.name, points.parameters_of(body), stencil, displacement,
                     points.position[s], points.elastic_deformation[s], points.plastic[s],
                     points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
                     trial.response[s], centres,
@@ -250,8 +250,10 @@ class Soil:
             np.empty_like(a) for a in (trial, plastic[smoothed], points.stress[s][smoothed])
         )
         state_after, admissible = state[smoothed], np.empty(len(smoothed), dtype=bool)
+        parameters = points.parameters_of(body)
         _core.return_to_law(
-            self.kind, body.law.name, body.parameters, trial, plastic[smoothed], state[smoothed],
+            self.kind, body.law.name, parameters if parameters.ndim == 1 else parameters[smoothed],
+            trial, plastic[smoothed], state[smoothed],
             returned, plastic_after, state_after, stress, admissible,
         )  # fmt: skip
         smoothed = smoothed[admissible]

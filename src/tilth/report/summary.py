@@ -108,18 +108,21 @@ def _body(body: Body, points: int) -> str:
 def _material(name: str, material: Material, model: Model) -> str:
     units = {
         "-": "",
+        "degrees": " degrees",
+        "length": f" {model.units.length}",
         "stress": f" {model.units.stress}",
         "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
     }
 
-    def unit(key: str) -> str:
-        meaning = meaning_of(type(material), key)  # ends with the unit in brackets, and the range
-        return units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
+    def text(key: str, value: float | str) -> str:
+        if isinstance(value, str):
+            return f"{key.replace('_', ' ')} {value}"
+        meaning = meaning_of(type(material), key)  # has the unit in brackets
+        unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
+        return f"{key.replace('_', ' ')} {value:g}{unit}"
 
-    parts = [
-        f"{key.replace('_', ' ')} {value:g}{unit(key)}"
-        for key, value in material.model_dump(exclude={"model"}, exclude_none=True).items()
-    ]
+    entries = material.model_dump(exclude={"model"}, exclude_none=True)
+    parts = [text(key, value) for key, value in entries.items()]
     return f"{name}: {material.model}, {', '.join(parts)}"
 
 

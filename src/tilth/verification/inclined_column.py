@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
-from tilth.model import BodyForce, Box, Model
+from tilth.model import BodyForce, Box, HenckyElastic, Model, VonMises
 from tilth.verification.cases import example, varied, with_basis
 from tilth.verification.closed_forms import SelfWeightColumn
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
@@ -168,7 +168,9 @@ def solve(model: Model, cells: int | None = None) -> Outcome:
     acceleration = np.array(load.acceleration)
     gravity = float(np.linalg.norm(acceleration))
     up = -acceleration / gravity
-    exact = SelfWeightColumn(HEIGHT, gravity, model.materials["soil"])
+    soil = model.materials["soil"]
+    assert isinstance(soil, HenckyElastic | VonMises)
+    exact = SelfWeightColumn(HEIGHT, gravity, soil)
     width = shape.upper[0] - shape.lower[0]
     weight = exact.base_stress * width
     outcome = Outcome()

@@ -11,6 +11,7 @@ from tilth.verification import (
     cone_penetration,
     cooks_membrane,
     cube_on_inclined_plane,
+    element_tests,
     end_loaded_cantilever,
     footing_on_spline,
     generalized_shear,
@@ -58,5 +59,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "hollow_sphere_limit": hollow_sphere_limit.comparisons,
     "rigid_sphere": rigid_sphere.comparisons,
     "cone_penetration": cone_penetration.comparisons,
+    "element_tests": element_tests.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -147,7 +147,7 @@ def press(
     }
     model = varied(model, changes)
     rows: list[tuple[float, float]] = []
-    young_modulus = model.materials["soil"].young_modulus
+    young_modulus = model.materials["soil"].parameter("young_modulus")
 
     schedule = model.schedule
     regular = {schedule.regular_time(k) for k in range(1, schedule.number_of_steps + 1)}

@@ -10,7 +10,7 @@ from typing import get_args
 
 import numpy as np
 
-from tilth.model import BodyForce, Model
+from tilth.model import BodyForce, HenckyElastic, Model, VonMises
 from tilth.model.bodies import DomainUpdate
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import SelfWeightColumn
@@ -227,7 +227,9 @@ def closed_form(model: Model) -> SelfWeightColumn:
     """Returns the closed form of a model's column."""
     load = model.loads[0]
     assert isinstance(load, BodyForce)
-    return SelfWeightColumn(HEIGHT, -load.acceleration[-1], model.materials["soil"])
+    soil = model.materials["soil"]
+    assert isinstance(soil, HenckyElastic | VonMises)
+    return SelfWeightColumn(HEIGHT, -load.acceleration[-1], soil)
 
 
 def with_cells(model: Model, cells: int) -> Model:

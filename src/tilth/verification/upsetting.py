@@ -160,7 +160,8 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outco
     points = march(model, after_step).points
     part, force, residual = np.array(rows).T
     material, volume = model.materials["clay"], points.volume
-    bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
+    young_modulus, poisson_ratio = map(material.parameter, ("young_modulus", "poisson_ratio"))
+    bulk = young_modulus / (3.0 * (1.0 - 2.0 * poisson_ratio))
     pressure = -points.stress[:, :3].mean(axis=1) @ volume / volume.sum()
     return Outcome(
         roughness=Curve(part, force).roughness(increments, YIELDING_FROM),

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What all materials declare, and how their entries become the parameters of a law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import AfterValidator, model_validator
+
+from tilth.arrays import Floats
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.fields import NotNegative, Positive, Real
+from tilth.model.laws import Law, laws
+from tilth.model.problems import reject, rejection
+
+Values = float | Floats
+"""A parameter: one number for all points, or one for each, shape (n,)."""
+
+LARGEST_PRESSURE_RATIO = 1e6
+"""Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
+
+
+@dataclass(frozen=True)
+class ParametersAt:
+    """The entries of a material at the points that it fills.
+
+    Attributes:
+        value: returns an entry by its key, one number or one for each point.
+        cell_length: cube root of a grid cell's volume, square root of its area in 2D [length].
+    """
+
+    value: Callable[[str], Values]
+    cell_length: float
+
+
+def _poisson_ratio(value: float) -> float:
+    if not -1.0 < value < 0.5:
+        raise reject(
+            "must be greater than -1 and smaller than 0.5",
+            "for a nearly incompressible material choose a value such as 0.49",
+        )
+    return value
+
+
+PoissonRatio = Annotated[Real, AfterValidator(_poisson_ratio)]
+
+
+class AnyMaterial(Declared):
+    """What every material declares: density, and the parameters of its law."""
+
+    is_plastic: ClassVar[bool] = False
+    """Whether the law yields; the stresses then depend on the path of loading."""
+    needs_stress: ClassVar[bool] = False
+    """Whether the law has no state without stress."""
+    model: str
+    density: NotNegative | None = None
+    """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
+
+    @property
+    def law(self) -> Law:
+        """The law of the core that computes the stress."""
+        return laws()[self.model]
+
+    def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
+        """Returns the parameters of the law by their names in the core."""
+        return {name: at.value(name) for name in self.law.parameters}
+
+    def parameter(self, name: str, cell_length: float = 1.0) -> float:
+        """Returns a parameter of the law, the same at all points, by its name in the core."""
+        value = self.law_parameters(ParametersAt(lambda key: getattr(self, key), cell_length))[name]
+        return float(value)
+
+    def parameter_array(self, at: ParametersAt, points: int) -> Floats:
+        """Returns the parameters as the core takes them: (m,), or (points, m) if one varies."""
+        values = self.law_parameters(at)
+        columns = [values[name] for name in self.law.parameters]
+        if all(np.ndim(column) == 0 for column in columns):
+            return np.array(columns, dtype=np.float64)
+        return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)
+
+
+class Isotropic(AnyMaterial):
+    """Materials with Hencky's elasticity, which two constants describe."""
+
+    young_modulus: Positive
+    """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
+    poisson_ratio: PoissonRatio
+    """Poisson's ratio [-], -1 < nu < 0.5."""
+
+    def elastic_parameters(self, at: ParametersAt) -> dict[str, Values]:
+        """Returns Young's modulus and Poisson's ratio."""
+        return {name: at.value(name) for name in ("young_modulus", "poisson_ratio")}
+
+
+class PoreFluid(AnyMaterial):
+    """Materials for effective stress: a pore fluid that cannot drain may be added."""
+
+    pore_fluid_bulk_modulus: Positive | None = None
+    """Bulk modulus of the pore fluid over the porosity, K_w / n [stress], > 0; the soil is drained
+    if not given. With it strength and stiffness are effective ones, the stress of results is the
+    total one, and the state variable `excess_pore_pressure` (compression positive) is the pressure
+    of the fluid since the start.
+    """
+
+    @property
+    def law(self) -> Law:
+        """The law of the core: that of the effective stress, or the undrained one made of it."""
+        return laws()[self.model if self.pore_fluid_bulk_modulus is None else self.undrained_model]
+
+    @property
+    def undrained_model(self) -> str:
+        """Name of the undrained law in the core."""
+        return f"undrained_{self.model}"
+
+    def with_fluid(self, parameters: dict[str, Values], at: ParametersAt) -> dict[str, Values]:
+        """Returns the parameters of the effective law with that of the fluid, if there is one."""
+        if self.pore_fluid_bulk_modulus is None:
+            return parameters
+        return {**parameters, "pore_fluid_bulk_modulus": at.value("pore_fluid_bulk_modulus")}
+
+
+class WithPoreFluid(Isotropic, PoreFluid):
+    """Materials with Hencky's elasticity for the effective stress."""
+
+    @model_validator(mode="after")
+    def _fluid_is_not_rigid(self) -> Any:
+        fluid = self.pore_fluid_bulk_modulus
+        if isinstance(fluid, float) and isinstance(self.young_modulus, float):
+            greatest = LARGEST_PRESSURE_RATIO * self.young_modulus
+            if fluid > greatest:
+                what = f"is more than {LARGEST_PRESSURE_RATIO:g} times Young's modulus"
+                remedy = "one hundred times the bulk modulus of the soil is nearly incompressible"
+                raise rejection([Problem("pore_fluid_bulk_modulus", what, remedy, fluid)])
+        return self

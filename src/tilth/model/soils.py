@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Soils with Tresca's, Mohr and Coulomb's and Drucker and Prager's strength."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import AfterValidator, model_validator
+
+from tilth.errors import Problem
+from tilth.model.fields import NotNegative, Positive, Real
+from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.problems import reject, rejection
+
+STEEPEST = 60.0
+"""Greatest friction angle [degrees]."""
+
+FLATTEST = 1e-3
+"""Least friction angle that is not zero [degrees]: the apex of a flatter cone is lost in round-off.
+"""
+
+NO_CUT_OFF = sys.float_info.max
+"""Tension cut-off of the core's laws without one [stress]."""
+
+
+def _steepness(value: float) -> float:
+    if value != 0.0 and not FLATTEST <= value <= STEEPEST:
+        raise reject(
+            f"must be 0 or between {FLATTEST:g} and {STEEPEST:g} degrees",
+            "give the angle in degrees, not in radians",
+        )
+    return value
+
+
+SoilAngle = Annotated[Real, AfterValidator(_steepness)]
+"""Angle of friction or dilation [degrees]."""
+
+
+class Tresca(Isotropic):
+    """Hencky elasticity with Tresca's yield condition: undrained clay in terms of total stress."""
+
+    is_plastic: ClassVar[bool] = True
+
+    model: Literal["tresca"] = "tresca"
+    undrained_shear_strength: Positive
+    """Strength s_u [stress], > 0: half the difference of the largest and the smallest principal
+    stress, 2 s_u = tau_1 - tau_3, in plane strain as in triaxial tests."""
+
+
+class _Frictional(WithPoreFluid):
+    is_plastic: ClassVar[bool] = True
+
+    cohesion: NotNegative
+    """Cohesion c [stress], >= 0."""
+    friction_angle: SoilAngle
+    """Friction angle phi [degrees], 0 to 60."""
+    dilation_angle: SoilAngle
+    """Dilation angle psi [degrees], 0 to phi; psi = phi is associated flow."""
+
+    def angle_problems(self) -> Iterator[Problem]:
+        """Yields the problems between the angles and the cohesion."""
+        phi, psi, c = self.friction_angle, self.dilation_angle, self.cohesion
+        if not all(isinstance(each, float) for each in (phi, psi, c)):
+            return
+        if psi > phi:
+            what = f"is greater than the friction angle ({phi:g}): flow would produce energy"
+            yield Problem("dilation_angle", what, "give 0 to the friction angle", psi)
+        if phi == 0.0 and c == 0.0:
+            what = "is zero together with the friction angle: the soil has no strength"
+            yield Problem("cohesion", what, "give one of them a positive value", c)
+
+
+class MohrCoulomb(_Frictional):
+    """Hencky elasticity with the Mohr-Coulomb yield condition, non-associated flow and softening.
+
+    The principal stresses end at a tension cut-off; the apex c cot(phi) is the largest one and the
+    default.
+    """
+
+    model: Literal["mohr_coulomb"] = "mohr_coulomb"
+    tension_cut_off: NotNegative | None = None
+    """Greatest tensile principal stress [stress], >= 0; the apex c cot(phi) if not given or
+    greater."""
+    residual_cohesion: NotNegative | None = None
+    """Cohesion after softening [stress], >= 0; that at the start if not given."""
+    residual_friction_angle: SoilAngle | None = None
+    """Friction angle after softening [degrees]; that at the start if not given."""
+    softening_strain: Positive | None = None
+    """Equivalent plastic strain at which the residual strength is reached in a shear band of the
+    width `softening_length` [-], > 0; cohesion and angle decrease linearly up to it."""
+    softening_length: Positive | None = None
+    """Width of the shear band to which `softening_strain` belongs [length], > 0: in cells of the
+    size h the strain is softening_strain * softening_length / h, so that the work in a band of one
+    cell does not depend on the grid."""
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        problems = [*self.angle_problems(), *self._softening_problems()]
+        if problems:
+            raise rejection(problems)
+        return self
+
+    @property
+    def softens(self) -> bool:
+        """Whether the strength decreases with plastic strain."""
+        return self.residual_cohesion is not None or self.residual_friction_angle is not None
+
+    def _softening_problems(self) -> Iterator[Problem]:
+        for key in ("softening_strain", "softening_length"):
+            value = getattr(self, key)
+            if self.softens and value is None:
+                remedy = "strength that falls with plastic strain needs the strain and the length"
+                yield Problem(key, "missing", remedy)
+            elif not self.softens and value is not None:
+                what = "is of no use without a residual strength"
+                remedy = "give `residual_cohesion` or `residual_friction_angle`, or leave it out"
+                yield Problem(key, what, remedy, value)
+        for key in ("cohesion", "friction_angle"):
+            start, end = getattr(self, key), getattr(self, f"residual_{key}")
+            if isinstance(start, float) and isinstance(end, float) and end > start:
+                what = f"is greater than `{key}` ({start:g}): that would be hardening"
+                yield Problem(f"residual_{key}", what, f"give 0 to {start:g}", end)
+        residual, psi = self.residual_friction_angle, self.dilation_angle
+        if isinstance(residual, float) and isinstance(psi, float) and psi > residual:
+            what = f"is smaller than the dilation angle ({psi:g}): flow would produce energy"
+            remedy = "give at least the dilation angle, or a smaller `dilation_angle`"
+            yield Problem("residual_friction_angle", what, remedy, residual)
+
+    def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
+        """Returns the parameters of the law; see `Isotropic`."""
+        entries = {name: at.value(name) for name in ("cohesion", "friction_angle")}
+        strain: Values = 1.0
+        if self.softens:
+            strain = at.value("softening_strain") * at.value("softening_length") / at.cell_length
+        residual = {
+            f"residual_{name}": value
+            if getattr(self, f"residual_{name}") is None
+            else at.value(f"residual_{name}")
+            for name, value in entries.items()
+        }
+        parameters = {
+            **self.elastic_parameters(at),
+            **entries,
+            "dilation_angle": at.value("dilation_angle"),
+            "tension_cut_off": _cut_off(self.tension_cut_off, at),
+            **residual,
+            "softening_strain": strain,
+        }
+        return self.with_fluid(parameters, at)
+
+
+class DruckerPrager(_Frictional):
+    """Hencky elasticity with a circular cone as yield surface, and non-associated flow.
+
+    The cone is fitted to the Mohr-Coulomb pyramid; the mean stress ends at a tension cut-off, of
+    which the apex is the largest and the default.
+    """
+
+    model: Literal["drucker_prager"] = "drucker_prager"
+    fit: Literal["compression", "extension", "plane_strain"]
+    """Where cone and Mohr-Coulomb pyramid have the same strength: in triaxial "compression" (outer
+    cone), triaxial "extension" (inner edges), or collapse in "plane_strain"."""
+    tension_cut_off: NotNegative | None = None
+    """Greatest tensile mean stress [stress], >= 0; the apex if not given or greater."""
+
+    @model_validator(mode="after")
+    def _entries_fit_together(self) -> Any:
+        if problems := [*self.angle_problems()]:
+            raise rejection(problems)
+        return self
+
+    def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
+        """Returns the parameters of the law; see `Isotropic`."""
+        sine, cosine = _sine_and_cosine(at.value("friction_angle"))
+        flow, _ = _sine_and_cosine(at.value("dilation_angle"))
+        if self.fit == "plane_strain":
+            dilation = 3.0 * flow / np.sqrt(9.0 + 3.0 * flow**2)  # tan^2 = s^2 / (1 - s^2)
+            divisor = np.sqrt(1.0 - dilation**2 / 3.0) + sine * dilation / 3.0
+            slope, strength = sine / divisor, cosine / divisor
+        else:
+            sign = -1.0 if self.fit == "compression" else 1.0
+            divisor = np.sqrt(3.0) * (3.0 + sign * sine)
+            slope, strength = 6.0 * sine / divisor, 6.0 * cosine / divisor
+            dilation = 6.0 * flow / (np.sqrt(3.0) * (3.0 + sign * flow))
+        parameters = {
+            **self.elastic_parameters(at),
+            "friction_slope": slope,
+            "dilation_slope": dilation,
+            "cone_strength": strength * at.value("cohesion"),
+            "tension_cut_off": _cut_off(self.tension_cut_off, at),
+        }
+        return self.with_fluid(parameters, at)
+
+
+def _cut_off(given: object, at: ParametersAt) -> Values:
+    return NO_CUT_OFF if given is None else at.value("tension_cut_off")
+
+
+def _sine_and_cosine(degrees: Values) -> tuple[Values, Values]:
+    angle = np.radians(degrees)
+    return np.sin(angle), np.cos(angle)
