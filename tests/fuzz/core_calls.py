@@ -208,6 +208,7 @@ def direct_calls() -> Iterator[Call]:
     queries = ("threads", "parallel_from", "basis_names", "corner_basis_names", "materials")
     for name in (*queries, "Checked"):
         yield Call(name, [])
+    yield Call("shape_functions", [random.random((4, 2)), np.array([0.5, 1.0])])
     yield Call("set_threads", [2])
     yield Call("set_parallel_from", [0])
     for basis in ("linear", "gimp"):
