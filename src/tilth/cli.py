@@ -61,6 +61,12 @@ _MEMORY_LIMIT = click.option(
     help="Memory that the run may need by its estimate, such as 64GB or 500MiB, instead of what "
     "is available.",
 )
+_OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the results; default: next to the case file and named after it.",
+)
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
@@ -89,12 +95,7 @@ def cli() -> None:
 
 @cli.command()
 @_CASE
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the results; default: next to the case file and named after it.",
-)
+@_OUT
 @_THREADS
 @_UNTIL
 @_MEMORY_LIMIT
@@ -118,12 +119,7 @@ def run(
     model = load_case(case)
     if not quiet:
         _say_what_runs(model)
-    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
-    if folder.resolve() == case.parent.resolve():
-        raise BadInput(
-            f"the results cannot go into {folder}, the folder of the case file itself",
-            "choose another folder with --out",
-        )
+    folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
 
     try:
@@ -157,7 +153,8 @@ def run(
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
-    A Python function that the case names for a boundary is run to draw it.
+    Each parameter that varies from place to place gets a picture of its own beside it. Python
+    functions that the case names are run.
     """
     from tilth.case import load_case
     from tilth.report.summary import print_summary
@@ -165,9 +162,8 @@ def check(case: Path, picture: Path | None) -> None:
     model = load_case(case)
     from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
-    from tilth.analysis.setup import setup_of
+    from tilth.analysis.setup import setup_figures
     from tilth.output.disk import is_of_the_disk, reason_of
-    from tilth.report.setup import draw_setup
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -175,13 +171,14 @@ def check(case: Path, picture: Path | None) -> None:
     try:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
-        setup = setup_of(model)
+        setup, figures = setup_figures(model)
         print_summary(model, setup, estimate, available)
-        figure = draw_setup(setup)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
+    files = {name: _beside(file, name) for name in figures}
     try:
-        save(figure, file)
+        for name, figure in figures.items():
+            save(figure, files[name])
     except OSError as error:
         if is_of_the_disk(error):
             raise
@@ -189,7 +186,8 @@ def check(case: Path, picture: Path | None) -> None:
         raise BadInput(problem, "choose another file with --picture") from None
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
-    click.echo(visible(f"set-up drawn in {file}"))
+    for name, drawn in files.items():
+        click.echo(visible(f"{name.replace('_', ' ') or 'set-up'} drawn in {drawn}"))
 
 
 @cli.command()
@@ -204,7 +202,7 @@ def resume(
     """Continue an interrupted run from its last complete step.
 
     The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
-    its model names a Python function for a boundary: that function is run.
+    its model names a Python function: that function is run.
     """
     from tilth.output.folder import MODEL, load_model, require_folder
 
@@ -241,6 +239,47 @@ def report(folder: Path) -> None:
 
 
 @cli.command()
+@_CASE
+@_OUT
+@click.option("--overwrite", is_flag=True, help="Replace the results of earlier tests in DIR.")
+@click.option(
+    "--check",
+    "only_check",
+    is_flag=True,
+    help="Compare the tangents of the materials with differences, instead; write nothing.",
+)
+@_QUIET
+@click.pass_context
+def element(
+    context: click.Context,
+    case: Path,
+    out: Path | None,
+    overwrite: bool,
+    only_check: bool,
+    quiet: bool,
+) -> None:
+    """Make the element tests of a case file: laboratory tests on one material point.
+
+    Writes a table (CSV) of each test and material, and pictures. With --check exit code 1 if a
+    tangent is out of its tolerance.
+    """
+    from tilth.case import load_element_case
+
+    declared = load_element_case(case)
+    folder = _folder_of_results(case, out)
+    from tilth.element_tests.command import make_tests, print_check
+
+    try:
+        if only_check:
+            context.exit(print_check(declared))
+        make_tests(declared, folder, overwrite=overwrite, quiet=quiet)
+    except BadInput as error:
+        raise error if error.file else error.in_file(case) from None
+    if not quiet:
+        click.echo(visible(f"results in {folder}"))
+
+
+@cli.command()
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @click.option("--long", is_flag=True, help="Include the fine grids that take long.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
@@ -255,11 +294,27 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
     context.exit(run_verification(names, long=long, as_json=as_json))
 
 
+def _folder_of_results(case: Path, out: Path | None) -> Path:
+    """Returns the folder of the results: `out`, or one beside the case file and named after it."""
+    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
+    if folder.resolve() == case.parent.resolve():
+        raise BadInput(
+            f"the results cannot go into {folder}, the folder of the case file itself",
+            "choose another folder with --out",
+        )
+    return folder
+
+
 def _say_what_runs(model: Model) -> None:
     """Announces the code of the user that the command is about to run."""
     for function in model.functions:
         file, _, name = function.rpartition(":")
         click.echo(visible(f"runs the Python function {name} in {file}"))
+
+
+def _beside(file: Path, name: str) -> Path:
+    """Returns the file of a further picture: NAME.png is NAME.parameter.png."""
+    return file.with_name(f"{file.stem}.{name}{file.suffix}") if name else file
 
 
 def _where(folder: Path, finished: bool) -> str:

@@ -225,6 +225,10 @@ def direct_calls() -> Iterator[Call]:
         state.copy(), np.zeros((3, 6)), np.zeros(3, dtype=bool),
     ])  # fmt: skip
     yield Call("initial_state", ["3d", "von_mises", law, tensor, state.copy()])
+    yield Call("update_of_gradients", [
+        "3d", "von_mises", law, 1e-2 * random.random((3, 3, 3)), tensor, np.zeros((3, 2)), state,
+        tensor.copy(), np.zeros((3, 2)), state.copy(), np.zeros((3, 6)), np.zeros((3, 6, 9)),
+    ])  # fmt: skip
     yield Call("principal_update", [
         "von_mises", law, tensor[:, :3].copy(), np.zeros((3, 2)), state, state.copy(),
         np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 9)), np.zeros(3, dtype=bool),

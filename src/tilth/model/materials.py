@@ -11,10 +11,10 @@ from pydantic import Field, model_validator
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
-from tilth.model.fields import NotNegative, Positive
 from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.problems import rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
+from tilth.model.variation import VaryingNotNegative, VaryingPositive
 
 
 class HenckyElastic(WithPoreFluid):
@@ -33,14 +33,14 @@ class VonMises(Isotropic):
     is_plastic: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
-    yield_stress: Positive | None = None
+    yield_stress: VaryingPositive | None = None
     """Initial uniaxial yield stress [stress], > 0."""
-    deviatoric_radius: Positive | None = None
+    deviatoric_radius: VaryingPositive | None = None
     """Radius |s| of the initial yield cylinder [stress], > 0: sqrt(2/3) of the yield stress."""
-    undrained_shear_strength: Positive | None = None
+    undrained_shear_strength: VaryingPositive | None = None
     """Initial strength s_u in plane strain and simple shear [stress], > 0: the yield stress is
     sqrt(3) s_u. In triaxial compression the strength, half the deviator, is sqrt(3)/2 s_u."""
-    hardening_modulus: NotNegative
+    hardening_modulus: VaryingNotNegative
     """d(yield stress) / d(equivalent plastic strain) [stress], >= 0; 0 is perfectly plastic."""
 
     @model_validator(mode="after")
