@@ -15,8 +15,8 @@ from scipy.spatial import Delaunay, HalfspaceIntersection, QhullError
 from small_problems import (
     BASES,
     CORNER_BASES,
+    ELASTIC,
     KINDS,
-    TYPICAL,
     Laboratory,
     block_entries,
     jittered_points,
@@ -31,9 +31,9 @@ pytestmark = pytest.mark.slow
 
 Place = tuple[int, ...]
 
-LAME = TYPICAL["young_modulus"] * TYPICAL["poisson_ratio"]
-LAME /= (1.0 + TYPICAL["poisson_ratio"]) * (1.0 - 2.0 * TYPICAL["poisson_ratio"])
-SHEAR = TYPICAL["young_modulus"] / (2.0 + 2.0 * TYPICAL["poisson_ratio"])
+LAME = ELASTIC["young_modulus"] * ELASTIC["poisson_ratio"]
+LAME /= (1.0 + ELASTIC["poisson_ratio"]) * (1.0 - 2.0 * ELASTIC["poisson_ratio"])
+SHEAR = ELASTIC["young_modulus"] / (2.0 + 2.0 * ELASTIC["poisson_ratio"])
 
 
 def simplices(corner: Floats) -> list[Floats]:
