@@ -10,7 +10,6 @@ from small_problems import (
     CORNER_BASES,
     KINDS,
     MATERIALS,
-    TYPICAL,
     Laboratory,
     block_entries,
     by_number,
