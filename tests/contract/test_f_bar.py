@@ -8,9 +8,8 @@ import pytest
 from small_problems import (
     BASES,
     CORNER_BASES,
-    ELASTIC,
     KINDS,
-    POINT_MATERIALS,
+    MATERIALS,
     Laboratory,
     block_entries,
     by_number,
@@ -27,7 +26,7 @@ from tilth.model.laws import laws
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
+every_material = pytest.mark.parametrize("material", MATERIALS)
 
 
 def laboratory_of(
