@@ -8,8 +8,9 @@ import pytest
 from small_problems import (
     BASES,
     CORNER_BASES,
+    ELASTIC,
     KINDS,
-    MATERIALS,
+    POINT_MATERIALS,
     Laboratory,
     block_entries,
     by_number,
@@ -26,7 +27,7 @@ from tilth.model.laws import laws
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
-every_material = pytest.mark.parametrize("material", MATERIALS)
+every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 
 def laboratory_of(
