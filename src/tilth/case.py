@@ -11,6 +11,7 @@ from typing import Any
 from tilth.errors import BadInput, Problem
 from tilth.model import Model
 from tilth.model.model import FORMAT
+from tilth.model.problems import dotted
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -105,7 +106,10 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
         if not isinstance(given, str):
             continue
         path, function = given, ""
-        if name != "file":  # "file.py:name"; what has another form is refused with the model
+        if name not in (
+            "file",
+            "library",
+        ):  # "file.py:name"; what has another form is refused with the model
             path, colon, function = given.rpartition(":")
             if not colon:
                 continue
@@ -134,6 +138,11 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, body in enumerate(_tables(entries.get("bodies"))):
         if isinstance(body.get("shape"), dict):
             yield f"bodies[{i}].shape", body["shape"], "file"
+    materials = entries.get("materials")
+    for name, material in materials.items() if isinstance(materials, dict) else ():
+        if isinstance(material, dict) and str(material.get("model")).startswith("user_"):
+            for key in ("class", "function", "library"):
+                yield dotted(("materials", name)), material, key
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
         if isinstance(boundary.get("geometry"), dict):

@@ -182,7 +182,7 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     dim, nodes_per_axis = model.dimension, _reach(body) + 1
     corners = 2**dim * dim if any(b.basis.startswith("cpdi") for b in model.bodies) else 0
     edges = dim**2 if any(b.basis == "cpdi1" for b in model.bodies) else 0
-    variables = len(model.materials[body.material].law.state_variables)
+    variables = len(model.laws[body.material].state_variables)
     state = 27 + 5 * dim + dim**2 + corners + edges + variables
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim

@@ -49,3 +49,7 @@ from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad
 from tilth.model.track import Track as Track
+from tilth.model.user_laws import StateVariable as StateVariable
+from tilth.model.user_laws import UserCompiled as UserCompiled
+from tilth.model.user_laws import UserPython as UserPython
+from tilth.model.user_laws import UserUmat as UserUmat

@@ -57,7 +57,8 @@ MOST_ROWS = 100_000
 """Rows of a table, at most."""
 
 
-def _real(value: Any) -> float:
+def real(value: Any) -> float:
+    """Returns a finite number of at most `GREATEST` in magnitude; refuses anything else."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise reject("must be a number", _unquoted(value))
     try:
@@ -88,7 +89,7 @@ def _whole(value: Any) -> int:
 
 
 def _positive(value: Any) -> float:
-    if (number := _real(value)) >= LEAST:
+    if (number := real(value)) >= LEAST:
         return number
     if number > 0.0:
         raise reject(f"is smaller than {LEAST:g}", "choose smaller units")
@@ -96,7 +97,7 @@ def _positive(value: Any) -> float:
 
 
 def _not_negative(value: Any) -> float:
-    if (number := _real(value)) == 0.0 or number >= LEAST:
+    if (number := real(value)) == 0.0 or number >= LEAST:
         return number
     if number > 0.0:
         raise reject(f"is smaller than {LEAST:g}, but not 0", "choose smaller units, or give 0")
@@ -104,7 +105,7 @@ def _not_negative(value: Any) -> float:
 
 
 def _angle(value: Any) -> float:
-    if abs(number := _real(value)) <= FULL_TURNS:
+    if abs(number := real(value)) <= FULL_TURNS:
         return number
     raise reject(f"is greater than {FULL_TURNS:g} degrees in magnitude", "leave out whole turns")
 
@@ -119,7 +120,7 @@ def _tolerance(value: Any) -> float:
 
 
 def _fraction(value: Any) -> float:
-    if 0.0 < (number := _real(value)) <= 1.0:
+    if 0.0 < (number := real(value)) <= 1.0:
         return number
     raise reject("must be greater than 0 and at most 1")
 
@@ -187,7 +188,7 @@ def _matrix(value: Any) -> tuple[tuple[float, ...], ...]:
         raise reject("must be a list of rows of numbers", "such as [[1, 0], [0, 1]]")
     if len(rows) > MOST_VERTICES:
         raise reject(f"has {len(rows):,} rows", f"give at most {MOST_VERTICES:,}")
-    return tuple(_vector_of(_real)(row) for row in rows)
+    return tuple(_vector_of(real)(row) for row in rows)
 
 
 def _table(value: Any) -> tuple[tuple[float, float], ...]:
@@ -198,7 +199,7 @@ def _table(value: Any) -> tuple[tuple[float, float], ...]:
     if len(rows) < 2:
         raise reject("needs at least two rows", example)
     _require_rows(rows)
-    table = [(_real(time), _real(factor)) for time, factor in rows]
+    table = [(real(time), real(factor)) for time, factor in rows]
     if table[0][0] != 0.0:
         raise reject("the first time must be 0", example)
     for (before, _), (after, _) in pairwise(table):
@@ -221,14 +222,14 @@ def _profile(value: Any) -> tuple[tuple[float, float], ...]:
     if rows is None or len(rows) < 2 or any(len(as_list(row) or ()) != 2 for row in rows):
         raise reject("must be a list of at least two rows of two numbers", example)
     _require_rows(rows)
-    profile = [(_real(place), _real(number)) for place, number in rows]
+    profile = [(real(place), real(number)) for place, number in rows]
     if any(after <= before for (before, _), (after, _) in pairwise(profile)):
         raise reject("the arc lengths must increase from row to row", example)
     return tuple(profile)
 
 
 def _times(value: Any) -> tuple[float, ...]:
-    times = _vector_of(_real)(value)
+    times = _vector_of(real)(value)
     if times[0] <= 0.0:
         raise reject("the times must be greater than 0", "the initial state is always written")
     if any(after <= before for before, after in pairwise(times)):
@@ -279,14 +280,14 @@ def _not_zero(value: Sequence[float]) -> Sequence[float]:
 
 def _axis_or_direction(value: Any) -> str | Sequence[float]:
     if not isinstance(value, str):
-        return _not_zero(_vector_of(_real)(value))
+        return _not_zero(_vector_of(real)(value))
     if value in AXES:
         return value
     remedy = 'choose from "x", "y", "z", or give a direction such as [1, 0, 1]'
     raise reject("names no axis", remedy)
 
 
-Real = Annotated[float, PlainValidator(_real)]
+Real = Annotated[float, PlainValidator(real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
 Angle = Annotated[float, PlainValidator(_angle)]
@@ -295,7 +296,7 @@ Fraction = Annotated[float, PlainValidator(_fraction)]
 Count = Annotated[int, PlainValidator(_count)]
 CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]
 Flag = Annotated[bool, PlainValidator(_flag)]
-Vector = Annotated[Sequence[float], PlainValidator(_vector_of(_real))]
+Vector = Annotated[Sequence[float], PlainValidator(_vector_of(real))]
 CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
 WholeNumbers = Annotated[Sequence[int], PlainValidator(_whole_numbers)]
 PositivePerDirection = Annotated[

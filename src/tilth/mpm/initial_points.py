@@ -11,25 +11,29 @@ from tilth.arrays import Floats
 from tilth.bodies import discretise
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
+from tilth.model.problems import dotted
 from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.initial_stress import set_initial_stress
 from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.user_moduli import require_declared_moduli
 
 
 def initial_points(model: Model) -> MaterialPoints:
     """Returns the undeformed material points of all bodies of a model, with their initial stress.
 
     Raises:
-        BadInput: a body without points, or a stress that its law cannot have.
+        BadInput: a body without points, a stress that its law cannot have, or a law of the user
+            that cannot be loaded or has other moduli than the declared ones.
     """
     bodies, parts, start = [], [], 0
     varying: dict[str, Floats] = {}
     cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
     for body in model.bodies:
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
-        material = model.materials[body.material]
+        material, law = model.materials[body.material], model.laws[body.material]
         at = ParametersAt(partial(getattr, material), cell_length)
         parameters = material.parameter_array(at, len(part.position))
+        require_declared_moduli(law, parameters, dotted(("materials", body.material)))
         if parameters.ndim == 2:
             varying[body.name] = parameters
         bodies.append(
@@ -39,7 +43,7 @@ def initial_points(model: Model) -> MaterialPoints:
                 stop=start + len(part.position),
                 basis=body.basis,
                 domain_update=body.domain_update,
-                law=material.law,
+                law=law,
                 parameters=parameters if parameters.ndim == 1 else None,
                 density=material.density or 0.0,
                 anti_locking=body.anti_locking,
