@@ -66,6 +66,9 @@ TYPE_DESCRIPTIONS = {
     "Direction": "list of numbers, not all 0",
     "AxisOrDirection": '`"x"`, `"y"`, `"z"`, or a list of numbers',
     "Faces": 'list of `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"`, `"z+"`',
+    "Numbers": "list of numbers",
+    "NumbersByName": "table name = number",
+    "StateVariables": "list of tables, or a whole number",
     "PythonFunction": 'text `"file.py:name"`',
     "Limits": "table, see below",
     "Follow": "table, see below",
@@ -114,8 +117,9 @@ without running it.
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
-  `"function"`, a material parameter) is code: `tilth run`, `tilth check` and `tilth resume` say so
-  and run that file with your rights. `tilth report` runs no such function.
+  `"function"`, a material parameter) or a law of your own (materials `"user_python"`,
+  `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check` and `tilth resume` say so
+  and run that file with your rights. `tilth report` runs no such code.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.
@@ -213,7 +217,8 @@ def page() -> str:
         "[mechanics](../theory/mechanics.md).",
         *_variants(
             "model", model.HenckyElastic, model.VonMises, model.Tresca, model.MohrCoulomb,
-            model.DruckerPrager, model.ModifiedCamClay,
+            model.DruckerPrager, model.ModifiedCamClay, model.UserPython, model.UserCompiled,
+            model.UserUmat,
         ),
         "### Parameters that vary\n\nInstead of a number, a material parameter other than the "
         "density may be one of these tables. It is evaluated once at the initial position of each "
@@ -292,7 +297,8 @@ def _variants(key: str, *classes: type[Declared], level: int = 3) -> list[str]:
 def _row(cls: type[Declared], key: str) -> str:
     field = cls.model_fields[key]
     meaning = meaning_of(cls, key) or "Selects the kind of entry."
-    return f"| `{key}` | {_type(cls, key)} | {_default(cls, key, field)} | {_cell(meaning)} |"
+    name = field.alias or key
+    return f"| `{name}` | {_type(cls, key)} | {_default(cls, key, field)} | {_cell(meaning)} |"
 
 
 def _type(cls: type[Declared], key: str) -> str:

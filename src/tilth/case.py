@@ -126,7 +126,10 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
         if not isinstance(given, str):
             continue
         path, function = given, ""
-        if name != "file":  # "file.py:name"; what has another form is refused with the model
+        if name not in (
+            "file",
+            "library",
+        ):  # "file.py:name"; what has another form is refused with the model
             path, colon, function = given.rpartition(":")
             if not colon:
                 continue
@@ -159,9 +162,15 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
     materials = entries.get("materials")
-    for material, parameters in materials.items() if isinstance(materials, dict) else ():
-        if isinstance(parameters, dict):
-            yield from _files_of_parameters(dotted(("materials", material)), parameters)
+    for name, material in materials.items() if isinstance(materials, dict) else ():
+        if not isinstance(material, dict):
+            continue
+        key = dotted(("materials", name))
+        if str(material.get("model")).startswith("user_"):
+            for entry in ("class", "function", "library"):
+                yield key, material, entry
+        else:
+            yield from _files_of_parameters(key, material)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
         if isinstance(boundary.get("geometry"), dict):

@@ -309,7 +309,8 @@ def _say_what_runs(model: Model) -> None:
     """Announces the code of the user that the command is about to run."""
     for function in model.functions:
         file, _, name = function.rpartition(":")
-        click.echo(visible(f"runs the Python function {name} in {file}"))
+        what = "law" if function in model.user_laws else "Python function"
+        click.echo(visible(f"runs the {what} {name} in {file}"))
 
 
 def _beside(file: Path, name: str) -> Path:

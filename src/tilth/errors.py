@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -141,6 +141,11 @@ class BadInput(TilthError):
     def in_file(self, file: str | Path) -> BadInput:
         """Returns the same error with the file that contains the mistake."""
         return BadInput.of(self.problems, file)
+
+    def during(self, when: str) -> BadInput:
+        """Returns the same error with the moment of the analysis at which it appeared."""
+        at = [replace(each, problem=f"{each.problem} ({when})") for each in self.problems]
+        return BadInput.of(at, self.file)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return BadInput.of, (self.problems, self.file)

@@ -20,12 +20,13 @@ auto materials() {
 
 /// Calls `function(kind, law)` with the lock of the interpreter released.
 template <class Function>
-void with_kind_and_law(const std::string& kind_name, const std::string& name,
+void with_kind_and_law(const std::string& kind_name, nb::handle material,
                        const ConstDoubles& parameters, std::int64_t points, std::int64_t width,
                        Function&& function) {
-  const auto law = checked_law(name, parameters, points, width);
+  const CheckedLaw checked = checked_law(material, parameters, points, width);
   nb::gil_scoped_release release;
-  with_kind(kind_name, [&](auto kind) { function(kind, *law); });
+  checked.evaluate(
+      [&](const auto& law) { with_kind(kind_name, [&](auto kind) { function(kind, law); }); });
 }
 
 /// Returns the number of points of tensors (n, 6); refuses other arrays.
@@ -43,19 +44,20 @@ std::int64_t width_of(const Array& state, std::int64_t points, const char* name)
   return width;
 }
 
-std::int64_t initial_state(const std::string& kind_name, const std::string& name,
+std::int64_t initial_state(const std::string& kind_name, nb::handle material,
                            ConstDoubles parameters, ConstDoubles kirchhoff, Doubles state) {
   const std::int64_t points = points_of(kirchhoff, "kirchhoff");
   const std::int64_t width = width_of(state, points, "state");
   std::int64_t failed = -1;
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    failed =
-        kernel::initial_state<decltype(kind)>(points, law, kirchhoff.data(), state.data(), width);
-  });
+  with_kind_and_law(kind_name, material, parameters, points, width,
+                    [&](auto kind, const auto& law) {
+                      failed = kernel::initial_state<decltype(kind)>(points, law, kirchhoff.data(),
+                                                                     state.data(), width);
+                    });
   return failed;
 }
 
-void elastic_moduli(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
+void elastic_moduli(const std::string& kind_name, nb::handle material, ConstDoubles parameters,
                     ConstDoubles deformation, ConstDoubles state, Doubles bulk, Doubles shear,
                     Doubles young) {
   const std::int64_t points = points_of(deformation, "deformation");
@@ -63,38 +65,41 @@ void elastic_moduli(const std::string& kind_name, const std::string& name, Const
   require_size(bulk, points, "bulk");
   require_size(shear, points, "shear");
   require_size(young, points, "young");
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(), width,
-                                           bulk.data(), shear.data(), young.data());
-  });
+  with_kind_and_law(
+      kind_name, material, parameters, points, width, [&](auto kind, const auto& law) {
+        kernel::elastic_moduli<decltype(kind)>(points, law, deformation.data(), state.data(), width,
+                                               bulk.data(), shear.data(), young.data());
+      });
 }
 
-void stored_energy(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
+void stored_energy(const std::string& kind_name, nb::handle material, ConstDoubles parameters,
                    ConstDoubles deformation, ConstDoubles state, Doubles energy) {
   const std::int64_t points = points_of(deformation, "deformation");
   const std::int64_t width = width_of(state, points, "state");
   require_size(energy, points, "energy");
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    kernel::stored_energy<decltype(kind)>(points, law, deformation.data(), state.data(), width,
-                                          energy.data());
-  });
+  with_kind_and_law(kind_name, material, parameters, points, width,
+                    [&](auto kind, const auto& law) {
+                      kernel::stored_energy<decltype(kind)>(points, law, deformation.data(),
+                                                            state.data(), width, energy.data());
+                    });
 }
 
-std::int64_t elastic_deformation_of(const std::string& kind_name, const std::string& name,
+std::int64_t elastic_deformation_of(const std::string& kind_name, nb::handle material,
                                     ConstDoubles parameters, ConstDoubles kirchhoff,
                                     ConstDoubles state, Doubles deformation) {
   const std::int64_t points = points_of(kirchhoff, "kirchhoff");
   const std::int64_t width = width_of(state, points, "state");
   require_size(deformation, 6 * points, "deformation");
   std::int64_t failed = -1;
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    failed = kernel::elastic_deformation_of<decltype(kind)>(
-        points, law, kirchhoff.data(), state.data(), width, deformation.data());
-  });
+  with_kind_and_law(kind_name, material, parameters, points, width,
+                    [&](auto kind, const auto& law) {
+                      failed = kernel::elastic_deformation_of<decltype(kind)>(
+                          points, law, kirchhoff.data(), state.data(), width, deformation.data());
+                    });
   return failed;
 }
 
-void return_to_law(const std::string& kind_name, const std::string& name, ConstDoubles parameters,
+void return_to_law(const std::string& kind_name, nb::handle material, ConstDoubles parameters,
                    ConstDoubles trial, ConstDoubles plastic_before, ConstDoubles state_before,
                    Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
                    Flags admissible) {
@@ -110,13 +115,15 @@ void return_to_law(const std::string& kind_name, const std::string& name, ConstD
       nullptr,        trial.data(),   plastic_before.data(), state_before.data(),
       elastic.data(), plastic.data(), state.data(),          nullptr,
       width};
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(), admissible.data());
-  });
+  with_kind_and_law(kind_name, material, parameters, points, width,
+                    [&](auto kind, const auto& law) {
+                      kernel::return_to_law<decltype(kind)>(points, law, arrays, kirchhoff.data(),
+                                                            admissible.data());
+                    });
 }
 
 std::tuple<std::int64_t, std::int64_t> update_of_gradients(
-    const std::string& kind_name, const std::string& name, ConstDoubles parameters,
+    const std::string& kind_name, nb::handle material, ConstDoubles parameters,
     ConstDoubles gradient, ConstDoubles elastic_before, ConstDoubles plastic_before,
     ConstDoubles state_before, Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
     Doubles tangent) {
@@ -130,21 +137,22 @@ std::tuple<std::int64_t, std::int64_t> update_of_gradients(
   require_size(kirchhoff, 6 * points, "kirchhoff");
   require_size(tangent, 54 * points, "tangent");
   kernel::Failure failure;
-  with_kind_and_law(kind_name, name, parameters, points, width, [&](auto kind, const auto& law) {
-    using K = decltype(kind);
-    std::vector<double> response(points * kernel::response_size<K>);
-    const kernel::StressArrays arrays{
-        nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
-        elastic.data(), plastic.data(),        state.data(),          response.data(),
-        width};
-    failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays, kirchhoff.data(),
-                                             tangent.data());
-  });
+  with_kind_and_law(
+      kind_name, material, parameters, points, width, [&](auto kind, const auto& law) {
+        using K = decltype(kind);
+        std::vector<double> response(points * kernel::response_size<K>);
+        const kernel::StressArrays arrays{
+            nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
+            elastic.data(), plastic.data(),        state.data(),          response.data(),
+            width};
+        failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
+                                                 kirchhoff.data(), tangent.data());
+      });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }
 
 /// Points in principal axes, for the contract tests and for material-point studies.
-void principal_update(const std::string& name, ConstDoubles parameters, ConstDoubles trial,
+void principal_update(nb::handle law_or_name, ConstDoubles parameters, ConstDoubles trial,
                       ConstDoubles plastic_before, ConstDoubles state_before, Doubles state,
                       Doubles kirchhoff, Doubles elastic, Doubles tangent, Flags admissible) {
   const std::int64_t points = rows_of(trial, 2, "trial");
@@ -156,25 +164,27 @@ void principal_update(const std::string& name, ConstDoubles parameters, ConstDou
   require_size(elastic, 3 * points, "elastic");
   require_size(tangent, 9 * points, "tangent");
   require_size(admissible, points, "admissible");
-  const auto law = checked_law(name, parameters, points, width);
-  for (std::int64_t first = 0; first < points; first += lane_count) {
-    material::LawBatch batch{};
-    for (std::int64_t p = first; p < points && p < first + lane_count; ++p) {
-      for (int a = 0; a < 3; ++a) batch.trial[a][batch.size] = trial.data()[3 * p + a];
-      batch.point[batch.size++] = p;
-    }
-    batch.wanted = (1u << batch.size) - 1;
-    law->update(batch, {plastic_before.data(), state_before.data(), state.data(), width});
-    for (int lane = 0; lane < batch.size; ++lane) {
-      const std::int64_t p = first + lane;
-      admissible.data()[p] = !(batch.failed >> lane & 1u);
-      for (int a = 0; a < 3; ++a) {
-        kirchhoff.data()[3 * p + a] = batch.kirchhoff[a][lane];
-        elastic.data()[3 * p + a] = batch.elastic[a][lane];
+  const CheckedLaw checked = checked_law(law_or_name, parameters, points, width);
+  checked.evaluate([&](const material::PointLaw& law) {
+    for (std::int64_t first = 0; first < points; first += lane_count) {
+      material::LawBatch batch{};
+      for (std::int64_t p = first; p < points && p < first + lane_count; ++p) {
+        for (int a = 0; a < 3; ++a) batch.trial[a][batch.size] = trial.data()[3 * p + a];
+        batch.point[batch.size++] = p;
       }
-      for (int k = 0; k < 9; ++k) tangent.data()[9 * p + k] = batch.tangent[k][lane];
+      batch.wanted = (1u << batch.size) - 1;
+      law.update(batch, {plastic_before.data(), state_before.data(), state.data(), width});
+      for (int lane = 0; lane < batch.size; ++lane) {
+        const std::int64_t p = first + lane;
+        admissible.data()[p] = !(batch.failed >> lane & 1u);
+        for (int a = 0; a < 3; ++a) {
+          kirchhoff.data()[3 * p + a] = batch.kirchhoff[a][lane];
+          elastic.data()[3 * p + a] = batch.elastic[a][lane];
+        }
+        for (int k = 0; k < 9; ++k) tangent.data()[9 * p + k] = batch.tangent[k][lane];
+      }
     }
-  }
+  });
 }
 
 }  // namespace

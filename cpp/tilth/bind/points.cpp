@@ -51,7 +51,7 @@ auto volumetric_strains(ConstDoubles deformation) {
 }
 
 std::tuple<std::int64_t, std::int64_t> stress_update(
-    const std::string& kind_name, const std::string& material_name, ConstDoubles parameters,
+    const std::string& kind_name, nb::handle material, ConstDoubles parameters,
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
     ConstDoubles elastic_before, ConstDoubles plastic_before, ConstDoubles state_before,
     Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle) {
@@ -75,12 +75,14 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
       position.data(),     elastic_before.data(), plastic_before.data(),
       state_before.data(), elastic.data(),        plastic.data(),
       state.data(),        response.data(),       width};
-  const auto law = checked_law(material_name, parameters, n, width);
+  const CheckedLaw checked = checked_law(material, parameters, n, width);
   kernel::Failure failure;
   nb::gil_scoped_release release;
-  with_kind(kind_name, [&](auto kind) {
-    failure = kernel::stress_update<decltype(kind)>(stencil, *law, displacement.data(), arrays,
-                                                    centres.get());
+  checked.evaluate([&](const material::PointLaw& law) {
+    with_kind(kind_name, [&](auto kind) {
+      failure = kernel::stress_update<decltype(kind)>(stencil, law, displacement.data(), arrays,
+                                                      centres.get());
+    });
   });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }

@@ -10,7 +10,7 @@ import numpy as np
 from tilth.analysis.clock import Clock
 from tilth.analysis.likely_causes import likely_causes
 from tilth.analysis.simulation import Simulation, StepResult
-from tilth.errors import AnalysisFailed, StepFailed
+from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.output.folder import REPORT
 
 CUTS_IN_A_ROW = 3
@@ -36,6 +36,7 @@ def load_steps(
 
     Raises:
         AnalysisFailed: no equilibrium with the smallest step.
+        BadInput: code of the user fails.
     """
     cuts = 0
     while not (clock.done or clock.stops):
@@ -50,6 +51,8 @@ def load_steps(
                 simulation.run_warnings.repeated_cuts(clock.step + 1, cuts, causes)
             on_cut(after, failure)
             continue
+        except BadInput as error:  # code of the user that fails in this step
+            raise error.during(f"in step {clock.step + 1} to time {after:.6g}") from error
         cuts = 0
         clock.accept(after)
         yield after - before, result

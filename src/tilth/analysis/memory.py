@@ -184,11 +184,11 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     corners = 2**dim * dim if any(b.basis.startswith("cpdi") for b in model.bodies) else 0
     edges = dim**2 if any(b.basis == "cpdi1" for b in model.bodies) else 0
     used = body.materials
-    variables = max(len(model.materials[name].law.state_variables) for name in used)
+    variables = max(len(model.laws[name].state_variables) for name in used)
     state = float(27 + 5 * dim + dim**2 + corners + edges + variables)
     for name in used:  # values of varying entries, and the parameters of their laws
         if varying := variations(model.materials[name]):
-            state += (len(varying) + 2 * len(model.materials[name].law.parameters)) / len(used)
+            state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim
     values = {"linear": dim, "gimp": 2 * dim * nodes_per_axis}.get(body.basis, (1 + dim) * nodes)

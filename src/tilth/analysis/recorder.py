@@ -294,5 +294,9 @@ def snapshot(
 
 
 def units_of(model: Model) -> dict[str, str]:
-    """Returns the labels of a model's units by name."""
-    return {name: str(label) for name, label in model.units.model_dump().items()}
+    """Returns the labels of the units, and of the state variables of the user's laws."""
+    labels = {name: str(label) for name, label in model.units.model_dump().items()}
+    of_laws = {name for law in model.laws.values() if law.source for name in law.state_variables}
+    units = model.state_units()
+    own = {name: labels["stress"] for name in sorted(of_laws) if units[name] == "stress"}
+    return labels | own

@@ -138,6 +138,7 @@ class Simulation:
         self.implicit = make_implicit(model)
         self._grid_motion = GridMotion(model, self.implicit)
         self.grid = self._grid_motion.at(0.0)
+        model.require_state_variables()
         initial = initial_points(model)
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(initial), self.run_warnings.fallback

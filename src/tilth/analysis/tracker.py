@@ -11,7 +11,6 @@ from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
-from tilth.model.laws import state_units
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.loads import nearest_points
@@ -86,7 +85,7 @@ def unit_of(track: Track, model: Model) -> str:
     if track.quantity == "stress":
         return units.stress
     if track.quantity == "state":
-        return units.stress if state_units()[track.variable or ""] == "stress" else ""
+        return units.stress if model.state_units()[track.variable or ""] == "stress" else ""
     if track.quantity == "enclosed":
         return f"{units.length}^{model.dimension}"
     if track.quantity in ("energy", "moment"):

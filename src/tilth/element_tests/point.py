@@ -77,15 +77,17 @@ class ElementPoint:
         Raises:
             BadInput: the law cannot have this stress.
         """
-        law = material.law
+        law = material.law_at("material")
         width = getattr(material, "softening_length", None) or 1.0  # of the band that softens
-        parameters = np.array([material.parameter(name, width) for name in law.parameters])
+        parameters = np.array(
+            [material.parameter(name, width) for name in material.parameter_names]
+        )
         state = np.zeros((1, len(law.state_variables)))
-        failed = _core.initial_state(_KIND, law.name, parameters, stress[None], state)
+        failed = _core.initial_state(_KIND, law.core, parameters, stress[None], state)
         elastic = np.zeros((1, 6))
         if failed < 0:
             failed = _core.elastic_deformation_of(
-                _KIND, law.name, parameters, stress[None], state, elastic
+                _KIND, law.core, parameters, stress[None], state, elastic
             )
         point = cls(law, parameters, np.eye(3), elastic[0], np.zeros(2), state[0], stress)
         try:
@@ -150,7 +152,7 @@ class ElementPoint:
             state=np.zeros((count, len(self.state))),
         )
         _, status = _core.update_of_gradients(
-            _KIND, self.law.name, self.parameters, gradients, repeated(self.elastic_deformation),
+            _KIND, self.law.core, self.parameters, gradients, repeated(self.elastic_deformation),
             repeated(self.plastic), repeated(self.state), found.elastic, found.plastic,
             found.state, found.kirchhoff, found.tangent,
         )  # fmt: skip

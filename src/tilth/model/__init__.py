@@ -60,6 +60,10 @@ from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad
 from tilth.model.track import Track as Track
+from tilth.model.user_laws import StateVariable as StateVariable
+from tilth.model.user_laws import UserCompiled as UserCompiled
+from tilth.model.user_laws import UserPython as UserPython
+from tilth.model.user_laws import UserUmat as UserUmat
 from tilth.model.variation import AlongAxis as AlongAxis
 from tilth.model.variation import ByDepth as ByDepth
 from tilth.model.variation import ByStress as ByStress

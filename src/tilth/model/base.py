@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class Declared(BaseModel):
     """An immutable, validated declaration; a wrong entry raises `BadInput` with key and value."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True, populate_by_name=True)
 
     if not TYPE_CHECKING:  # type checkers derive the signature from the fields
 
@@ -61,7 +61,10 @@ class Declared(BaseModel):
         """Refuses unknown keys, with a suggestion, and reports missing ones, with their meaning."""
         if not isinstance(data, dict):
             return data
-        fields = cls.model_fields
+        names = {field.alias or name: name for name, field in cls.model_fields.items()}
+        keys = {name: key for key, name in names.items()}
+        data = {keys.get(key, key): value for key, value in data.items()}
+        fields = {key: cls.model_fields[name] for key, name in names.items()}
         unknown = [key for key in data if key not in fields]
         missing = [key for key, field in fields.items() if field.is_required() and key not in data]
         problems = []
@@ -73,7 +76,7 @@ class Declared(BaseModel):
             remedy = f"did you mean `{likely}`?" if likely else f"known keys: {', '.join(fields)}"
             problems.append(Problem(str(key), "unknown key", remedy, data[key]))
         for key in missing:
-            problems.append(Problem(key, "missing", f"give `{key}`: {meaning_of(cls, key)}"))
+            problems.append(Problem(key, "missing", f"give `{key}`: {meaning_of(cls, names[key])}"))
         if problems:
             raise rejection(problems)
         return data

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
@@ -15,7 +15,8 @@ from tilth.model.laws import PLASTIC_STRAIN
 from tilth.model.loads import BodyForce, PointForce
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
-from tilth.model.problems import dotted, unknown_name
+from tilth.model.problems import dotted, suggestion, unknown_name
+from tilth.model.settings import COLOURS
 from tilth.model.sizes import size_problems
 from tilth.model.surface import SurfaceLoad
 
@@ -25,9 +26,11 @@ if TYPE_CHECKING:
 
 def problems_between_entries(model: Model) -> list[Problem]:
     """Returns the problems between the entries of a model; geometry only if all sizes are right."""
+    declared = {name: each.declared_variables() for name, each in model.materials.items()}
     problems = [
         *_repeated_names(model),
         *_unknown_references(model),
+        *state_variable_problems(model, declared),
         *_initial_stress(model),
         *_needs_implicit(model),
         *_densities(model),
@@ -84,11 +87,6 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         if track.boundary is not None and track.boundary not in boundaries:
             words = unknown_name("boundary", track.boundary, boundaries)
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
-        if track.variable is not None:
-            known = _state_variables(model, track.body)
-            if track.variable not in known:
-                words = unknown_name("state variable", track.variable, known)
-                yield Problem(f"track[{i}].variable", *words, track.variable)
 
 
 def _initial_stress(model: Model) -> Iterator[Problem]:
@@ -115,13 +113,43 @@ def _initial_stress(model: Model) -> Iterator[Problem]:
                 yield Problem(f"bodies[{i}].{key}", what, remedy, name)
 
 
-def _state_variables(model: Model, body: str | None) -> list[str]:
-    """Returns the state variables of one body's material, or of those of all bodies."""
-    names = {PLASTIC_STRAIN: None}
+def state_variable_problems(
+    model: Model, variables: Mapping[str, Mapping[str, str] | None]
+) -> Iterator[Problem]:
+    """Yields names of state variables, in `[[track]]` and `colour_by`, that no law has.
+
+    variables: units of the state variables of each material; None for those not yet known, of which
+        nothing is refused.
+    """
+    for i, track in enumerate(model.track):
+        known = _known(model, variables, track.body)
+        if track.variable is not None and known is not None and track.variable not in known:
+            words = unknown_name("state variable", track.variable, known)
+            yield Problem(f"track[{i}].variable", *words, track.variable)
+    colour, known = model.output.colour_by, _known(model, variables, None)
+    if known is not None and colour not in (choices := [*dict.fromkeys((*COLOURS, *known))]):
+        likely = suggestion(colour, choices)
+        remedy = f'did you mean "{likely}"? ' if likely else ""
+        remedy += f"choose from {', '.join(choices)}"
+        yield Problem("output.colour_by", "no field of this name", remedy, colour)
+
+
+def _known(
+    model: Model, variables: Mapping[str, Mapping[str, str] | None], body: str | None
+) -> list[str] | None:
+    """Returns the state variables of one body's material, or of those of all bodies.
+
+    None if they are not known of all of them.
+    """
+    names = {PLASTIC_STRAIN: ""}
     for each in model.bodies:
-        known = [m for m in each.materials if m in model.materials and body in (None, each.name)]
-        for material in known:
-            names |= dict.fromkeys(model.materials[material].law.state_variables)
+        for material in each.materials:
+            if material not in model.materials or body not in (None, each.name):
+                continue
+            own = variables[material]
+            if own is None:
+                return None
+            names |= own
     return list(names)
 
 

@@ -58,7 +58,7 @@ MOST_ROWS = 100_000
 
 
 def real(value: Any) -> float:
-    """Returns a finite number; refuses all else."""
+    """Returns a finite number of at most `GREATEST` in magnitude; refuses anything else."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise reject("must be a number", _unquoted(value))
     try:

@@ -66,12 +66,33 @@ class AnyMaterial(Declared):
 
     @property
     def law(self) -> Law:
-        """The law of the core that computes the stress."""
+        """The law of the core that computes the stress; not of materials with code of the user."""
         return laws()[self.model]
+
+    @property
+    def code(self) -> str | None:
+        """Code of the user that computes the stress, as "file:name"; None for a law of the core."""
+        return None
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters of the law, in the order in which the core takes them."""
+        return self.law.parameters
+
+    def declared_variables(self) -> dict[str, str] | None:
+        """Returns the units of the state variables by name; None if only the code knows them."""
+        return self.law.state_variables
+
+    def law_at(self, key: str) -> Law:
+        """Returns the law that computes the stress; runs the code of the user, if there is one.
+
+        key: of the material in the case file, for messages.
+        """
+        return self.law
 
     def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
         """Returns the parameters of the law by their names in the core."""
-        return {name: at.value(name) for name in self.law.parameters}
+        return {name: at.value(name) for name in self.parameter_names}
 
     def parameter(self, name: str, cell_length: float = 1.0) -> float:
         """Returns a parameter of the law, the same at all points, by its name in the core."""
@@ -81,7 +102,7 @@ class AnyMaterial(Declared):
     def parameter_array(self, at: ParametersAt, points: int) -> Floats:
         """Returns the parameters as the core takes them: (m,), or (points, m) if one varies."""
         values = self.law_parameters(at)
-        columns = [values[name] for name in self.law.parameters]
+        columns = [values[name] for name in self.parameter_names]
         if all(np.ndim(column) == 0 for column in columns):
             return np.array(columns, dtype=np.float64)
         return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)

@@ -14,6 +14,7 @@ from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.problems import rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
+from tilth.model.user_laws import UserCompiled, UserPython, UserUmat
 from tilth.model.variation import VaryingNotNegative, VaryingPositive
 
 
@@ -79,9 +80,18 @@ _TO_YIELD_STRESS = {
 
 
 Material = Annotated[
-    HenckyElastic | VonMises | Tresca | MohrCoulomb | DruckerPrager | ModifiedCamClay,
+    HenckyElastic
+    | VonMises
+    | Tresca
+    | MohrCoulomb
+    | DruckerPrager
+    | ModifiedCamClay
+    | UserPython
+    | UserCompiled
+    | UserUmat,
     Field(discriminator="model"),
     chosen_by(
-        "model", HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager, ModifiedCamClay
+        "model", HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager, ModifiedCamClay,
+        UserPython, UserCompiled, UserUmat,
     ),
-]
+]  # fmt: skip

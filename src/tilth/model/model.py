@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
@@ -12,14 +13,15 @@ from tilth.errors import BadInput
 from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
-from tilth.model.checks import problems_between_entries
+from tilth.model.checks import problems_between_entries, state_variable_problems
 from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import Initial
+from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
 from tilth.model.materials import Material
-from tilth.model.problems import problems_of, reject, rejection
+from tilth.model.problems import dotted, problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.surface import SurfaceLoad
@@ -136,16 +138,52 @@ class Model(Declared):
 
     @property
     def functions(self) -> tuple[str, ...]:
-        """Python functions that the model names, as "file.py:name", each once.
+        """Code of the user that the model names, as "file:name", each once.
 
-        A simulation of the model runs these files.
+        A simulation of the model runs these files; see `user_laws` for those of materials.
         """
         found = [b for b in self.boundaries if isinstance(b, ImplicitBoundary)]
         motions = [b.motion for b in found]
         shapes = [getattr(b.geometry, "function", None) for b in found]
         varying = [v for material in self.materials.values() for v in variations(material).values()]
         parameters = [getattr(each, "function", None) for each in varying]
-        return tuple(dict.fromkeys(name for name in (*motions, *shapes, *parameters) if name))
+        found_names = (*motions, *shapes, *parameters, *self.user_laws)
+        return tuple(dict.fromkeys(name for name in found_names if name))
+
+    @property
+    def user_laws(self) -> tuple[str, ...]:
+        """Laws of the user that the model names, as "file:name", each once."""
+        codes = (material.code for material in self.materials.values())
+        return tuple(dict.fromkeys(code for code in codes if code))
+
+    @cached_property
+    def laws(self) -> dict[str, Law]:
+        """The laws of the materials by their names; runs the code of the user.
+
+        Raises:
+            BadInput: a law of the user cannot be loaded.
+        """
+        return {
+            name: material.law_at(dotted(("materials", name)))
+            for name, material in self.materials.items()
+        }
+
+    def state_units(self) -> dict[str, str]:
+        """Returns the units ("stress" or "-") of all state variables by name; runs user's code."""
+        units = state_units()
+        for law in self.laws.values():
+            units |= law.state_variables
+        return units
+
+    def require_state_variables(self) -> None:
+        """Checks names of state variables that only the user's code knows; runs this code.
+
+        Raises:
+            BadInput: `[[track]]` or `colour_by` names one that no law has.
+        """
+        known = {name: law.state_variables for name, law in self.laws.items()}
+        if problems := [*state_variable_problems(self, known)]:
+            raise BadInput.of(problems)
 
     def load_curve(self, item: Loaded) -> LoadCurve:
         """Returns how a boundary's motion or a load grows.
@@ -165,7 +203,7 @@ class Model(Declared):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the model as a dictionary that JSON stores without loss; see `from_dict`."""
-        return self.model_dump(mode="json", exclude_none=True)
+        return self.model_dump(mode="json", exclude_none=True, by_alias=True)
 
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Model:

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import AfterValidator, model_validator
+from pydantic import model_validator
 
 from tilth.model.base import Declared
 from tilth.model.fields import (
@@ -23,7 +23,7 @@ from tilth.model.fields import (
     extent_problems,
 )
 from tilth.model.laws import state_units
-from tilth.model.problems import reject, rejection, suggestion
+from tilth.model.problems import rejection
 
 Kind = Literal["plane_strain", "axisymmetric", "3d"]
 
@@ -128,14 +128,7 @@ COLOURS = (
     *state_units(),
     "volume",
 )
-
-
-def _colour(value: str) -> str:
-    if value in COLOURS:
-        return value
-    likely = suggestion(value, COLOURS)
-    remedy = f'did you mean "{likely}"? ' if likely else ""
-    raise reject("no field of this name", f"{remedy}choose from {', '.join(COLOURS)}")
+"""Fields of the results, and their components, whatever the materials."""
 
 
 class Output(Declared):
@@ -145,7 +138,8 @@ class Output(Declared):
     """Steps from one checkpoint to the next; with 0 there is none, and no run can be resumed."""
     deformation_gradient: Flag = False
     """Whether the deformation gradient of the points is written to the results."""
-    colour_by: Annotated[Text, AfterValidator(_colour)] = "displacement"
-    """Field that colours the report's pictures; of a vector without component the magnitude."""
+    colour_by: Text = "displacement"
+    """Field that colours the report's pictures; of a vector without component the magnitude. A
+    state variable of your own law by its name."""
     report: Flag = True
     """Whether report.html is written at the end of the run."""

@@ -25,16 +25,35 @@ def load_function(
 
     reference: `file.py:name`; the file's path is absolute or relative to `folder`.
     key: key of the reference in the case file, for messages.
+    Raises BadInput as `load_name`, and for a name that is not a function.
+    """
+    function = load_name(reference, folder, key=key)
+    if not callable(function):
+        file, _, name = reference.rpartition(":")
+        raise BadInput(
+            f"`{name}` in `{Path(file).name}` is a {type(function).__name__}, not a function",
+            f"define it as a function: `def {name}(x): ...`",
+            key=key,
+            value=reference,
+        )
+    return function  # type: ignore[no-any-return]
+
+
+def load_name(reference: str, folder: str | Path, *, key: str, what: str = "function") -> Any:
+    """Returns what has the name `reference` in a Python file of the user.
+
+    reference, folder, key: as in `load_function`.
+    what: what the name should be, for messages.
     Each call runs the file again, under a separate module name. Python's module search path is not
     changed, and nothing is written to the folder of the file.
     Raises BadInput for a reference of another form, a file that is missing or fails when it is
-    run, and a name that is missing or not a function.
+    run, and a name that is missing.
     """
     file, colon, name = reference.rpartition(":")
     if not colon or not file or not name.isidentifier():
         raise BadInput(
-            "does not name a function in a Python file",
-            "write the file, a colon and the function's name, such as `shape.py:distance`",
+            f"does not name a {what} in a Python file",
+            f"write the file, a colon and the {what}'s name, such as `shape.py:distance`",
             key=key,
             value=reference,
         )
@@ -42,20 +61,12 @@ def load_function(
     module = _run(path, key, reference)
     if not hasattr(module, name):
         raise BadInput(
-            f"`{path.name}` has no function `{name}`",
-            _remedy_for_name(name, module),
+            f"`{path.name}` has no {what} `{name}`",
+            _remedy_for_name(name, module, what),
             key=key,
             value=reference,
         )
-    function = getattr(module, name)
-    if not callable(function):
-        raise BadInput(
-            f"`{name}` in `{path.name}` is a {type(function).__name__}, not a function",
-            f"define it as a function: `def {name}(x): ...`",
-            key=key,
-            value=reference,
-        )
-    return function  # type: ignore[no-any-return]
+    return getattr(module, name)
 
 
 class UserFunction:
@@ -96,7 +107,7 @@ class UserFunction:
                 result = self._function(places.copy(), *further)
         except (Exception, SystemExit) as error:
             raise self._refused(
-                f"{self._name} failed: {_described(error, _file_of(self._function))}",
+                f"{self._name} failed: {described(error, file_of(self._function))}",
                 f"it must accept any array of positions, shape (n, {places.shape[1]})",
             ) from error
         try:
@@ -155,16 +166,23 @@ def _run(path: Path, key: str, reference: str) -> ModuleType:
     except (Exception, SystemExit) as error:
         del sys.modules[module.__name__]
         raise BadInput(
-            f"`{path.name}` fails when it is run: {_described(error, str(path))}",
-            "correct the file; try it with `python` by itself",
+            f"`{path.name}` fails when it is run: {described(error, str(path))}",
+            _remedy_for_failure(error),
             key=key,
             value=reference,
         ) from error
     return module
 
 
-def _described(error: BaseException, file: str | None) -> str:
-    """The exception in one line, with the last line of the user's `file` in its traceback."""
+def _remedy_for_failure(error: BaseException) -> str:
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        package = error.name.partition(".")[0]
+        return f"install the missing package into the Python of tilth: pip install {package}"
+    return "correct the file; try it with `python` by itself"
+
+
+def described(error: BaseException, file: str | None) -> str:
+    """Returns the exception in one line, with the last line of `file` in its traceback."""
     text = " ".join(str(error).split())
     line: int | None = None
     if isinstance(error, SyntaxError) and error.filename == file:
@@ -177,19 +195,20 @@ def _described(error: BaseException, file: str | None) -> str:
     return f"{type(error).__name__}{': ' if text else ''}{text}{where}"
 
 
-def _file_of(function: Callable[..., Any]) -> str | None:
-    """The file that defines `function`, or the class of an object with `__call__`."""
+def file_of(function: Callable[..., Any]) -> str | None:
+    """Returns the file that defines `function`, or the class of an object with `__call__`."""
     module = sys.modules.get(getattr(function, "__module__", None) or "")
     code = getattr(function, "__code__", None)
     return code.co_filename if code is not None else getattr(module, "__file__", None)
 
 
-def _remedy_for_name(name: str, module: ModuleType) -> str:
+def _remedy_for_name(name: str, module: ModuleType, what: str) -> str:
     known = [n for n, value in vars(module).items() if callable(value) and not n.startswith("_")]
     likely = suggestion(name, known)
     if likely:
         return f"did you mean `{likely}`?"
-    return f"functions there: {', '.join(f'`{n}`' for n in known) or 'none'}"
+    plural = "classes" if what == "class" else f"{what}s"
+    return f"{plural} there: {', '.join(f'`{n}`' for n in known) or 'none'}"
 
 
 def _remedy_for_file(path: Path) -> str:

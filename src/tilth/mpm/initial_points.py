@@ -17,6 +17,7 @@ from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.initial_stress import declared_stress, start_with_stress
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.user_moduli import require_declared_moduli
 
 
 def initial_points(model: Model) -> MaterialPoints:
@@ -24,7 +25,8 @@ def initial_points(model: Model) -> MaterialPoints:
 
     Raises:
         BadInput: a body or a layer without points, a parameter that has no admissible value at a
-            point, or a stress that its law cannot have.
+            point, a stress that its law cannot have, or a law of the user that cannot be loaded or
+            has other moduli than the declared ones.
     """
     bodies: list[PointRange] = []
     parts: list[BodyPoints] = []
@@ -42,6 +44,7 @@ def initial_points(model: Model) -> MaterialPoints:
             values, found = _parameters(
                 model, name, part.position[own], None if stress is None else stress[own]
             )
+            require_declared_moduli(model.laws[name], values, dotted(("materials", name)))
             if values.ndim == 2:
                 parameters[len(bodies)] = values
             if stress is not None:
@@ -55,7 +58,7 @@ def initial_points(model: Model) -> MaterialPoints:
                     stop=start + first + count,
                     basis=body.basis,
                     domain_update=body.domain_update,
-                    law=material.law,
+                    law=model.laws[name],
                     parameters=values if values.ndim == 1 else None,
                     density=material.density or 0.0,
                     anti_locking=body.anti_locking,

@@ -138,7 +138,7 @@ def _outside_yield(part: MaterialPoints) -> Flags:
     )
     kirchhoff, admissible = np.empty_like(part.stress), np.empty(len(part), dtype=bool)
     _core.return_to_law(
-        part.tensors, body.law.name, part.parameters_of(body), part.elastic_deformation,
+        part.tensors, body.law.core, part.parameters_of(body), part.elastic_deformation,
         part.plastic, part.state, elastic, plastic, state, kirchhoff, admissible,
     )  # fmt: skip
     change = np.abs(elastic - part.elastic_deformation).max(axis=1)

@@ -215,11 +215,11 @@ class MaterialPoints:
         """
         (body,) = self.bodies
         parameters = self.parameters_of(body)
-        name, tensors = body.law.name, self.tensors
-        failed = _core.initial_state(tensors, name, parameters, stress, self.state)
+        law, tensors = body.law.core, self.tensors
+        failed = _core.initial_state(tensors, law, parameters, stress, self.state)
         if failed < 0:
             failed = _core.elastic_deformation_of(
-                tensors, name, parameters, stress, self.state, self.elastic_deformation
+                tensors, law, parameters, stress, self.state, self.elastic_deformation
             )
         self.stress[:] = stress
         return failed
@@ -325,7 +325,7 @@ class MaterialPoints:
     def state_variable(self, name: str) -> Floats:
         """Returns a state variable of the points, shape (n,); NaN where the law does not have it.
 
-        Units: `tilth.model.laws.state_units`.
+        Units: `tilth.Model.state_units`.
         """
         if name == PLASTIC_STRAIN:
             return self.plastic[:, 0]
@@ -343,7 +343,7 @@ class MaterialPoints:
         for body in self.bodies:
             s = slice(body.start, body.stop)
             _core.elastic_moduli(
-                self.tensors, body.law.name, self.parameters_of(body), self.elastic_deformation[s],
+                self.tensors, body.law.core, self.parameters_of(body), self.elastic_deformation[s],
                 self.state[s], bulk[s], shear[s], young[s],
             )  # fmt: skip
         return ElasticModuli(bulk, shear, young)
@@ -355,7 +355,7 @@ class MaterialPoints:
             s = slice(body.start, body.stop)
             density = np.empty(body.stop - body.start)
             _core.stored_energy(
-                self.tensors, body.law.name, self.parameters_of(body), self.elastic_deformation[s],
+                self.tensors, body.law.core, self.parameters_of(body), self.elastic_deformation[s],
                 self.state[s], density,
             )  # fmt: skip
             total += float(density @ self.initial_volume[s])

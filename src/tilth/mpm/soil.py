@@ -20,10 +20,8 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.timers import Timers
 
-_FAILURES = {
-    1: "a material point inverted (det F <= 0)",
-    2: "the return mapping of a material point did not converge",
-}
+INVERTED = 1
+"""Status of a point whose deformation gradient has no positive determinant."""
 
 
 @dataclass
@@ -96,14 +94,16 @@ class Soil:
                 if centres is not None:
                     centres.update(displacement)
                 point, status = _core.stress_update(
-                    self.kind, body.law.name, points.parameters_of(body), stencil, displacement,
+                    self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
                     points.position[s], points.elastic_deformation[s], points.plastic[s],
                     points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
                     trial.response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
-                    raise StepFailed(_FAILURES[status], point=number)
+                    inverted = "a material point inverted (det F <= 0)"
+                    reason = inverted if status == INVERTED else body.law.failure
+                    raise StepFailed(reason, point=number)
 
     def _volumes(self) -> list[Floats]:
         """Returns the volumes of the Kirchhoff stress, V0 J / J_bar before the step, by body."""
@@ -252,7 +252,7 @@ class Soil:
         state_after, admissible = state[smoothed], np.empty(len(smoothed), dtype=bool)
         parameters = points.parameters_of(body)
         _core.return_to_law(
-            self.kind, body.law.name, parameters if parameters.ndim == 1 else parameters[smoothed],
+            self.kind, body.law.core, parameters if parameters.ndim == 1 else parameters[smoothed],
             trial, plastic[smoothed], state[smoothed],
             returned, plastic_after, state_after, stress, admissible,
         )  # fmt: skip

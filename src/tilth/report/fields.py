@@ -26,7 +26,8 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
     ``BadInput`` with the available names for any other.
     """
     fields = snapshot.point_fields
-    field = next((key for key in fields if name == key or name.startswith(f"{key}_")), None)
+    parents = (key for key in fields if name.startswith(f"{key}_"))
+    field = name if name in fields else next(parents, None)
     component = name[len(field) + 1 :] if field is not None else ""
     if field is not None:
         values = np.asarray(fields[field], dtype=np.float64)
@@ -93,4 +94,4 @@ def _unit(field: str, units: Mapping[str, str]) -> str:
         return units.get(unit, "" if unit in units else unit) or "-"
     if field == "volume":
         return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"
-    return "-"
+    return units.get(field) or "-"  # the state variables of the user's laws

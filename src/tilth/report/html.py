@@ -106,7 +106,7 @@ it.</li>
 
 def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     """Returns title, state of the run and a table of its main data."""
-    units = ", ".join(unit for unit in results.units.values() if unit)
+    units = ", ".join(dict.fromkeys(unit for unit in results.units.values() if unit))
     seconds = "unknown" if log.seconds is None else f"{log.seconds:,.1f} s"
     kinds = {"plane_strain": "plane strain", "axisymmetric": "axisymmetric", "3d": "3D"}
     facts = {

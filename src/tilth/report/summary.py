@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
@@ -123,15 +123,23 @@ def _material(name: str, material: Material, model: Model) -> str:
         "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
     }
 
-    def text(key: str, value: float | str | Variation) -> str:
+    def text(key: str, value: Any) -> str:
+        name = key.replace("_", " ")
+        if key == "state_variables":
+            return f"{len(value)} {name}"
+        if isinstance(value, Mapping):
+            return ", ".join(f"{each} {number:g}" for each, number in value.items())
+        if isinstance(value, tuple):
+            return f"{name} {[*value]}"
         if isinstance(value, str):
-            return f"{key.replace('_', ' ')} {value}"
+            return f"{name} {value}"
         meaning = meaning_of(type(material), key)  # has the unit in brackets
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
-        return f"{key.replace('_', ' ')} {_amount(value)}{unit}"
+        return f"{name} {_amount(value)}{unit}"
 
-    entries = material.model_dump(exclude={"model"}, exclude_none=True)
-    parts = [text(key, getattr(material, key)) for key in entries]
+    names = {field.alias or key: key for key, field in type(material).model_fields.items()}
+    entries = material.model_dump(exclude={"model"}, exclude_none=True, by_alias=True)
+    parts = [text(key, getattr(material, names[key])) for key in entries]
     return f"{name}: {material.model}, {', '.join(parts)}"
 
 
