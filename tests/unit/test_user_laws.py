@@ -12,9 +12,10 @@ from resumed_runs import assert_same_results
 from small_problems import assert_same_bits, block_entries, plane
 from user_laws import BUILT_IN, ELASTIC, LAWS, library, material
 
-from tilth import Model, _core, resume, run
+from tilth import BadInput, Model, UserPython, _core, resume, run
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.model.python_law import PythonLaw
 from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
 from tilth.report.fields import field_values
@@ -241,3 +242,23 @@ def test_a_function_in_c(tmp_path: Path) -> None:
     size = np.abs(expected.stress).max()
     np.testing.assert_allclose(found.stress, expected.stress, rtol=0, atol=1e-13 * size)
     assert found.state_variables() == ["plastic_strain", "state_1"]
+
+
+def test_declared_in_python_it_is_the_same_model(tmp_path: Path) -> None:
+    """The key `class` is `class_` there; a stored model has the keys of a case file."""
+    entries = material("user_python", tmp_path)
+    soil = UserPython(
+        class_=entries["class"], parameters=entries["parameters"], density=entries["density"]
+    )
+    model = Model.from_dict(squeezed(entries, "plane_strain"))
+    assert model.materials["soil"] == soil == soil.model_copy(update={"density": 2.0})
+    stored = model.to_dict()
+    assert stored["materials"]["soil"] == entries
+    assert Model.from_dict(stored) == model
+
+
+def test_the_moduli_of_a_python_class_are_positive(tmp_path: Path) -> None:
+    (tmp_path / "own.py").write_text(OWN_ELASTICITY, encoding="utf-8")
+    law = PythonLaw(f"{tmp_path}/own.py:Elastic", {"bulk": -1.0, "shear": 1.0}, "materials.soil")
+    with pytest.raises(BadInput, match="`moduli` of the law `Elastic`"):
+        law.moduli(np.zeros((2, 3)), np.zeros((2, 0)))

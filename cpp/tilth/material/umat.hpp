@@ -115,7 +115,8 @@ class UmatLaw final : public UserLaw {
     std::copy(rotation, rotation + 9, gradient);
     const double* given = parameters(p);
     double length = given[2], none = 0.0;
-    std::vector<double> props(given + leading_parameters, given + leading_parameters + properties_);
+    thread_local std::vector<double> props;
+    props.assign(given + leading_parameters, given + leading_parameters + properties_);
     char name[name_length];
     std::copy(name_.begin(), name_.end(), name);
     int ndi = 3, nshr = 3, ntens = 6, nstatv = static_cast<int>(initial().size());

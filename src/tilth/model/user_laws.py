@@ -127,7 +127,8 @@ class UserPython(AnyMaterial):
     """A law that you write as a Python class, with NumPy, for all points at a time.
 
     The protocol of the class, with an example, is in
-    [write your own material](../howto/write_your_own_material.md).
+    [write your own material](../howto/write_your_own_material.md). The key `class` is `class_` in
+    Python.
     """
 
     is_plastic: ClassVar[bool] = True
