@@ -29,6 +29,7 @@ from tilth.verification import (
     strip_footing,
     submerged_block,
     thick_cylinder,
+    triaxial_specimen,
     upsetting,
 )
 from tilth.verification.comparison import Comparison
@@ -58,5 +59,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "hollow_sphere_limit": hollow_sphere_limit.comparisons,
     "rigid_sphere": rigid_sphere.comparisons,
     "cone_penetration": cone_penetration.comparisons,
+    "triaxial_specimen": triaxial_specimen.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
