@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 from tilth.verification import (
     buried_pipe,
+    cavity_expansion,
     collapse,
     cone_penetration,
     cooks_membrane,
@@ -60,5 +61,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "rigid_sphere": rigid_sphere.comparisons,
     "cone_penetration": cone_penetration.comparisons,
     "triaxial_specimen": triaxial_specimen.comparisons,
+    "cavity_expansion": cavity_expansion.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
