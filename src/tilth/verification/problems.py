@@ -12,6 +12,7 @@ from tilth.verification import (
     cone_penetration,
     cooks_membrane,
     cube_on_inclined_plane,
+    earth_pressure,
     end_loaded_cantilever,
     footing_on_spline,
     generalized_shear,
@@ -62,5 +63,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cone_penetration": cone_penetration.comparisons,
     "triaxial_specimen": triaxial_specimen.comparisons,
     "cavity_expansion": cavity_expansion.comparisons,
+    "earth_pressure": earth_pressure.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
