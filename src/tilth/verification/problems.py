@@ -33,6 +33,7 @@ from tilth.verification import (
     thick_cylinder,
     triaxial_specimen,
     upsetting,
+    vertical_cut,
 )
 from tilth.verification.comparison import Comparison
 
@@ -64,5 +65,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "triaxial_specimen": triaxial_specimen.comparisons,
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
+    "vertical_cut": vertical_cut.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
