@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterator
 
 from tilth.verification import (
     buried_pipe,
+    cavity_expansion,
     collapse,
     cone_penetration,
     cooks_membrane,
     cube_on_inclined_plane,
+    earth_pressure,
     element_tests,
     end_loaded_cantilever,
     footing_on_spline,
@@ -33,7 +35,9 @@ from tilth.verification import (
     strip_footing_friction,
     submerged_block,
     thick_cylinder,
+    triaxial_specimen,
     upsetting,
+    vertical_cut,
 )
 from tilth.verification.comparison import Comparison
 
@@ -66,5 +70,9 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "rigid_sphere": rigid_sphere.comparisons,
     "cone_penetration": cone_penetration.comparisons,
     "element_tests": element_tests.comparisons,
+    "triaxial_specimen": triaxial_specimen.comparisons,
+    "cavity_expansion": cavity_expansion.comparisons,
+    "earth_pressure": earth_pressure.comparisons,
+    "vertical_cut": vertical_cut.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -2,6 +2,7 @@
 """Closed forms that the analyses are compared with, each with its derivation."""
 
 from tilth.verification.closed_forms.ball import ConstrainedBall, PressurisedShell
+from tilth.verification.closed_forms.cavity import CavityInClay, CylinderInSoil
 from tilth.verification.closed_forms.column import SelfWeightColumn
 from tilth.verification.closed_forms.cylinder import ThickCylinder
 from tilth.verification.closed_forms.homogeneous import (
@@ -16,7 +17,9 @@ from tilth.verification.closed_forms.plastic_ring import PlasticRing
 from tilth.verification.closed_forms.widened_cylinder import WidenedCylinder
 
 __all__ = [
+    "CavityInClay",
     "ConstrainedBall",
+    "CylinderInSoil",
     "Moduli",
     "PlasticRing",
     "PressurisedShell",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tilth.model import HenckyElastic, VonMises
+from tilth.model import HenckyElastic, MohrCoulomb, Tresca, VonMises
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Moduli:
     shear: float
 
     @classmethod
-    def of(cls, material: HenckyElastic | VonMises) -> Moduli:
+    def of(cls, material: HenckyElastic | MohrCoulomb | Tresca | VonMises) -> Moduli:
         """Returns K = E / (3 (1 - 2 nu)), mu = E / (2 (1 + nu)) of a declared material."""
         young, poisson = material.young_modulus, material.poisson_ratio
         return cls(young / (3.0 * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)))
