@@ -35,6 +35,7 @@ class Soil:
         surcharge_factor: N_q of that friction angle [-]: settlement is a surcharge.
         settlement: of the footing at the end [m].
         width, depth: of the soil's half [m].
+        surcharge: pressure on the ground beside the footing [kPa].
     """
 
     cohesion: float
@@ -45,9 +46,12 @@ class Soil:
     settlement: float
     width: float
     depth: float
+    surcharge: float = 0.0
 
     def __str__(self) -> str:
-        return f"c {self.cohesion:g}, phi {self.friction:g}, {'rough' if self.rough else 'smooth'}"
+        beside = f"surcharge {self.surcharge:g}, " if self.surcharge else ""
+        roughness = "rough" if self.rough else "smooth"
+        return f"c {self.cohesion:g}, phi {self.friction:g}, {beside}{roughness}"
 
 
 LOOSE = Soil(10.0, 20.0, False, 178.93, 6.3994, 0.005, 4.0, 2.0)
@@ -55,7 +59,9 @@ LOOSE_ROUGH = replace(LOOSE, rough=True, capacity=205.16)
 DENSE = Soil(10.0, 30.0, False, 428.70, 18.4011, 0.01, 6.0, 3.0)
 DENSE_ROUGH = replace(DENSE, rough=True, capacity=536.1, settlement=0.015)
 WEAK = replace(DENSE, cohesion=2.0, capacity=165.1, settlement=0.005)
-WEAK_ROUGH = replace(WEAK, rough=True, capacity=251.7, settlement=0.01)
+WEAK_ROUGH = replace(WEAK, rough=True, capacity=251.7)
+SAND = replace(WEAK, cohesion=0.0, capacity=303.6, surcharge=10.0)
+SAND_ROUGH = replace(SAND, rough=True, capacity=402.8, settlement=0.01)
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
@@ -67,13 +73,17 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         quantity = f"q [kPa], {LOOSE}, implicit footing, {basis}, h B/9"
         yield relative(quantity, pressure, LOOSE.capacity, 0.12, SOURCE)
     if long:
-        for soil in (DENSE, DENSE_ROUGH, WEAK, WEAK_ROUGH):
+        for soil in (DENSE, DENSE_ROUGH, SAND, SAND_ROUGH):
             yield from towards_the_capacity(soil, (9, 19))
+        for soil in (WEAK, WEAK_ROUGH):
+            yield from towards_the_capacity(soil, (9, 19), "gimp")
 
 
-def towards_the_capacity(soil: Soil, divisions: tuple[int, ...]) -> Iterator[Comparison]:
+def towards_the_capacity(
+    soil: Soil, divisions: tuple[int, ...], basis: str = "linear"
+) -> Iterator[Comparison]:
     """The bearing capacity on grids of B over these numbers, and what it tends to."""
-    pressures = [capacity(soil, n) for n in divisions]
+    pressures = [capacity(soil, n, basis) for n in divisions]
     for n, pressure in zip(divisions, pressures, strict=True):
         tolerance = 0.12 if n < 15 else 0.06
         yield relative(f"q [kPa], {soil}, h B/{n}", pressure, soil.capacity, tolerance, SOURCE)
@@ -102,7 +112,7 @@ def capacity(soil: Soil, divisions: int, basis: str = "linear", *, implicit: boo
 
 def pressed(soil: Soil, divisions: int, basis: str, *, implicit: bool) -> Model:
     """Returns the model of a soil under its footing."""
-    size = WIDTH / divisions
+    base, size = example(PROBLEM), WIDTH / divisions
     motion = {"y": -soil.settlement} | ({"x": 0.0} if soil.rough else {})
     changes: dict[str, Any] = {
         "grid.cell_size": size,
@@ -116,6 +126,18 @@ def pressed(soil: Soil, divisions: int, basis: str, *, implicit: bool) -> Model:
         "boundaries.3.at": soil.depth,
         "boundaries.3.displacement": motion,
     }
+    if soil.surcharge:
+        changes["initial.stress.0.surcharge"] = soil.surcharge
+        changes["bodies.0.surface"] = {"spacing": size}
+        beside = {
+            "type": "surface",
+            "body": "soil",
+            "pressure": soil.surcharge,
+            "start": [soil.width, soil.depth],
+            "end": [0.5 * WIDTH, soil.depth],
+            "factor": [[0, 1], [1, 1]],
+        }
+        changes["loads"] = [*base.to_dict()["loads"], beside]
     if implicit:
         changes = {key: value for key, value in changes.items() if "boundaries.3" not in key}
         changes["boundaries.3"] = {
@@ -131,4 +153,4 @@ def pressed(soil: Soil, divisions: int, basis: str, *, implicit: bool) -> Model:
             "displacement": motion,
             "factor": [[0, 0], [0.5, 0.25], [1, 1]],
         }
-    return varied(example(PROBLEM), changes)
+    return varied(base, changes)

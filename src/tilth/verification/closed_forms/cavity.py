@@ -28,7 +28,7 @@ class CavityInClay:
 
     with the dilogarithm Li2(t) = -int_0^t ln(1 - x) / x dx. For a >> a0 and G >> s_u it is the
     limit pressure (2 m / n) s_u (1 + ln(G / s_u)) (R. Hill, The Mathematical Theory of Plasticity,
-    chapter V.2; R.E. Gibson, W.F. Anderson, Civil Eng. Public Works Rev. 56, 1961).
+    chapter V.2).
     """
 
     is_sphere: bool
