@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes docs/reference/case_file.md from the declared model: `python docs/generate_reference.py`.
+"""Writes case_file.md and element_tests.md of docs/reference: `python docs/generate_reference.py`.
 
 The meaning of a key is the text below its field in src/tilth/model, its type the name of its
 field type, so the page states only what the program checks.
@@ -19,6 +19,7 @@ from tilth.model.base import Declared, meaning_of
 from tilth.model.settings import COLOURS
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
+ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
 
 TYPE_DESCRIPTIONS = {
     "Text": "text",
@@ -32,10 +33,10 @@ TYPE_DESCRIPTIONS = {
     "Fraction": "number in (0, 1]",
     "Angle": "number",
     "Tolerance": "number in [1e-15, 0.01]",
-    "PoissonRatio": "number in (-1, 0.5)",
-    "SoilAngle": "number, 0 or in [0.001, 60]",
-    "Index": "number in (0, 0.9]",
-    "OverconsolidationRatio": "number >= 1",
+    "PoissonRatio": "number in (-1, 0.5), or [varying](#parameters-that-vary)",
+    "SoilAngle": "number, 0 or in [0.001, 60], or [varying](#parameters-that-vary)",
+    "Index": "number in (0, 0.9], or [varying](#parameters-that-vary)",
+    "OverconsolidationRatio": "number >= 1, or [varying](#parameters-that-vary)",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -49,6 +50,15 @@ TYPE_DESCRIPTIONS = {
     "Real | Table": "number, or rows (time, value)",
     "Table": "rows (time, factor)",
     "Times": "list of increasing numbers > 0",
+    "VaryingModulus": "number > 0, or [varying](#parameters-that-vary)",
+    "VaryingPositive": "number > 0, or [varying](#parameters-that-vary)",
+    "VaryingNotNegative": "number >= 0, or [varying](#parameters-that-vary)",
+    "DepthRows": "rows (depth, value)",
+    "AxisRows": "rows (coordinate, value)",
+    "Level": "number, rows (x, elevation), or table `{ file = ... }`",
+    "Exponent": "number in [0, 1]",
+    "RandomField": "table, see below",
+    "Layers": "list of tables, see below",
     "Axis": '`"x"`, `"y"`, `"z"`',
     "Components": "list of axes",
     "Displacement": "table axis = number",
@@ -65,6 +75,13 @@ TYPE_DESCRIPTIONS = {
     "Surface": "table, see below",
     "Hydrostatic": "table, see below",
     "Rotation": "table, see [rotation](#rotation)",
+    "Names": "text, or a list of texts",
+    "Steps": "whole number, 1 to 100,000",
+    "Strains": "number, or a list of numbers",
+    "Pressures": "number > 0, or a list of them",
+    "AxialStrain": "number > 0",
+    "StressState": "table, see [stress states](#stress-states)",
+    "Tables": "table component = rows (time, value)",
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
 }
@@ -100,9 +117,9 @@ without running it.
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
-  `"function"`) or a law of your own (materials `"user_python"`, `"user_compiled"`, `"user_umat"`)
-  is code: `tilth run`, `tilth check` and `tilth resume` say so and run that file with your rights.
-  `tilth report` runs no such code.
+  `"function"`, a material parameter) or a law of your own (materials `"user_python"`,
+  `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`, `tilth element` and
+  `tilth resume` say so and run that file with your rights. `tilth report` runs no such code.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.
@@ -167,6 +184,18 @@ component = "y"
 ```
 """
 
+ELEMENT_HEADER = """<!-- Made by docs/generate_reference.py from src/tilth/model. Do not edit. -->
+# Case files of element tests
+
+What `tilth element CASE.toml` reads; [test a material](../howto/test_a_material.md) has an example.
+The rules of [case files](case_file.md) for numbers, texts and units apply here too. Compression is
+positive, for normal stresses and normal strains; y is the vertical (axial) direction. A logarithmic
+or shear strain is at most 5 in magnitude.
+
+`[units]` and `[materials.NAME]` are as in an [analysis](case_file.md#materialsname), with numbers
+as parameters.
+"""
+
 TOP_LEVEL = """## Top level
 
 | key | type | default | meaning |
@@ -191,7 +220,21 @@ def page() -> str:
             model.DruckerPrager, model.ModifiedCamClay, model.UserPython, model.UserCompiled,
             model.UserUmat,
         ),
+        "### Parameters that vary\n\nInstead of a number, a material parameter other than the "
+        "density may be one of these tables. It is evaluated once at the initial position of each "
+        "material point and then stays with the point; every value must be one that the parameter "
+        "may have as a number. [How to vary a parameter](../howto/vary_a_parameter.md) has "
+        "examples. A function may also be given as a text, `\"file.py:name\"`.",
+        *(
+            _section(f"`{{ {key} = ... }}`", cls, 4)
+            for key, cls in (
+                ("depth", model.ByDepth), ("axis", model.AlongAxis), ("file", model.GridFile),
+                ("function", model.OfPosition), ("reference", model.ByStress),
+                ("random", model.RandomField),
+            )
+        ),
         _section("`[[bodies]]`", model.Body),
+        _section("`[[bodies.layers]]`", model.Layer, 3),
         "The rules of `domain_update` are compared in [domains](../theory/domains.md).",
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
         "volume of the shape to round-off.",
@@ -219,6 +262,20 @@ def page() -> str:
         _section("`[output]`", model.Output),
         "Names for `colour_by`: " + ", ".join(f"`{name}`" for name in COLOURS) + ".",
     ]  # fmt: skip
+    return "\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
+def element_page() -> str:
+    """Returns the text of docs/reference/element_tests.md."""
+    parts = [
+        ELEMENT_HEADER,
+        TOP_LEVEL + "\n".join(_row(model.ElementCase, key) for key in ("format", "title")),
+        "## `[[tests]]`\n\nAt least one. Stages follow each other: a consolidation, the shearing, "
+        "or one for each stress or strain of a list.",
+        *_variants("type", *model.element_tests.TESTS),
+        _section("Stress states", model.StressState, 3),
+        _section("`[[plots]]`", model.ElementPlot),
+    ]
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
@@ -257,6 +314,10 @@ def _type(cls: type[Declared], key: str) -> str:
         return _choices(model.settings.Kind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
+    if key == "drainage":
+        return _choices(model.element_tests.Drainage.__args__)
+    if key == "panels":
+        return f"list of {_choices(model.element_case.Panel.__args__)}"
     name = annotation.removesuffix(" | None")
     if name.startswith("Literal["):
         return _choices(re.findall(r'["\']([^"\']+)["\']', name))
@@ -270,13 +331,15 @@ def _choices(values: Any) -> str:
 def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
     if field.is_required() or key == "format" or _selects_kind(cls, key):
         return "required"
-    if field.default is None:
+    if field.default in (None, ()) or field.default_factory is not None:
         return "-"
     value = field.default
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
         return f'`"{value}"`'
+    if isinstance(value, tuple):
+        return _choices(value)
     return "1/1024" if key == "minimum_step" else f"{value:g}"
 
 
@@ -291,3 +354,4 @@ def _cell(text: str) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    ELEMENT_PAGE.write_text(element_page(), encoding="utf-8")

@@ -2,8 +2,10 @@
 """Makes the picture of each example's README: `python examples/make_pictures.py [NAME]...`.
 
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
+Of those in `FIELDS` it draws the initial values of a field and the last output.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
-of those in `BASES` a case at one time with several bases, on the true domains.
+of those in `BASES` a case at one time with several bases, on the true domains. For the example of
+element tests it draws the first picture of each of its case files, `picture.png` of case.toml.
 """
 
 import sys
@@ -11,11 +13,14 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 import tilth
 from tilth.curves import LocalCubicSpline
+from tilth.element_tests.plots import draw_plot
 from tilth.output.vtkhdf import read_results
 from tilth.report.field_plots import draw_frames
 from tilth.verification.cases import varied
@@ -24,6 +29,7 @@ from tilth.verification.reference import pressure_cantilever
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
+FIELDS = {"random_field_slope": "undrained_shear_strength"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
@@ -77,6 +83,25 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_field(name: str, field: str) -> None:
+    """A field at the start above the displacement at the end, from two figures of the report."""
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        result = tilth.run(model, Path(folder) / "results", quiet=True)
+        results = read_results(result.folder / "results.vtkhdf")
+        pictures = []
+        for index, colour_by in ((0, field), (-1, model.output.colour_by)):
+            figure = draw_frames([results.snapshot(index)], colour_by, results.units)
+            canvas = FigureCanvasAgg(figure)
+            canvas.draw()
+            pictures.append(np.asarray(canvas.buffer_rgba()))
+    width = max(picture.shape[1] for picture in pictures)
+    whole = [
+        np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=255) for p in pictures
+    ]
+    imsave(EXAMPLES / name / "picture.png", np.concatenate(whole))
+
+
 def von_mises_stress(points):
     xx, yy, zz, xy, yz, xz = points.stress.T
     normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
@@ -125,12 +150,26 @@ def draw_bases(name: str, file: str, steps: int) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_element_tests(name: str) -> None:
+    """The first picture that each case file of element tests declares."""
+    for file in sorted((EXAMPLES / name).glob("*.toml")):
+        case = tilth.load_element_case(file)
+        plot = case.plots[0]
+        chosen = [each for each in tilth.element(case) if each.test in (plot.tests or [each.test])]
+        picture = "picture.png" if file.stem == "case" else f"{file.stem}.png"
+        draw_plot(plot, chosen, case.title).savefig(EXAMPLES / name / picture, dpi=110)
+
+
 if __name__ == "__main__":
     folders = sorted(case.parent.name for case in EXAMPLES.glob("*/case.toml"))
     for name in sys.argv[1:] or folders:
         if name in SURFACES:
             draw_surfaces(name, SURFACES[name])
+        elif name in FIELDS:
+            draw_field(name, FIELDS[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
+        elif name == "element_tests":
+            draw_element_tests(name)
         else:
             make_picture(name)

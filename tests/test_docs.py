@@ -62,7 +62,7 @@ def test_case_files_validate(page: Path, tmp_path: Path) -> None:
     for number, block in enumerate(blocks(page, "toml")):
         case = tmp_path / f"{number}.toml"
         case.write_text(block, encoding="utf-8")
-        tilth.load_case(case)
+        (tilth.load_element_case if "[[tests]]" in block else tilth.load_case)(case)
 
 
 def test_readme_declares_the_model_of_the_example(
@@ -138,7 +138,7 @@ def test_commands_exist_with_their_options(page: Path) -> None:
         assert options <= known | {"--help"}, f"tilth {line}: no such option"
 
 
-def test_reference_of_the_case_file_is_up_to_date() -> None:
+def test_reference_of_case_files_is_up_to_date() -> None:
     """Run `python docs/generate_reference.py` where it is not."""
     file = ROOT / "docs" / "generate_reference.py"
     spec = importlib.util.spec_from_file_location("generate_reference", file)
@@ -147,6 +147,7 @@ def test_reference_of_the_case_file_is_up_to_date() -> None:
     generator = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generator)
     assert generator.PAGE.read_text(encoding="utf-8") == generator.page()
+    assert generator.ELEMENT_PAGE.read_text(encoding="utf-8") == generator.element_page()
 
 
 def test_changelog_has_this_version() -> None:

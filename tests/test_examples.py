@@ -4,18 +4,18 @@
 from pathlib import Path
 
 import pytest
+from example_cases import ANALYSES, ELEMENT_TESTS, EXAMPLES
 
-from tilth import load_case, run
+from tilth import element, load_case, load_element_case, run
+from tilth.element_tests.check import check_tangents
 from tilth.verification.problems import PROBLEMS
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
-CASES = sorted(EXAMPLES.glob("*/*.toml"))
 FOLDERS = sorted(folder for folder in EXAMPLES.iterdir() if folder.is_dir())
 STEPS = 3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.parent.name}/{case.stem}")
+@pytest.mark.parametrize("case", ANALYSES, ids=lambda case: f"{case.parent.name}/{case.stem}")
 def test_the_first_steps_of_a_case_file_run(case: Path, tmp_path: Path) -> None:
     """As far as `until` takes it, as with `tilth run --until`; without the report."""
     model = load_case(case)
@@ -26,6 +26,18 @@ def test_the_first_steps_of_a_case_file_run(case: Path, tmp_path: Path) -> None:
     assert list(history["step"]) == list(range(min(STEPS, model.schedule.number_of_steps) + 1))
     assert history["time"][-1] == until
     assert (tmp_path / "out" / "results.vtkhdf").is_file()
+
+
+@pytest.mark.parametrize("case", ELEMENT_TESTS, ids=lambda case: case.stem)
+def test_element_tests_are_made(case: Path, tmp_path: Path) -> None:
+    """To their ends, with all outputs; the tangents along them are right."""
+    declared = load_element_case(case)
+    results = element(declared, tmp_path / "out")
+    assert [each.stopped for each in results] == [""] * len(results)
+    tables = sorted(file.name for file in (tmp_path / "out").glob("*.csv"))
+    assert len(tables) == len(results)
+    assert len(list((tmp_path / "out").glob("*.png"))) == len(declared.plots)
+    assert all(each.passed for each in check_tangents(declared))
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)

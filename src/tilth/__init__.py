@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from tilth.analysis.run import resume as resume
     from tilth.analysis.run import run as run
     from tilth.case import load_case as load_case
+    from tilth.case import load_element_case as load_element_case
+    from tilth.element_tests.run import element as element
     from tilth.errors import AnalysisFailed as AnalysisFailed
     from tilth.errors import BadInput as BadInput
     from tilth.errors import Interrupted as Interrupted
@@ -25,7 +27,8 @@ if TYPE_CHECKING:
 _HOME = {
     "check": "tilth.analysis.check",
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
-    "load_case": "tilth.case",
+    "element": "tilth.element_tests.run",
+    **dict.fromkeys(("load_case", "load_element_case"), "tilth.case"),
     **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),
 }
 """Where the public names are that are no declarations; those are all classes of `tilth.model`."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput, Problem
-from tilth.model import Model
+from tilth.model import ElementCase, Model
 from tilth.model.model import FORMAT
 from tilth.model.problems import dotted
 
@@ -35,12 +35,33 @@ def load_case(path: str | Path) -> Model:
     """
     file = Path(path)
     try:
-        entries = _parsed(_text_of(file))
-        _check_format(entries)
+        entries = _entries(file)
+        if "tests" in entries and "bodies" not in entries:
+            raise BadInput("has element tests, no analysis", "make them with: tilth element")
         _resolve_files(entries, file.parent)
         return Model.from_dict(entries)
     except BadInput as error:
         raise error.in_file(file) from None
+
+
+def load_element_case(path: str | Path) -> ElementCase:
+    """Returns the element tests that a case file declares; raises as `load_case`."""
+    file = Path(path)
+    try:
+        entries = _entries(file)
+        if "bodies" in entries and "tests" not in entries:
+            raise BadInput("has an analysis, no element tests", "run it with: tilth run")
+        _resolve_files(entries, file.parent)
+        return ElementCase.from_dict(entries)
+    except BadInput as error:
+        raise error.in_file(file) from None
+
+
+def _entries(file: Path) -> dict[str, Any]:
+    """Returns what a case file of the format of this version contains."""
+    entries = _parsed(_text_of(file))
+    _check_format(entries)
+    return entries
 
 
 def _text_of(file: Path) -> str:
@@ -138,16 +159,29 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, body in enumerate(_tables(entries.get("bodies"))):
         if isinstance(body.get("shape"), dict):
             yield f"bodies[{i}].shape", body["shape"], "file"
+        for j, layer in enumerate(_tables(body.get("layers"))):
+            if isinstance(layer.get("bottom"), dict):
+                yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
     materials = entries.get("materials")
-    for name, material in materials.items() if isinstance(materials, dict) else ():
-        if isinstance(material, dict) and str(material.get("model")).startswith("user_"):
-            for key in ("class", "function", "library"):
-                yield dotted(("materials", name)), material, key
+    for material, parameters in materials.items() if isinstance(materials, dict) else ():
+        if isinstance(parameters, dict):
+            yield from _files_of_parameters(dotted(("materials", material)), parameters)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
         if isinstance(boundary.get("geometry"), dict):
             yield f"boundaries[{i}].geometry", boundary["geometry"], "file"
             yield f"boundaries[{i}].geometry", boundary["geometry"], "function"
+
+
+def _files_of_parameters(
+    key: str, table: dict[str, Any]
+) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Yields the entries of a material, and of the tables in it, that may name another file."""
+    for name, value in table.items():
+        if isinstance(value, str) and (name in ("file", "library") or ".py:" in value):
+            yield key, table, name
+        elif isinstance(value, dict):
+            yield from _files_of_parameters(f"{key}.{name}", value)
 
 
 def _tables(entries: Any) -> list[dict[str, Any]]:

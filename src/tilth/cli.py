@@ -32,7 +32,7 @@ from tilth.interrupt import StopSignals, ignore_stop_signals
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
 
 if TYPE_CHECKING:
-    from tilth.model import Model
+    pass
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
 """Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
@@ -60,6 +60,12 @@ _MEMORY_LIMIT = click.option(
     metavar="SIZE",
     help="Memory that the run may need by its estimate, such as 64GB or 500MiB, instead of what "
     "is available.",
+)
+_OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder of the results; default: next to the case file and named after it.",
 )
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
@@ -89,12 +95,7 @@ def cli() -> None:
 
 @cli.command()
 @_CASE
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder of the results; default: next to the case file and named after it.",
-)
+@_OUT
 @_THREADS
 @_UNTIL
 @_MEMORY_LIMIT
@@ -117,13 +118,8 @@ def run(
 
     model = load_case(case)
     if not quiet:
-        _say_what_runs(model)
-    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
-    if folder.resolve() == case.parent.resolve():
-        raise BadInput(
-            f"the results cannot go into {folder}, the folder of the case file itself",
-            "choose another folder with --out",
-        )
+        _say_what_runs(model.functions, model.user_laws)
+    folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
 
     try:
@@ -157,7 +153,8 @@ def run(
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
-    A Python function that the case names for a boundary is run to draw it.
+    Each parameter that varies from place to place gets a picture of its own beside it. Python
+    functions that the case names are run.
     """
     from tilth.case import load_case
     from tilth.report.summary import print_summary
@@ -165,23 +162,23 @@ def check(case: Path, picture: Path | None) -> None:
     model = load_case(case)
     from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
-    from tilth.analysis.setup import setup_of
+    from tilth.analysis.setup import setup_figures
     from tilth.output.disk import is_of_the_disk, reason_of
-    from tilth.report.setup import draw_setup
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
-    _say_what_runs(model)
+    _say_what_runs(model.functions, model.user_laws)
     try:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
-        setup = setup_of(model)
+        setup, figures = setup_figures(model)
         print_summary(model, setup, estimate, available)
-        figure = draw_setup(setup)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
+    files = {name: _beside(file, name) for name in figures}
     try:
-        save(figure, file)
+        for name, figure in figures.items():
+            save(figure, files[name])
     except OSError as error:
         if is_of_the_disk(error):
             raise
@@ -189,7 +186,8 @@ def check(case: Path, picture: Path | None) -> None:
         raise BadInput(problem, "choose another file with --picture") from None
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
-    click.echo(visible(f"set-up drawn in {file}"))
+    for name, drawn in files.items():
+        click.echo(visible(f"{name.replace('_', ' ') or 'set-up'} drawn in {drawn}"))
 
 
 @cli.command()
@@ -204,13 +202,14 @@ def resume(
     """Continue an interrupted run from its last complete step.
 
     The result is identical, bit for bit, to that of an uninterrupted run. The folder is code where
-    its model names a Python function for a boundary: that function is run.
+    its model names a Python function: that function is run.
     """
     from tilth.output.folder import MODEL, load_model, require_folder
 
     require_folder(folder)
     if not quiet and (folder / MODEL).exists():
-        _say_what_runs(load_model(folder))
+        model = load_model(folder)
+        _say_what_runs(model.functions, model.user_laws)
     from tilth.analysis import run as analysis
 
     try:
@@ -241,6 +240,48 @@ def report(folder: Path) -> None:
 
 
 @cli.command()
+@_CASE
+@_OUT
+@click.option("--overwrite", is_flag=True, help="Replace the results of earlier tests in DIR.")
+@click.option(
+    "--check",
+    "only_check",
+    is_flag=True,
+    help="Compare the tangents of the materials with differences, instead; write nothing.",
+)
+@_QUIET
+@click.pass_context
+def element(
+    context: click.Context,
+    case: Path,
+    out: Path | None,
+    overwrite: bool,
+    only_check: bool,
+    quiet: bool,
+) -> None:
+    """Make the element tests of a case file: laboratory tests on one material point.
+
+    Writes a table (CSV) of each test and material, and pictures. With --check exit code 1 if a
+    tangent is out of its tolerance.
+    """
+    from tilth.case import load_element_case
+
+    declared = load_element_case(case)
+    _say_what_runs(declared.user_laws, declared.user_laws)
+    folder = _folder_of_results(case, out)
+    from tilth.element_tests.command import make_tests, print_check
+
+    try:
+        if only_check:
+            context.exit(print_check(declared))
+        make_tests(declared, folder, overwrite=overwrite, quiet=quiet)
+    except BadInput as error:
+        raise error if error.file else error.in_file(case) from None
+    if not quiet:
+        click.echo(visible(f"results in {folder}"))
+
+
+@cli.command()
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @click.option("--long", is_flag=True, help="Include the fine grids that take long.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
@@ -255,12 +296,28 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
     context.exit(run_verification(names, long=long, as_json=as_json))
 
 
-def _say_what_runs(model: Model) -> None:
-    """Announces the code of the user that the command is about to run."""
-    for function in model.functions:
+def _folder_of_results(case: Path, out: Path | None) -> Path:
+    """Returns the folder of the results: `out`, or one beside the case file and named after it."""
+    folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
+    if folder.resolve() == case.parent.resolve():
+        raise BadInput(
+            f"the results cannot go into {folder}, the folder of the case file itself",
+            "choose another folder with --out",
+        )
+    return folder
+
+
+def _say_what_runs(functions: Sequence[str], laws: Sequence[str]) -> None:
+    """Announces the code of the user that the command is about to run; laws: those among it."""
+    for function in functions:
         file, _, name = function.rpartition(":")
-        what = "law" if function in model.user_laws else "Python function"
+        what = "law" if function in laws else "Python function"
         click.echo(visible(f"runs the {what} {name} in {file}"))
+
+
+def _beside(file: Path, name: str) -> Path:
+    """Returns the file of a further picture: NAME.png is NAME.parameter.png."""
+    return file.with_name(f"{file.stem}.{name}{file.suffix}") if name else file
 
 
 def _where(folder: Path, finished: bool) -> str:

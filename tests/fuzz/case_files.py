@@ -12,6 +12,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from example_cases import ANALYSES, EXAMPLES
+
 from fuzz.mutations import Tree, changed_bytes, changed_tree
 from fuzz.oracle import inspect_results
 from fuzz.sandbox import Job
@@ -21,7 +23,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 SMALL = (
     "collapse/case", "cooks_membrane/case",
     "end_loaded_cantilever/turned", "generalized_shear/turn", "inclined_column/case",
@@ -35,9 +36,10 @@ CHECK_SECONDS, RUN_SECONDS = 10.0, 30.0
 
 @cache
 def _trees() -> dict[str, Tree]:
-    """The entries of every example's case file."""
-    files = sorted(EXAMPLES.glob("*/*.toml"))
-    return {str(f.relative_to(EXAMPLES))[:-5]: tomllib.loads(f.read_text("utf-8")) for f in files}
+    """The entries of the case file of every example that is an analysis."""
+    return {
+        str(f.relative_to(EXAMPLES))[:-5]: tomllib.loads(f.read_text("utf-8")) for f in ANALYSES
+    }
 
 
 def case_jobs(command: str, seed: int, numbers: Iterable[int], work: Path) -> Iterator[Job]:

@@ -208,6 +208,7 @@ def direct_calls() -> Iterator[Call]:
     queries = ("threads", "parallel_from", "basis_names", "corner_basis_names", "materials")
     for name in (*queries, "Checked"):
         yield Call(name, [])
+    yield Call("shape_functions", [random.random((4, 2)), np.array([0.5, 1.0])])
     yield Call("set_threads", [2])
     yield Call("set_parallel_from", [0])
     for basis in ("linear", "gimp"):
@@ -224,6 +225,10 @@ def direct_calls() -> Iterator[Call]:
         state.copy(), np.zeros((3, 6)), np.zeros(3, dtype=bool),
     ])  # fmt: skip
     yield Call("initial_state", ["3d", "von_mises", law, tensor, state.copy()])
+    yield Call("update_of_gradients", [
+        "3d", "von_mises", law, 1e-2 * random.random((3, 3, 3)), tensor, np.zeros((3, 2)), state,
+        tensor.copy(), np.zeros((3, 2)), state.copy(), np.zeros((3, 6)), np.zeros((3, 6, 9)),
+    ])  # fmt: skip
     yield Call("principal_update", [
         "von_mises", law, tensor[:, :3].copy(), np.zeros((3, 2)), state, state.copy(),
         np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 9)), np.zeros(3, dtype=bool),

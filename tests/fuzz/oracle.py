@@ -92,8 +92,9 @@ def _control(character: str) -> str:
 
 def _strays(job: Job, outcome: Outcome) -> list[str]:
     """Files that the command should not have left behind."""
-    own = {OUT, ERR, FOUND, BUGS, "input", "out", "setup.png"}
-    strays = sorted({file.name for file in job.folder.iterdir()} - own)
+    own = {OUT, ERR, FOUND, BUGS, "input", "out"}
+    pictures = {file.name for file in job.folder.glob("setup.*")} if outcome.code == 0 else set()
+    strays = sorted({file.name for file in job.folder.iterdir()} - own - pictures)
     found = [f"file left outside the output folder: {name}" for name in strays]
     if job.arguments[0] == "run" and outcome.code == 2 and (job.folder / "out").exists():
         found.append("a refused run leaves its output folder")

@@ -188,7 +188,7 @@ def test_patterns_that_are_not_symmetric() -> None:
 def test_stencils_of_other_nodes(calls: dict[str, list[Call]]) -> None:
     """The message names the argument that has too few rows, and nothing is written."""
     call = copy.deepcopy(calls["internal_force"][0])
-    stencil, force = call.arguments[1], call.arguments[-1]
+    stencil, force = call.arguments[1], call.arguments[-2]
     call.arguments[1] = plain(stencil)
     call.arguments[1].node = stencil.node + np.int32(len(force))
     before = force.copy()

@@ -206,7 +206,8 @@ def test_an_elastic_cylinder_between_rough_platens(
 ) -> None:
     """Radial and hoop stress are the same on the axis; off it, and with it free, they are not.
 
-    GIMP's domains that a grid line cuts near the axis have a mean slope of both cells: up to 2.5 %.
+    GIMP's domains that a grid line cuts near the axis have a mean slope of both cells: up to 2.3 %.
+    With F-bar the pressure of the narrow cell adds to it: up to 3.6 % (decision 22).
     """
     entries = block_entries("axisymmetric", basis, cells=2)
     entries["grid"]["cell_size"] = 0.25
@@ -224,7 +225,8 @@ def test_an_elastic_cylinder_between_rough_platens(
     scale = np.abs(points.stress[innermost, 1]).max()
     tolerance = 2.5e-4
     if shift > 0.5:  # the platen's first patch covers cut cells of the axis
-        tolerance = 2.5e-2 if basis == "gimp" else 5e-3
+        of_gimp = 2.3e-2 if anti_locking == "none" else 3.6e-2
+        tolerance = of_gimp if basis == "gimp" else 5e-3
     assert innermost.sum() == 16
     assert difference[innermost].max() < tolerance * scale
     assert difference.max() > 0.05 * scale

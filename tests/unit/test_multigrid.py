@@ -14,7 +14,6 @@ from small_problems import BASES, KINDS, block_entries, dimension, plane, roller
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.analysis.step import forcing_term
 from tilth.arrays import Flags, Floats
 from tilth.comm import Communicator
 from tilth.mpm.grid import ActiveGrid
@@ -202,16 +201,29 @@ def footing(**changes: Any) -> Model:
     return varied(example("strip_footing"), {**coarse, **changes})
 
 
-def test_plastic_unsymmetric_tangent() -> None:
-    """F-bar at the limit load: nearly a mechanism, and an unsymmetric matrix."""
-    system, right = systems_of(footing(), steps=6)[-1]
+def strip_load() -> Model:
+    """A pressure close to the limit load on a strip of the same clay; its ends move with it."""
+    entries = footing().to_dict()
+    del entries["boundaries"][-1], entries["track"]
+    entries["bodies"][0]["surface"] = {}
+    pressure = 5.0 / 3.0**0.5 * entries["materials"]["clay"]["yield_stress"]
+    strip = {"start": [0.5, 5.0], "end": [0.0, 5.0], "pressure": pressure}
+    entries["loads"] = [{"type": "surface", "body": "soil", **strip}]
+    return Model.from_dict(entries)
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_plastic_tangent(symmetric: bool) -> None:
+    """Nearly a mechanism; a pressure that follows a strip's ends has an unsymmetric matrix."""
+    system, right = systems_of(footing() if symmetric else strip_load(), steps=6)[-1]
     multigrid = Multigrid(system.active, system.constrained)
     multigrid.fill(system.blocks)
-    assert multigrid._asymmetry > multigrid_module.SYMMETRY_TOLERANCE
+    assert (multigrid._asymmetry < multigrid_module.SYMMETRY_TOLERANCE) == symmetric
     assert system.exact_nodes[0].sum() > 10
     require_agreement(system, right, most=40)
-    system.exact_nodes = []  # cycles alone take far longer, but are right, too
-    assert solve(system, right, 1e-4)[1] > 20
+    exactly = solve(system, right, 1e-4)[1]
+    system.exact_nodes = []  # cycles alone take longer, but are right, too
+    assert solve(system, right, 1e-4)[1] > exactly + 5
 
 
 def test_the_first_chosen_nodes_that_are_few_enough_are_solved_exactly(
@@ -285,13 +297,6 @@ def test_same_bits_for_any_number_of_threads(kind: str, anti_locking: str) -> No
         _core.set_threads(threads)
         solutions.append(solve(system, without_pattern(system))[0].tobytes())
     assert len(set(solutions)) == 1
-
-
-def test_inner_product_in_pieces() -> None:
-    random = np.random.default_rng(0)
-    for n in (0, 1, 4095, 4096, 4097, 10000):
-        a, b = random.normal(size=(2, n))
-        assert _core.inner(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 4095, 4097])
@@ -470,17 +475,6 @@ def test_a_slender_system_is_as_large_as_it_is_thick(kind: str) -> None:
     assert linear_module.effective_size(system) == pytest.approx(
         dim * (cells + 1) ** dim, rel=1e-14
     )
-
-
-@pytest.mark.parametrize(
-    ("relative", "tolerance", "share"),
-    [(1.0, 1e-9, 1e-4), (1e-6, 1e-9, 1e-4), (1e-7, 1e-9, 1e-3), (2e-9, 1e-9, 1e-2)],
-)
-def test_linear_tolerance_follows_the_residual(
-    relative: float, tolerance: float, share: float
-) -> None:
-    assert forcing_term(relative, tolerance) == pytest.approx(share)
-    assert share * relative >= 0.01 * tolerance  # never more accurate than it is worth
 
 
 def test_pieces_far_apart_are_left_to_the_direct_solver() -> None:

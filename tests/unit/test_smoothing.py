@@ -15,7 +15,6 @@ VOLUME = np.array([1.0, 2.0, 0.5, 1.5, 1.0])
 
 def two_cells() -> Centres:
     """Three points in one cell, two in another."""
-    empty = np.zeros((2, 4))
     return Centres(
         kind="plane_strain",
         group_start=np.array([0, 3, 5]),
@@ -25,15 +24,17 @@ def two_cells() -> Centres:
         corner_node=np.zeros(0, dtype=np.int32),
         share_start=np.array([0, 3, 5]),
         share=np.ones(5),
-        node=empty.astype(np.int32),
-        value=empty,
+        hoop_share=np.zeros(0),
+        node=np.zeros((2, 4), dtype=np.int32),
         gradient=np.zeros((2, 4, 2)),
-        radius=np.ones(2),
+        hoop_gradient=np.zeros((0, 4)),
+        pressure=np.zeros(5),
         jacobian_ratio_before=np.ones(5),
         jacobian_ratio=np.ones(5),
         jacobian=np.ones(5),
         volume_change=np.zeros(2),
         trace=np.zeros((2, 4, 2)),
+        hoop_change=np.zeros(0),
     )
 
 

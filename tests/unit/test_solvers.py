@@ -20,6 +20,7 @@ from small_problems import (
 
 from tilth import BadInput, Model, _core
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.step import forcing_term
 from tilth.mpm.grid import Buffers, locate
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, choose_solver
 from tilth.solvers.banded import BandedLU
@@ -263,3 +264,21 @@ def test_connected_parts_of_a_pattern() -> None:
     count, expected = sp.csgraph.connected_components(links, directed=False)
     assert 1 < count < 60
     assert np.array_equal(parts, expected)
+
+
+@pytest.mark.parametrize(
+    ("relative", "tolerance", "share"),
+    [(1.0, 1e-9, 1e-4), (1e-6, 1e-9, 1e-4), (1e-7, 1e-9, 1e-3), (2e-9, 1e-9, 1e-2)],
+)
+def test_linear_tolerance_follows_the_residual(
+    relative: float, tolerance: float, share: float
+) -> None:
+    assert forcing_term(relative, tolerance) == pytest.approx(share)
+    assert share * relative >= 0.01 * tolerance  # never more accurate than it is worth
+
+
+def test_inner_product_in_pieces() -> None:
+    random = np.random.default_rng(0)
+    for n in (0, 1, 4095, 4096, 4097, 10000):
+        a, b = random.normal(size=(2, n))
+        assert _core.inner(a, b) == pytest.approx(float(a @ b), rel=1e-12, abs=1e-12)

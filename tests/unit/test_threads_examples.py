@@ -6,12 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from example_cases import ANALYSES
 from resumed_runs import datasets
 
 from tilth import load_case, run
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-CASES = {f"{case.parent.name}/{case.stem}": case for case in sorted(EXAMPLES.glob("*/*.toml"))}
+CASES = {f"{case.parent.name}/{case.stem}": case for case in ANALYSES}
 FEW = ("cone_penetration/case", "rigid_sphere/case", "submerged_block/case")
 """Those of the short form: F-bar, implicit boundaries, axisymmetry and plane strain."""
 STEPS = 2

@@ -2,6 +2,7 @@
 // Reads tilth.mpm.f_bar.Centres and the boxes of tilth.mpm.grid.Stencil.
 #pragma once
 
+#include "../kernel/cell_shares.hpp"
 #include "../kernel/f_bar.hpp"
 #include "stencil_view.hpp"
 
@@ -11,7 +12,7 @@ namespace tilth::bind {
 struct CentresView : kernel::Centres {
   ConstIntegers arrays64[2];
   ConstShorts arrays32[3];
-  ConstDoubles read[4];
+  ConstDoubles read[8];
   Doubles written[2];
   bool given;
 
@@ -23,8 +24,7 @@ struct CentresView : kernel::Centres {
     arrays32[2] = attribute<ConstShorts>(centres, "corner_node");
     arrays64[0] = attribute<ConstIntegers>(centres, "cell_start");
     arrays64[1] = attribute<ConstIntegers>(centres, "share_start");
-    const char* names[4] = {"share", "volume_change", "trace", "jacobian_ratio_before"};
-    for (int i = 0; i < 4; ++i) read[i] = attribute<ConstDoubles>(centres, names[i]);
+    for (int i = 0; i < 8; ++i) read[i] = attribute<ConstDoubles>(centres, numbers[i]);
     written[0] = attribute<Doubles>(centres, "jacobian_ratio");
     written[1] = attribute<Doubles>(centres, "jacobian");
     count = arrays32[0].data();
@@ -36,6 +36,10 @@ struct CentresView : kernel::Centres {
     volume_change = read[1].data();
     trace = read[2].data();
     jacobian_ratio_before = read[3].data();
+    pressure = read[4].data();
+    hoop_share = read[5].data();
+    hoop_gradient = read[6].data();
+    hoop_change = read[7].data();
     jacobian_ratio = written[0].data();
     jacobian = written[1].data();
   }
@@ -61,10 +65,16 @@ struct CentresView : kernel::Centres {
   }
 
   /// Refuses centres that are not those of the points of a stencil.
-  void require_fits(const StencilView& stencil, nb::handle stencil_handle) const {
+  void require_fits(const StencilView& stencil, nb::handle stencil_handle,
+                    const std::string& kind_name) const {
     if (!given) return;
-    auto others = parts_of(object_, {"share", "volume_change", "trace", "jacobian_ratio_before",
-                                     "jacobian_ratio", "jacobian"});
+    const bool hoop = kind_name == "axisymmetric";  // not one of what was checked before
+    require_size(read[5], hoop ? size_of(read[0]) : 0, "hoop_share");
+    require_size(read[6], hoop ? cells() << stencil.dim : 0, "hoop_gradient");
+    require_size(read[7], hoop ? cells() : 0, "hoop_change");
+    auto others = parts_of(object_, numbers);
+    for (const auto& part : parts_of(object_, {"jacobian_ratio", "jacobian"}))
+      others.push_back(part);
     others.push_back(nb::borrow(stencil_handle));
     check_once(object_,
                parts_of(object_, {"count", "cell_start", "cell", "corner_node", "share_start"}),
@@ -75,6 +85,10 @@ struct CentresView : kernel::Centres {
   }
 
  private:
+  static constexpr const char* numbers[8] = {
+      "share",    "volume_change", "trace",         "jacobian_ratio_before",
+      "pressure", "hoop_share",    "hoop_gradient", "hoop_change"};
+
   nb::handle object_;
 
   void require_valid(const StencilView& stencil) const {
@@ -82,9 +96,12 @@ struct CentresView : kernel::Centres {
     require_cells(stencil.groups, stencil.start);
     require_size(read[2], cells() * corners * stencil.dim, "trace");
     require_size(read[3], stencil.points(), "jacobian_ratio_before");
+    require_size(read[4], stencil.points(), "pressure");
     require_size(written[0], stencil.points(), "jacobian_ratio");
     require_size(written[1], stencil.points(), "jacobian");
     bool other = false;
+    for (std::int64_t g = 0; g < stencil.groups; ++g) other |= cells_of(g) > kernel::maximum_nodes;
+    require(!other, "cell_start", "has a group with too many cells");
     if (corner_node != nullptr) {
       require_size(arrays32[2], size_of(arrays32[1]) * corners, "corner_node");
       for (std::int64_t g = 0; g < stencil.groups; ++g)
@@ -104,6 +121,41 @@ struct CentresView : kernel::Centres {
     }
     require(!other, "count", "does not fit to the nodes and cells of a group");
   }
+};
+
+/// Arrays of the shares of the domains in the cells, and of the cells' moments.
+class SharesOwner {
+  static auto table(std::vector<double>&& entries, std::size_t columns) {
+    const std::size_t rows = entries.size() / columns;
+    return give(std::move(entries), {rows, columns});
+  }
+
+ public:
+  SharesOwner(int dim, bool axisymmetric, std::int64_t cells,
+              const std::vector<std::int64_t>& share_start)
+      : columns_(dim == 2 ? kernel::moments_of<2> : kernel::moments_of<3>),
+        axisymmetric_(axisymmetric),
+        share_(share_start.back()),
+        moment_(cells * columns_),
+        hoop_share_(axisymmetric ? share_start.back() : 0),
+        hoop_moment_(axisymmetric ? cells * kernel::hoop_moments : 0),
+        start_(share_start.data()) {}
+
+  kernel::Shares get() {
+    return {start_, share_.data(), moment_.data(), axisymmetric_ ? hoop_share_.data() : nullptr,
+            hoop_moment_.data()};
+  }
+
+  auto give_shares() { return give(std::move(share_)); }
+  auto give_moment() { return table(std::move(moment_), columns_); }
+  auto give_hoop_shares() { return give(std::move(hoop_share_)); }
+  auto give_hoop_moment() { return table(std::move(hoop_moment_), kernel::hoop_moments); }
+
+ private:
+  std::size_t columns_;
+  bool axisymmetric_;
+  std::vector<double> share_, moment_, hoop_share_, hoop_moment_;
+  const std::int64_t* start_;
 };
 
 /// The boxes of nodes of a Python `Stencil`: each has a cell at least.

@@ -3,7 +3,7 @@
 
 #include "../basis/list.hpp"
 #include "../kind.hpp"
-#include "stencil_view.hpp"
+#include "centres_view.hpp"
 
 namespace tilth::bind {
 
@@ -101,7 +101,7 @@ std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstInteg
 
 auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, ConstDoubles corner,
                           ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
-                          ConstIntegers cell_keys) {
+                          ConstIntegers cell_keys, bool axisymmetric) {
   const StencilView stencil(stencil_handle);
   const auto own_start = attribute<ConstIntegers>(stencil_handle, "cell_start");
   const auto own_cell = attribute<ConstIntegers>(stencil_handle, "cell");
@@ -112,28 +112,29 @@ auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, Cons
   require_size(node_key, size_of(stencil.nodes), "node_key");
   require_table(position, stencil.points(), stencil.dim, "position");
   require_size(weight, stencil.points(), "weight");
+  require(!axisymmetric || stencil.dim == 2, "axisymmetric", "is true in 3D");
   const kernel::CornerCells supports{stencil.node_start, node_key.data(), own_start.data(),
                                      own_cell.data()};
   const kernel::Cells grid{origin.data(), cell_size.data()};
-  const std::size_t dim = stencil.dim, cells = cell_keys.size();
+  const std::int64_t cells = size_of(cell_keys);
   std::vector<std::int64_t> share_start(stencil.groups + 1, 0);
   for (std::int64_t g = 0; g < stencil.groups; ++g)
     share_start[g + 1] = share_start[g] + (own_start.data()[g + 1] - own_start.data()[g]) *
                                               (stencil.start[g + 1] - stencil.start[g]);
   std::vector<std::int32_t> cell(own_cell.size());
-  std::vector<std::int32_t> corner_node(own_cell.size() << dim);
+  std::vector<std::int32_t> corner_node(own_cell.size() << stencil.dim);
   bool complete = true;
-  std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
+  SharesOwner shares(stencil.dim, axisymmetric, cells, share_start);
   with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t) {
     complete = kernel::share_corner_domains<decltype(kind)::dim>(
-        stencil, supports, position.data(), corner.data(), weight.data(), grid,
-        static_cast<std::int64_t>(cells), cell_keys.data(), cell.data(), corner_node.data(),
-        share_start.data(), share.data(), moment.data());
+        stencil, supports, position.data(), corner.data(), weight.data(), grid, cells,
+        cell_keys.data(), cell.data(), corner_node.data(), shares.get());
   });
-  require(complete, "cell_keys", "or the stencil lack a cell or a node of a domain");
+  require(complete, "cell_keys",
+          "or the stencil lack a cell or a node of a domain, or a domain has no volume");
   return std::make_tuple(give(std::move(cell)), give(std::move(corner_node)),
-                         give(std::move(share_start)), give(std::move(share)),
-                         give(std::move(moment), {cells, 1 + dim}));
+                         give(std::move(share_start)), shares.give_shares(), shares.give_moment(),
+                         shares.give_hoop_shares(), shares.give_hoop_moment());
 }
 
 auto corner_basis_names() {
@@ -161,10 +162,11 @@ void bind_corners(nb::module_& module) {
   module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
              "displacement"_a, "origin"_a, "cell_size"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
              "Fills the moved corners and the points' displacements; first folded domain or -1.");
-  module.def(
-      "share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
-      "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
-      "Cells and their nodes' indices in the groups, shares, moments of the cells (see f_bar.py).");
+  module.def("share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
+             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "axisymmetric"_a,
+             "Cells and their nodes' indices in the groups, shares, moments of the cells, and "
+             "those of the "
+             "hoop (see f_bar.py).");
 }
 
 }  // namespace tilth::bind

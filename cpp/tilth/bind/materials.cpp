@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "../kernel/given_gradients.hpp"
 #include "../kernel/material_points.hpp"
 #include "law.hpp"
 
@@ -121,6 +122,35 @@ void return_to_law(const std::string& kind_name, nb::handle material, ConstDoubl
                     });
 }
 
+std::tuple<std::int64_t, std::int64_t> update_of_gradients(
+    const std::string& kind_name, nb::handle material, ConstDoubles parameters,
+    ConstDoubles gradient, ConstDoubles elastic_before, ConstDoubles plastic_before,
+    ConstDoubles state_before, Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
+    Doubles tangent) {
+  const std::int64_t points = points_of(elastic_before, "elastic_before");
+  const std::int64_t width = width_of(state_before, points, "state_before");
+  require_size(gradient, 9 * points, "gradient");
+  require_size(plastic_before, 2 * points, "plastic_before");
+  require_size(elastic, 6 * points, "elastic");
+  require_size(plastic, 2 * points, "plastic");
+  require_size(state, points * width, "state");
+  require_size(kirchhoff, 6 * points, "kirchhoff");
+  require_size(tangent, 54 * points, "tangent");
+  kernel::Failure failure;
+  with_kind_and_law(
+      kind_name, material, parameters, points, width, [&](auto kind, const auto& law) {
+        using K = decltype(kind);
+        std::vector<double> response(points * kernel::response_size<K>);
+        const kernel::StressArrays arrays{
+            nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
+            elastic.data(), plastic.data(),        state.data(),          response.data(),
+            width};
+        failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
+                                                 kirchhoff.data(), tangent.data());
+      });
+  return {failure.point, static_cast<std::int64_t>(failure.status)};
+}
+
 /// Points in principal axes, for the contract tests and for material-point studies.
 void principal_update(nb::handle law_or_name, ConstDoubles parameters, ConstDoubles trial,
                       ConstDoubles plastic_before, ConstDoubles state_before, Doubles state,
@@ -182,6 +212,11 @@ void bind_materials(nb::module_& module) {
              "plastic_before"_a, "state_before"_a, "elastic"_a, "plastic"_a, "state"_a,
              "kirchhoff"_a, "admissible"_a,
              "Return mapping of elastic deformations (n, 6) taken as trial states.");
+  module.def("update_of_gradients", &update_of_gradients, "kind"_a, "material"_a, "parameters"_a,
+             "gradient"_a, "elastic_before"_a, "plastic_before"_a, "state_before"_a, "elastic"_a,
+             "plastic"_a, "state"_a, "kirchhoff"_a, "tangent"_a,
+             "Stress update for the step's displacement gradients (n, 3, 3); fills also the "
+             "Kirchhoff stress (n, 6) and its derivative (n, 6, 9). Returns as stress_update.");
   module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,
              "plastic_before"_a, "state_before"_a, "state"_a, "kirchhoff"_a, "elastic"_a,
              "tangent"_a, "admissible"_a, "Return mapping of points (n, 3) in principal axes.");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../kernel/advance.hpp"
+#include "../kernel/cell_shares.hpp"
 #include "../kernel/cell_volumes.hpp"
 #include "../kernel/internal_force.hpp"
 #include "../kernel/predictor.hpp"
@@ -66,7 +67,7 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   require_size(plastic_before, 2 * n, "plastic_before");
   require_table(state_before, n, width, "state_before");
   require_size(state, n * width, "state");
-  centres.require_fits(stencil, stencil_handle);
+  centres.require_fits(stencil, stencil_handle, kind_name);
   require_size(elastic, 6 * n, "elastic");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
@@ -86,44 +87,45 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }
 
-void internal_force(const std::string& kind_name, nb::handle stencil_handle,
-                    ConstDoubles initial_volume, ConstDoubles position, ConstDoubles response,
-                    Doubles force) {
+void internal_force(const std::string& kind_name, nb::handle stencil_handle, ConstDoubles volume,
+                    ConstDoubles position, ConstDoubles response, Doubles force,
+                    nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
+  const CentresView centres(centres_handle);
   stencil.require_kind(kind_name);
-  require_size(initial_volume, stencil.points(), "initial_volume");
+  require_size(volume, stencil.points(), "volume");
   stencil.require_points(position, stencil.dim, "position");
   stencil.require_points(response, response_size(kind_name), "response");
   require_table(force, rows_of(force, 2, "force"), stencil.dim, "force");
   stencil.require_nodes(rows_of(force, 2, "force"), "force");
+  centres.require_fits(stencil, stencil_handle, kind_name);
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
-    kernel::internal_force<decltype(kind)>(stencil, initial_volume.data(), position.data(),
-                                           response.data(), force.data());
+    kernel::internal_force<decltype(kind)>(stencil, volume.data(), position.data(), response.data(),
+                                           centres.get(), force.data());
   });
 }
 
 void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstIntegers block_start,
-               ConstShorts block_position, ConstDoubles initial_volume, ConstDoubles position,
+               ConstShorts block_position, ConstDoubles volume, ConstDoubles position,
                ConstDoubles response, Doubles matrix, nb::handle centres_handle) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
   stencil.require_kind(kind_name);
-  require_size(initial_volume, stencil.points(), "initial_volume");
+  require_size(volume, stencil.points(), "volume");
   stencil.require_points(position, stencil.dim, "position");
   stencil.require_points(response, response_size(kind_name), "response");
   require_size(block_start, stencil.groups, "block_start");
   const std::int64_t blocks_of_matrix = rows_of(matrix, 3, "matrix");
   require_size(matrix, blocks_of_matrix * stencil.dim * stencil.dim, "matrix");
-  centres.require_fits(stencil, stencil_handle);
+  centres.require_fits(stencil, stencil_handle, kind_name);
   const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
                                       size_of(block_position), blocks_of_matrix};
   nb::gil_scoped_release release;
   bool fits = true;
   with_kind(kind_name, [&](auto kind) {
-    fits =
-        kernel::stiffness<decltype(kind)>(stencil, blocks, initial_volume.data(), position.data(),
-                                          response.data(), centres.get(), matrix.data());
+    fits = kernel::stiffness<decltype(kind)>(stencil, blocks, volume.data(), position.data(),
+                                             response.data(), centres.get(), matrix.data());
   });
   require(fits, "block_position", "does not fit to block_start, stencil and matrix");
 }
@@ -150,12 +152,13 @@ void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles h
 /// cells.
 auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
                        ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
-                       ConstIntegers cell_keys) {
+                       ConstIntegers cell_keys, bool axisymmetric) {
   const StencilView stencil(stencil_handle);
   const BoxesView boxes(stencil_handle, stencil);
   boxes.require_domains(position, half_length, origin, cell_size);
   require_size(weight, stencil.points(), "weight");
   const int dim = stencil.dim;
+  require(!axisymmetric || dim == 2, "axisymmetric", "is true in 3D");
   std::vector<std::int64_t> cell_start(stencil.groups + 1, 0), share_start(stencil.groups + 1, 0);
   for (std::int64_t g = 0; g < stencil.groups; ++g) {
     const std::int32_t* nodes = boxes.count.data() + 3 * g;
@@ -166,34 +169,34 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
   }
   const std::int64_t cells = size_of(cell_keys);
   std::vector<std::int32_t> cell(cell_start.back());
-  std::vector<double> share(share_start.back()), moment(cells * (1 + dim), 0.0);
+  SharesOwner shares(dim, axisymmetric, cells, share_start);
   const auto fill = dim == 2 ? &kernel::share_among_cells<2> : &kernel::share_among_cells<3>;
   require(fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
                weight.data(), origin.data(), cell_size.data(), cells, cell_keys.data(),
-               cell_start.data(), cell.data(), share_start.data(), share.data(), moment.data()),
+               cell_start.data(), cell.data(), shares.get()),
           "cell_keys", "lacks a cell of the stencil");
   return std::make_tuple(give(std::move(cell_start)), give(std::move(cell)),
-                         give(std::move(share_start)), give(std::move(share)),
-                         give(std::move(moment), {static_cast<std::size_t>(cells),
-                                                  static_cast<std::size_t>(1 + dim)}));
+                         give(std::move(share_start)), shares.give_shares(), shares.give_moment(),
+                         shares.give_hoop_shares(), shares.give_hoop_moment());
 }
 
-void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles value,
-                    ConstDoubles gradient, ConstDoubles radius, ConstDoubles displacement,
-                    Doubles volume_change, Doubles trace) {
+void update_centres(const std::string& kind_name, ConstShorts node, ConstDoubles gradient,
+                    ConstDoubles hoop_gradient, ConstDoubles displacement, Doubles volume_change,
+                    Doubles trace, Doubles hoop_change) {
   const int dim = dimension_of_kind(kind_name);
+  const bool hoop = kind_name == "axisymmetric";
   const std::int64_t cells = rows_of(node, 2, "node"),
                      nodes = rows_of(displacement, 2, "displacement");
   require_table(node, cells, 1 << dim, "node");
   require_table(displacement, nodes, dim, "displacement");
   require_indices(node, nodes, "node");
-  require_size(value, size_of(node), "value");
   require_size(gradient, size_of(node) * dim, "gradient");
-  require_size(radius, cells, "radius");
+  require_size(hoop_gradient, hoop ? size_of(node) : 0, "hoop_gradient");
   require_size(volume_change, cells, "volume_change");
   require_size(trace, size_of(gradient), "trace");
-  const kernel::CentreArrays arrays{node.data(),   value.data(),         gradient.data(),
-                                    radius.data(), volume_change.data(), trace.data()};
+  require_size(hoop_change, hoop ? cells : 0, "hoop_change");
+  const kernel::CentreArrays arrays{node.data(),          gradient.data(), hoop_gradient.data(),
+                                    volume_change.data(), trace.data(),    hoop_change.data()};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::update_centres<decltype(kind)>(cells, arrays, displacement.data());
@@ -347,22 +350,24 @@ void bind_points(nb::module_& module) {
              nb::arg("centres").none(),
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping).");
-  module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "initial_volume"_a,
-             "position"_a, "response"_a, "force"_a,
+  module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "volume"_a, "position"_a,
+             "response"_a, "force"_a, nb::arg("centres").none(),
              "Adds the internal force to force (nodes, dim).");
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
-             "initial_volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
+             "volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times weight of the points to filled (cells, 2).");
   module.def("share_among_cells", &share_among_cells, "stencil"_a, "position"_a, "half_length"_a,
-             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a,
-             "Cells of each group, shares of each point, moments of the cells (see f_bar.py).");
+             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "axisymmetric"_a,
+             "Cells of each group, shares of each point, moments of the cells, and those of the "
+             "hoop (see f_bar.py).");
   module.def(
-      "update_centres", &update_centres, "kind"_a, "node"_a, "value"_a, "gradient"_a, "radius"_a,
-      "displacement"_a, "volume_change"_a, "trace"_a,
-      "Fills volume_change and trace of F-bar's centres for a nodal displacement (see f_bar.py).");
+      "update_centres", &update_centres, "kind"_a, "node"_a, "gradient"_a, "hoop_gradient"_a,
+      "displacement"_a, "volume_change"_a, "trace"_a, "hoop_change"_a,
+      "Fills volume_change, trace and hoop_change of F-bar's cells for a nodal displacement (see "
+      "f_bar.py).");
   module.def(
       "smooth_strains", &smooth_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
       "volume"_a, "fraction"_a,

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "../basis/gimp.hpp"
 #include "../grid.hpp"
 #include "../parallel.hpp"
+#include "simplex.hpp"
 #include "view.hpp"
 
 namespace tilth::kernel {
@@ -277,38 +279,37 @@ struct CornerCells {
   const std::int64_t* cell;        // keys
 };
 
-/// Samples per direction of a domain, by which its volume is shared among cells: the points of the
-/// trapezoidal rule. They include the corners, so that every cell of the support has a share.
-inline constexpr int samples_per_direction = 5;
-
-/// Coordinates of a sample, in cells, and the lowest and the highest cell that contain it; they
-/// differ where it lies on a grid line. `from_point` is relative to the point.
+/// Corners of a domain, in cells from `low`, not beyond the box of its cells from `low` to `high`.
 template <int Dim>
-void locate_sample(const double* position, const double* from_point, const Cells& cells,
-                   double local[Dim], Lattice& low, Lattice& high) {
-  low = high = {0, 0, 0};
-  for (int k = 0; k < Dim; ++k) {
-    local[k] = (position[k] - cells.origin[k]) / cells.size[k] + from_point[k] / cells.size[k];
-    const double tolerance = basis::Gimp::relative_overlap;
-    low[k] = clamped_cell(local[k] - tolerance);
-    high[k] = clamped_cell(local[k] + tolerance);
-  }
+void corners_in_box(const double* position, const double* corner, const Cells& grid,
+                    const Lattice& low, const Lattice& high,
+                    std::array<double, Dim> vertex[corners_of<Dim>]) {
+  for (int c = 0; c < corners_of<Dim>; ++c)
+    for (int k = 0; k < Dim; ++k) {
+      const double local = (position[k] - grid.origin[k]) / grid.size[k] -
+                           static_cast<double>(low[k]) + corner[Dim * c + k] / grid.size[k];
+      const auto most = static_cast<double>(high[k] - low[k] + 1);
+      vertex[c][k] = std::max(0.0, std::min(most, local));
+    }
 }
 
-/// Shares of each point in its group's cells, and moments of the cells (share_among_cells in
-/// f_bar.hpp). A domain is represented by 5^Dim samples. Each counts for the cell that contains
-/// it, on a grid line for those on both sides; where this cell is not in the support, for the cell
-/// of the nearest corner. `corner_node` (cells of groups, 2^Dim): indices of the cells' nodes in
-/// the group's list. Returns whether all cells of the domains and their nodes were found.
+/// Radius of corners on the axis [cells], so that the part of a cell with only such corners in the
+/// sums of the hoop is a limit, not 0 / 0.
+inline constexpr double least_radius = 1e-15;
+
+/// Shares of each point in its group's cells, and moments of the cells (see Shares in
+/// cell_shares.hpp), from the exact division of its domain along the grid's lines. Parts in cells
+/// without a corner of the domain, whose nodes are not its own, count for none; the shares of the
+/// others are then larger. `corner_node` (cells of groups, 2^Dim): indices of the cells' nodes in
+/// the group's list. The hoop's shares and moments are those of the basis: sums over the corners
+/// with their weights. Returns whether all cells of the domains and their nodes were found, and
+/// every domain has a volume.
 template <int Dim>
 bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
                           const double* position, const double* corner, const double* weight,
                           const Cells& grid, std::int64_t cells, const std::int64_t* cell_keys,
-                          std::int32_t* cell, std::int32_t* corner_node,
-                          const std::int64_t* share_start, double* share, double* moment) {
-  constexpr int corners = corners_of<Dim>;
-  constexpr int line = samples_per_direction;
-  constexpr int parts = Dim == 2 ? line * line : line * line * line;
+                          std::int32_t* cell, std::int32_t* corner_node, const Shares& result) {
+  constexpr int corners = corners_of<Dim>, moments = moments_of<Dim>;
   Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* own_cells = supports.cell + supports.cell_start[g];
@@ -316,73 +317,68 @@ bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
     const std::int64_t* list = supports.node + supports.node_start[g];
     const std::int64_t n = supports.node_start[g + 1] - supports.node_start[g];
     std::int32_t* number = cell + supports.cell_start[g];
+    if (of_group < 1 || of_group > corners) return missing.set();
+    Lattice low = unpack(own_cells[0]), high = low;
     for (std::int64_t e = 0; e < of_group; ++e) {
+      const Lattice place = unpack(own_cells[e]);
       number[e] = index_in_list(cell_keys, cells, own_cells[e]);
       bool found = number[e] < cells && cell_keys[number[e]] == own_cells[e];
       for (int b = 0; b < corners; ++b) {
-        const std::int64_t key = pack(corner_of_cell<Dim>(unpack(own_cells[e]), b));
+        const std::int64_t key = pack(corner_of_cell<Dim>(place, b));
         const int a = index_in_list(list, n, key);
         found = found && a < n && list[a] == key;
         corner_node[corners * (supports.cell_start[g] + e) + b] = a;
       }
+      for (int k = 0; k < Dim; ++k) {
+        low[k] = std::min(low[k], place[k]);
+        high[k] = std::max(high[k], place[k]);
+        found = found && high[k] - low[k] < widest_support<Dim>;
+      }
       if (!found) return missing.set();
     }
+    const auto find = [&](const Lattice& place) {
+      const int e = index_in_list(own_cells, of_group, pack(place));
+      return e < of_group && own_cells[e] == pack(place) ? e : -1;
+    };
     for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
       const double* own = corner + Dim * corners * p;
-      double* shares = share + share_start[g] + (p - stencil.start[g]) * of_group;
-      double part_volume[parts], part_middle[parts][Dim], volume = 0.0;
-      for (int part = 0; part < parts; ++part) {
-        double xi[Dim], value[corners], slope[corners][Dim], cofactor[Dim][Dim];
-        double weight_here = 1.0;
-        for (int k = 0, remaining = part; k < Dim; ++k, remaining /= line) {
-          const int along = remaining % line;
-          xi[k] = 2.0 * along / (line - 1) - 1.0;
-          if (along == 0 || along == line - 1) weight_here *= 0.5;
-        }
-        basis::corner_functions<Dim>(xi, value, slope);
-        part_volume[part] = weight_here * basis::cofactors<Dim>(own, slope, cofactor);
-        volume += part_volume[part];
-        for (int k = 0; k < Dim; ++k) {
-          part_middle[part][k] = 0.0;
-          for (int c = 0; c < corners; ++c) part_middle[part][k] += value[c] * own[Dim * c + k];
-        }
+      const std::int64_t entry = result.share_start[g] + (p - stencil.start[g]) * of_group;
+      std::array<double, Dim> vertex[corners];
+      corners_in_box<Dim>(position + Dim * p, own, grid, low, high, vertex);
+      double part[corners][moments] = {}, total = 0.0;
+      for_simplices<Dim>(vertex, [&](const Simplex<Dim>& simplex) {
+        std::array<std::int64_t, Dim> at;
+        divide_among_cells<Dim>(simplex, at, [&](const Simplex<Dim>& piece, const auto& place) {
+          Lattice of_piece = low;
+          for (int k = 0; k < Dim; ++k) of_piece[k] += std::min(place[k], high[k] - low[k]);
+          const int e = find(of_piece);
+          if (e >= 0) add_moments<Dim>(piece, place, part[e]);
+        });
+      });
+      for (std::int64_t e = 0; e < of_group; ++e) total += part[e][0];
+      if (!(total > 0.0)) return missing.set();
+      for (std::int64_t e = 0; e < of_group; ++e) {
+        result.share[entry + e] = part[e][0] / total;
+        double* sum = result.moment + moments * std::int64_t{number[e]};
+        for (int m = 0; m < moments; ++m) sum[m] += weight[p] * part[e][m] / total;
       }
-      std::fill(shares, shares + of_group, 0.0);
-      for (int part = 0; part < parts; ++part) {
-        int nearest = 0;
-        for (int k = 0, remaining = part; k < Dim; ++k, remaining /= line)
-          if (2 * (remaining % line) > line - 1) nearest |= 1 << k;
-        double local[Dim];
-        Lattice low, high;  // cells on both sides of a grid line on which the sample lies
-        locate_sample<Dim>(position + Dim * p, part_middle[part], grid, local, low, high);
-        for (int side = 0; side < corners; ++side) {
-          Lattice at = low;
-          double sample_share = part_volume[part] / volume;
-          bool repeated = false;
-          for (int k = 0; k < Dim; ++k) {
-            if (low[k] != high[k]) sample_share *= 0.5;
-            repeated = repeated || ((side >> k & 1) && low[k] == high[k]);
-            if (side >> k & 1) at[k] = high[k];
-          }
-          if (repeated) continue;
-          int e = index_in_list(own_cells, of_group, pack(at));
-          double centroid[Dim];
-          std::copy_n(local, Dim, centroid);
-          if (e == of_group || own_cells[e] != pack(at)) {
-            double of_corner[Dim];
-            const Lattice nearest_cell =
-                locate_corner<Dim>(position + Dim * p, own + Dim * nearest, grid, of_corner);
-            e = index_in_list(own_cells, of_group, pack(nearest_cell));
-            if (e == of_group) return missing.set();
-            for (int k = 0; k < Dim; ++k) {
-              const auto from = static_cast<double>(nearest_cell[k]);
-              centroid[k] = std::clamp(local[k], from, from + 1.0);
-            }
-          }
-          shares[e] += sample_share;
-          double* sum = moment + (1 + Dim) * std::int64_t{number[e]};
-          sum[0] += weight[p] * sample_share;
-          for (int k = 0; k < Dim; ++k) sum[1 + k] += weight[p] * sample_share * centroid[k];
+      if constexpr (Dim == 2) {
+        if (result.hoop_share == nullptr) continue;
+        const auto weights = basis::corner_weights<Dim>(own);
+        const double radius = position[Dim * p];
+        std::fill_n(result.hoop_share + entry, of_group, 0.0);
+        for (int c = 0; c < corners; ++c) {
+          double local[Dim];
+          const Lattice place = locate_corner<Dim>(position + Dim * p, own + Dim * c, grid, local);
+          const int e = find(place);
+          if (e < 0) return missing.set();
+          for (int k = 0; k < Dim; ++k) local[k] -= static_cast<double>(place[k]);
+          double of_corner = radius + own[Dim * c];
+          if (std::fabs(of_corner) < least_radius * grid.size[0])
+            of_corner = least_radius * grid.size[0];
+          result.hoop_share[entry + e] += weights.value[c] * of_corner / radius;
+          add_hoop_moments(local, of_corner, weight[p] * weights.value[c] / radius,
+                           result.hoop_moment + hoop_moments * std::int64_t{number[e]});
         }
       }
     }

@@ -7,17 +7,19 @@
 //   a_pprr = D_pr - delta_pr tau_p,   a_pqpq = s_pq beta_q,   a_pqqp = s_pq beta_p - tau_p,
 // with s_pq = (tau_p - tau_q) / (beta_p - beta_q). (docs/theory/mechanics.md, "Tangent")
 // Several points of a group are added at once, as one product of small dense matrices
-// (dense_product.hpp). Where D is symmetric and there is no F-bar the blocks below the diagonal in
-// (i, k) are those above it, transposed, and are not computed.
+// (dense_product.hpp). Where D is symmetric, and not in axisymmetry, the blocks below the diagonal
+// in (i, k) are those above it, transposed, and are not computed. F-bar's terms are in
+// f_bar_tangent.hpp.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "basis_values.hpp"
 #include "dense_product.hpp"
-#include "f_bar.hpp"
+#include "f_bar_tangent.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
@@ -142,41 +144,6 @@ bool prefetch_blocks(std::int64_t group, int n, const std::int32_t* node,
   return true;
 }
 
-/// Part of F-bar's tangent that couples a point to the centres: V q (x) (d ln J0 - d ln J), added
-/// to column[i][k][q][b] and, in axisymmetry, to the hoop's rows. With n stretched directions,
-///   q_p = sum_r D_pr / n - tau_p  (de Souza Neto et al. 1996, in principal axes).
-template <class K, int Capacity>
-void add_f_bar(const Response<K>& s, double volume, int n, const double (*current)[Capacity],
-               const double* value, double hoop_per_value, double difference[K::dim][Capacity],
-               double* const column[K::dim][K::dim], double* local) {
-  constexpr int dim = K::dim;
-  double by_volume[3];
-  for (int p = 0; p < 3; ++p) {
-    double sum = 0.0;
-    for (int r = 0; r < f_bar_directions<K>; ++r) sum += s.tangent[p][r];
-    by_volume[p] = volume * (sum / f_bar_directions<K> - s.kirchhoff[p]);
-  }
-  for (int k = 0; k < dim; ++k)
-    for (int q = 0; q < dim; ++q)
-      for (int b = 0; b < n; ++b) difference[k][b] -= s.axis[k][q] * current[q][b];
-  if constexpr (K::hoop)
-    for (int b = 0; b < n; ++b) difference[0][b] -= hoop_per_value * value[b];
-  for (int q = 0; q < dim; ++q)
-    for (int i = 0; i < dim; ++i)
-      for (int k = 0; k < dim; ++k) {
-        const double factor = s.axis[i][q] * by_volume[q];
-#pragma omp simd
-        for (int b = 0; b < n; ++b) column[i][k][q * Capacity + b] += factor * difference[k][b];
-      }
-  if constexpr (K::hoop)
-    for (int a = 0; a < n; ++a)
-      for (int k = 0; k < dim; ++k) {
-        double* row = local + (a * dim * dim + k) * n;
-        const double factor = hoop_per_value * value[a] * by_volume[2];
-        for (int b = 0; b < n; ++b) row[b] += factor * difference[k][b];
-      }
-}
-
 /// Adds the contribution of the hoop stress and strain of a point to the stiffness (axisymmetry);
 /// `current` are the point's gradients, (dim, Capacity).
 template <class K, int Capacity>
@@ -252,11 +219,11 @@ struct Factors {
   }
 };
 
-/// Returns whether all `blocks` are inside of the matrix; those of other groups are not added.
-template <class K>
-bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* initial_volume,
-               const double* position, const double* response_array, const Centres* centres,
-               double* matrix) {
+/// See stiffness() below.
+template <class K, bool FBar>
+bool add_stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* volume,
+                   const double* position, const double* response_array, const Centres* centres,
+                   double* matrix) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(response_array);
   Found outside;
@@ -265,42 +232,48 @@ bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
       constexpr int capacity = Factors<K, N>::capacity;
       const int n = N > 0 ? N : stencil.nodes_of(g);
       const std::int64_t start = stencil.start[g], end = stencil.start[g + 1];
-      const bool only_products = !K::hoop && centres == nullptr;
+      if (start == end) return;
       const bool symmetric =
-          only_products && std::all_of(response + start, response + end, is_symmetric<K>);
+          !K::hoop && std::all_of(response + start, response + end, is_symmetric<K>);
       const std::int32_t* node = stencil.node + stencil.node_start[g];
       const std::int32_t* block = blocks.position + blocks.start[g];
       if (!prefetch_blocks<dim>(g, n, node, blocks, matrix)) return outside.set();
       double local[(N > 0 ? N * N : maximum_nodes * maximum_nodes) * dim * dim];
-      if (!only_products) std::fill_n(local, n * dim * dim * n, 0.0);
       Factors<K, N> factors;
       if (n < capacity) factors.clear_padding(n);
+      std::optional<CellTerms<K, N>> terms;
+      bool only_products = !K::hoop;
+      if constexpr (FBar) {
+        terms.emplace(*centres, g, n, symmetric);
+        only_products = only_products && terms->single;
+      }
+      if (!only_products) std::fill_n(local, n * dim * dim * n, 0.0);
       GroupBasis<dim, N, K::hoop, true> basis(stencil, g);
       for (std::int64_t first = start; first < end; first += factors.points_at_once) {
         const int points =
             static_cast<int>(std::min<std::int64_t>(factors.points_at_once, end - first));
         for (int slot = 0; slot < points; ++slot) {
           const std::int64_t p = first + slot;
-          const Response<K>& s = response[p];
           basis.advance();
           const auto* current = factors.current + slot * dim;
-          factors.fill(slot, s, initial_volume[p], n, basis.gradient, symmetric);
-          if (centres != nullptr) {
-            const double* shares =
-                centres->share + centres->share_start[g] + (p - start) * centres->cells_of(g);
-            double difference[dim][capacity] = {};
-            add_centre_trace<dim, capacity>(*centres, g, shares, p, difference);
+          const auto add = [&](const Response<K>& s) {
+            factors.fill(slot, s, volume[p], n, basis.gradient, symmetric);
+            if constexpr (K::hoop)
+              add_hoop<K, capacity>(s, volume[p], position[dim * p], n, current, basis.value,
+                                    local);
+          };
+          const Response<K>& s = response[p];
+          if constexpr (FBar) {
+            const double excess = excess_pressure(s, centres->pressure[p]);
+            const VolumetricModuli<K> moduli(s);
+            add(through_point(s, moduli, excess));
             double per_value = 0.0;
             if constexpr (K::hoop) per_value = s.hoop_inverse / position[dim * p];
-            double* column[dim][dim];
-            for (int i = 0; i < dim; ++i)
-              for (int k = 0; k < dim; ++k) column[i][k] = factors.column[i][k][slot * dim];
-            add_f_bar<K, capacity>(s, initial_volume[p], n, current, basis.value, per_value,
-                                   difference, column, local);
+            terms->add(s, moduli, excess, volume[p], p - start, current, basis.value, per_value,
+                       local);
+          } else {
+            add(s);
           }
-          if constexpr (K::hoop)
-            add_hoop<K, capacity>(s, initial_volume[p], position[dim * p], n, current, basis.value,
-                                  local);
         }
         for (int i = 0; i < dim; ++i)
           for (int k = symmetric ? i : 0; k < dim; ++k)
@@ -308,11 +281,22 @@ bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const doubl
                 n, points * dim, factors.current, factors.column[i][k],
                 {local + (i * dim + k) * n, dim * dim * n, only_products && first == start});
       }
+      if constexpr (FBar) terms->finish(local);
       const auto scatter = symmetric ? &scatter_blocks<dim, true> : &scatter_blocks<dim, false>;
       scatter(n, node, block, local, matrix);
     });
   });
   return !outside;
+}
+
+/// Returns whether all `blocks` are inside of the matrix; those of other groups are not added.
+/// `volume`: V0 of each point, with F-bar V0 J / J_bar at the start of the step.
+template <class K>
+bool stiffness(const Stencil& stencil, const BlockPositions& blocks, const double* volume,
+               const double* position, const double* response, const Centres* centres,
+               double* matrix) {
+  const auto add = centres != nullptr ? &add_stiffness<K, true> : &add_stiffness<K, false>;
+  return add(stencil, blocks, volume, position, response, centres, matrix);
 }
 
 }  // namespace tilth::kernel

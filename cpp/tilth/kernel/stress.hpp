@@ -49,11 +49,9 @@ Failure stress_update(const Stencil& stencil, const material::PointLaw& law,
         stencil, displacement, arrays.position,
         [&](std::int64_t g, std::int64_t p, const double h[3][3]) {
           double stretch = 0.0;
-          if (centres != nullptr) {
-            const double* shares = centres->share + centres->share_start[g] +
-                                   (p - stencil.start[g]) * centres->cells_of(g);
-            stretch = volumetric_stretch<K>(*centres, g, shares, h, p);
-          }
+          if (centres != nullptr)
+            stretch = volumetric_stretch<K>(*centres, g,
+                                            centres->first_share(g, p - stencil.start[g]), h, p);
           if (!(stretch > -1.0)) return fail(p, PointStatus::inverted);
           batch.add(p, h, stretch);
           if (batch.size == lane_count)

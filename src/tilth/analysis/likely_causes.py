@@ -110,8 +110,7 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
 def _domains(simulation: Simulation) -> Iterator[str]:
     """Domains of the points that have grown over the cells."""
     points, cell = simulation.points, simulation.grid.cell_size
-    for i, body in enumerate(points.bodies):
-        own = slice(body.start, body.stop)
+    for i, (body, own) in enumerate(points.whole_bodies()):
         width = 2.0 * (points.half_length[own] / cell).max(axis=1)
         if body.has_corners:
             wide, rule = width > WIDE_DOMAIN, f'basis = "{body.basis}"'
@@ -135,10 +134,9 @@ def _locking(simulation: Simulation) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
     points = simulation.points
     poisson = points.elastic_moduli().poisson
-    for i, body in enumerate(points.bodies):
+    for i, (body, own) in enumerate(points.whole_bodies()):
         if body.anti_locking != "none":
             continue
-        own = slice(body.start, body.stop)
         ratio = float(poisson[own].max())
         flows = points.elastic_share[own] < STEADY_FLOW
         if ratio >= NEARLY_INCOMPRESSIBLE:

@@ -20,6 +20,7 @@ from tilth.arrays import Floats
 from tilth.bodies.size import body_size
 from tilth.errors import BadInput
 from tilth.model import Body, Model
+from tilth.model.variation import variations
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
@@ -110,7 +111,7 @@ def memory_of(
         sides = (upper - lower) * (cells / np.prod(upper - lower)) ** (1.0 / len(lower)) + 1.0
         nodes = float(np.prod(sides))
     else:
-        number = [float(body.stop - body.start) for body in points.bodies]
+        number = np.bincount(points.body_id).astype(float).tolist()
         cells, nodes = float(len(active.cell_keys)), float(active.nodes)
         shares = np.array(number)
         sides = np.ptp(active.lattice[:, : model.dimension], axis=0) + 1.0
@@ -182,8 +183,12 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     dim, nodes_per_axis = model.dimension, _reach(body) + 1
     corners = 2**dim * dim if any(b.basis.startswith("cpdi") for b in model.bodies) else 0
     edges = dim**2 if any(b.basis == "cpdi1" for b in model.bodies) else 0
-    variables = len(model.laws[body.material].state_variables)
-    state = 27 + 5 * dim + dim**2 + corners + edges + variables
+    used = body.materials
+    variables = max(len(model.laws[name].state_variables) for name in used)
+    state = float(27 + 5 * dim + dim**2 + corners + edges + variables)
+    for name in used:  # values of varying entries, and the parameters of their laws
+        if varying := variations(model.materials[name]):
+            state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim
     values = {"linear": dim, "gimp": 2 * dim * nodes_per_axis}.get(body.basis, (1 + dim) * nodes)

@@ -83,7 +83,7 @@ def acts(load: Load, model: Model) -> bool:
     if not any(factor for _, factor in model.load_curve(load).table):
         return False
     if isinstance(load, BodyForce):
-        used = {body.material for body in model.bodies}
+        used = {material for body in model.bodies for material in body.materials}
         mass = any(model.materials[name].density for name in used)
         return mass and any(load.acceleration)
     if isinstance(load, PointForce):
@@ -112,7 +112,7 @@ def _moves(boundary: Boundary, model: Model) -> bool:
 def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Bodies that overlap."""
     for body, other, inside in overlapping_bodies(model, points):
-        total = points.bodies[body].stop - points.bodies[body].start
+        total = int((points.body_id == body).sum())
         names = f"{model.bodies[body].name!r} and {model.bodies[other].name!r}"
         yield (
             f"overlap of {body} and {other}",
@@ -173,12 +173,12 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     if any(isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries):
         return
     poisson = points.elastic_moduli().poisson
-    for i, body in enumerate(points.bodies):
-        ratio = float(poisson[body.start : body.stop].max())
+    for i, (body, own) in enumerate(points.whole_bodies()):
+        ratio = float(poisson[own].max())
         if body.anti_locking != "none" or ratio < NEARLY_INCOMPRESSIBLE:
             continue
         effect = "deformations are too small and pressures oscillate"
-        if model.materials[model.bodies[i].material].is_plastic:
+        if any(model.materials[name].is_plastic for name in model.bodies[i].materials):
             effect = "limit loads are too large or are never reached, and pressures oscillate"
         yield (
             f"locking of {i}",
@@ -216,8 +216,7 @@ def _least_radius(boundary: Boundary, model: Model) -> float | None:
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Bodies thinner than a cell, or with cells that may hold no point."""
-    for i, body in enumerate(points.bodies):
-        own = slice(body.start, body.stop)
+    for i, (body, own) in enumerate(points.whole_bodies()):
         position, half, cell = (
             points.position[own],
             points.initial_half_length[own],
@@ -245,7 +244,8 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
 
 def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
-    plastic = any(model.materials[body.material].is_plastic for body in model.bodies)
+    used = {name for body in model.bodies for name in body.materials}
+    plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
         yield (
             "one step",

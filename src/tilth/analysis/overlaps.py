@@ -40,11 +40,12 @@ def overlapping_bodies(model: Model, points: MaterialPoints) -> Iterator[tuple[i
 
 def _points_inside(model: Model, points: MaterialPoints, body: int, host: int) -> Integers:
     """Returns the points of a body that are inside the shape of another."""
-    own, others = (slice(points.bodies[i].start, points.bodies[i].stop) for i in (body, host))
+    own, others = (points.whole_bodies()[i][1] for i in (body, host))
     lower = (points.position[others] - points.half_length[others]).min(axis=0)
     upper = (points.position[others] + points.half_length[others]).max(axis=0)
     position = points.position[own]
-    near = np.flatnonzero(((position >= lower) & (position <= upper)).all(axis=1)) + own.start
+    within_bounds = ((position >= lower) & (position <= upper)).all(axis=1)
+    near: Integers = np.flatnonzero(within_bounds) + int(own.start)
     if len(near) == 0:
         return near
     inside = inside_body(

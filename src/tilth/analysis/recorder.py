@@ -65,7 +65,7 @@ class Recorder:
             folder=folder,
             simulation=simulation,
             tracker=tracker,
-            results=ResultsWriter(folder / RESULTS, title=model.title, units=_units(model)),
+            results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
             history=HistoryWriter(folder / HISTORY, tracker.columns),
             log=RunLog(folder / LOG),
         )
@@ -266,11 +266,14 @@ def snapshot(
             for name in points.state_variables()
         },
         "volume": lambda: points.volume[order],
+        **{name: partial(np.asarray, values) for name, values in points.varying.items()},
         "domain": lambda: points.half_length[order],
     }
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]
+    if any(body.layers for body in simulation.model.bodies):
+        fields["layer"] = lambda: points.layer[order]
     if simulation.model.output.deformation_gradient:
         fields["deformation_gradient"] = lambda: points.deformation_gradient[order]
     zero = np.zeros(active.position.shape)
@@ -290,7 +293,7 @@ def snapshot(
     )
 
 
-def _units(model: Model) -> dict[str, str]:
+def units_of(model: Model) -> dict[str, str]:
     """Returns the labels of the units, and of the state variables of the user's laws."""
     labels = {name: str(label) for name, label in model.units.model_dump().items()}
     of_laws = {name for law in model.laws.values() if law.source for name in law.state_variables}

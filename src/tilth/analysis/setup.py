@@ -4,18 +4,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
 from tilth.mpm.grid import ActiveGrid
 from tilth.output.folder import SETUP, load_model
+from tilth.report.fields import parameter_fields
 from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.loads import Loads
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def write_report(folder: Path) -> Path:
@@ -44,6 +50,30 @@ def setup_of(model: Model) -> Setup:
     """
     simulation = Simulation(model)
     return initial_setup(simulation, simulation.check())
+
+
+def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
+    """Returns the set-up of a model and its figures by name.
+
+    They are "" for the picture of the set-up, and the name of each parameter that varies from place
+    to place and of the layers. Runs the functions that the model names.
+
+    Raises:
+        BadInput: the model cannot be computed (see `Simulation.check`).
+    """
+    from tilth.report.field_plots import draw_frames
+    from tilth.report.setup import draw_setup
+
+    simulation = Simulation(model)
+    active = simulation.check()
+    setup = initial_setup(simulation, active)
+    start = snapshot(simulation, active, None, 0, 0.0)
+    units = units_of(model)
+    axisymmetric = model.analysis.kind == "axisymmetric"
+    return setup, {"": draw_setup(setup)} | {
+        name: draw_frames([start], name, units, axisymmetric=axisymmetric)
+        for name in parameter_fields(start)
+    }
 
 
 def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:

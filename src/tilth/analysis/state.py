@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from tilth.mpm.points import MaterialPoints
 
+SAME = 1e-9
+"""Relative difference of numbers that are the same but for round-off."""
+
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
@@ -62,11 +65,12 @@ def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
         if len(arrays[name]) != len(first):
             raise WrongState(f"{name!r} is of {len(arrays[name])} points instead of {len(first)}")
         found[name] = arrays[name]
-    points = MaterialPoints(bodies=initial.bodies, **found)
+    points = MaterialPoints(bodies=initial.bodies, varying=initial.varying, **found)
     for body in points.bodies:
         own = np.sort(points.point_id[body.start : body.stop])
         if not np.array_equal(own, np.arange(body.start, body.stop)):
             raise WrongState(f"'point_id' has not the numbers of the points of {body.name!r}")
+    _require_same_start(points, initial)
     for name, least in (
         ("initial_volume", points.initial_volume.min()),
         ("assumed_jacobian", points.assumed_jacobian.min()),
@@ -76,6 +80,23 @@ def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
         if least <= 0.0:
             raise WrongState(f"{name!r} has a point whose volume or length is not positive")
     return points
+
+
+def _require_same_start(points: MaterialPoints, initial: MaterialPoints) -> None:
+    """Checks that the points began where those of the model do, with the same parameters.
+
+    The model names files, of horizons, tables or functions, which may have changed since.
+    """
+    number = points.point_id
+    moved = np.abs(points.position - points.displacement - initial.position[number])
+    size = np.abs(points.position) + np.abs(points.displacement)
+    if (moved > SAME * (size + initial.initial_half_length[number])).any():
+        raise WrongState("the points do not begin where those of the model do: a file has changed")
+    before, now = points.parameters, initial.parameters[number]
+    if (np.abs(before - now) > SAME * np.abs(now)).any():
+        raise WrongState(
+            "'parameters' are not those of the model: a table, a function or a library has changed"
+        )
 
 
 def restore_all(owners: Mapping[str, Stateful], arrays: Arrays) -> None:

@@ -132,8 +132,7 @@ def _component(value: Floats, name: str) -> float:
 def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     chosen = slice(None)
     if track.body is not None:
-        body = next(b for b in points.bodies if b.name == track.body)
-        chosen = slice(body.start, body.stop)
+        chosen = points.of_body(track.body)
     upper = upper_edges(points) if track.of == "domains" else points.position
     return float(upper[chosen, axis].max())
 

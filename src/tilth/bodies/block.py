@@ -22,12 +22,14 @@ class Block:
     corners: coordinates [length], shape (n, corners, d).
     nodes: numbers of the nodes in the mesh, shape (n, corners).
     first: number of elements of this type in earlier blocks of the mesh.
+    group: name of the elements' physical group, shape (n,); "" for none.
     """
 
     element: Element
     corners: Floats
     nodes: npt.NDArray[np.int64]
     first: int
+    group: npt.NDArray[np.str_]
 
     def element_name(self, number: int) -> str:
         """Returns the name of the element of this row, numbered from 1 among those of its type."""

@@ -47,7 +47,10 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     measure = np.concatenate([piece for _, piece in pieces])
     half_length = np.empty_like(position)
     half_length[:] = 0.5 * measure[:, None] ** (1.0 / dimension)
-    return BodyPoints(position, measure * request.circumference(position), half_length)
+    number = [(cut**dimension).astype(np.int64) for cut in cuts]
+    group = np.concatenate([np.repeat(b.group, own) for b, own in zip(blocks, number, strict=True)])
+    volume = measure * request.circumference(position)
+    return BodyPoints(position, volume, half_length, group=group)
 
 
 def measured_blocks(shape: Mesh, request: Request) -> tuple[list[Block], list[Floats]]:
@@ -172,12 +175,33 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
                 request,
             )
     blocks: list[Block] = []
-    for c in cells:
+    names = _group_names(mesh, dimension)
+    for c, tag in zip(mesh.cells, _group_tags(mesh), strict=True):
+        if c.dim != dimension or len(c.data) == 0:
+            continue
         element = ELEMENTS[c.type]
         first = sum(len(b.nodes) for b in blocks if b.element is element)
         nodes = np.asarray(c.data, dtype=np.int64)
-        blocks.append(Block(element, points[:, :dimension][nodes], nodes, first))
+        group = np.array([names.get(int(t), "") for t in tag], dtype=np.str_)
+        blocks.append(Block(element, points[:, :dimension][nodes], nodes, first, group))
     return blocks
+
+
+def _group_names(mesh: Any, dimension: int) -> dict[int, str]:
+    """Returns the names of the physical groups of this dimension by tag; no name is the tag."""
+    named = {
+        int(tag): str(name) for name, (tag, dim) in mesh.field_data.items() if dim == dimension
+    }
+    tags = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *_group_tags(mesh)]))
+    return {int(tag): str(tag) for tag in tags if tag != 0} | named
+
+
+def _group_tags(mesh: Any) -> list[npt.NDArray[np.int64]]:
+    """Returns the tags of the elements' physical groups, 0 for none, for each block of the file."""
+    found = mesh.cell_data.get("gmsh:physical")
+    if found is None:
+        return [np.zeros(len(c.data), dtype=np.int64) for c in mesh.cells]
+    return [np.asarray(tags, dtype=np.int64) for tags in found]
 
 
 def _file_error(file: Path, problem: str, remedy: str, request: Request) -> Exception:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats
+from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
 
@@ -35,6 +36,7 @@ class BodyPoints:
         the domains lie along the grid axes.
     corner: shape (n, 2^d, d), corners of the domains relative to the points, x fastest; None where
         they are boxes with the half lengths.
+    group: shape (n,), names of the physical groups of a mesh, "" for none; None for other shapes.
     """
 
     position: Floats
@@ -42,6 +44,18 @@ class BodyPoints:
     half_length: Floats
     frame: Floats | None = None
     corner: Floats | None = None
+    group: npt.NDArray[np.str_] | None = None
+
+    def ordered(self, order: Integers) -> BodyPoints:
+        """Returns the points in another order: the point with index `order[i]` moves to index i."""
+        return BodyPoints(
+            self.position[order],
+            self.volume[order],
+            self.half_length[order],
+            self.frame,
+            None if self.corner is None else self.corner[order],
+            None if self.group is None else self.group[order],
+        )
 
     def corners(self) -> Floats:
         """Returns the domains' corners, also of boxes, relative to the points, (n, 2^d, d)."""

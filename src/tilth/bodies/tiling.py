@@ -55,7 +55,11 @@ def tile_points(blocks: Sequence[Block], volumes: Sequence[Floats], request: Req
                 edge *= (tile_volume / _box_volumes(edge)[:, None])[..., None] ** (1.0 / dimension)
                 tile_corners = parallelepiped(edge)
             corner[where], half_length[where] = tile_corners, np.linalg.norm(edge, axis=2)
-    return BodyPoints(position, volume * request.circumference(position), half_length, None, corner)
+    group = np.concatenate(
+        [np.repeat(b.group, own.astype(np.int64)) for b, own in zip(blocks, numbers, strict=True)]
+    )
+    volume *= request.circumference(position)
+    return BodyPoints(position, volume, half_length, None, corner, group)
 
 
 def _tiles(block: Block, segments: Floats) -> Iterator[tuple[Integers, Floats]]:

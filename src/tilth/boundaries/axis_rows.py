@@ -81,8 +81,8 @@ def _initially_next_to_axis(model: Model, initial: MaterialPoints) -> Flags:
     """
     half = initial.initial_half_length[:, 0]
     at_axis = initial.position[:, 0] <= (2.0 + OVERLAP_TOLERANCE) * half
-    for body, declared in zip(initial.bodies, model.bodies, strict=True):
+    for (_, own), declared in zip(initial.whole_bodies(), model.bodies, strict=True):
         bounds = declared.shape.bounds()
         if bounds is not None and bounds[0][0] > HOLE_RADIUS_TOLERANCE * model.cell_size[0]:
-            at_axis[body.start : body.stop] = False
+            at_axis[own] = False
     return np.asarray(at_axis)

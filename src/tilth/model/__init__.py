@@ -5,10 +5,21 @@ All names here are public: the package offers them as its own (`tilth.Box`).
 """
 
 from tilth.model.bodies import Body as Body
+from tilth.model.bodies import Layer as Layer
 from tilth.model.boundaries import AffineBoundary as AffineBoundary
 from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
 from tilth.model.cam_clay import ModifiedCamClay as ModifiedCamClay
+from tilth.model.element_case import ElementCase as ElementCase
+from tilth.model.element_case import ElementPlot as ElementPlot
+from tilth.model.element_tests import Biaxial as Biaxial
+from tilth.model.element_tests import ElementTest as ElementTest
+from tilth.model.element_tests import IsotropicCompression as IsotropicCompression
+from tilth.model.element_tests import Oedometer as Oedometer
+from tilth.model.element_tests import SimpleShear as SimpleShear
+from tilth.model.element_tests import StressState as StressState
+from tilth.model.element_tests import StressStrainPath as StressStrainPath
+from tilth.model.element_tests import Triaxial as Triaxial
 from tilth.model.geometry import BoxGeometry as BoxGeometry
 from tilth.model.geometry import CircleGeometry as CircleGeometry
 from tilth.model.geometry import CylinderGeometry as CylinderGeometry
@@ -53,3 +64,10 @@ from tilth.model.user_laws import StateVariable as StateVariable
 from tilth.model.user_laws import UserCompiled as UserCompiled
 from tilth.model.user_laws import UserPython as UserPython
 from tilth.model.user_laws import UserUmat as UserUmat
+from tilth.model.variation import AlongAxis as AlongAxis
+from tilth.model.variation import ByDepth as ByDepth
+from tilth.model.variation import ByStress as ByStress
+from tilth.model.variation import GridFile as GridFile
+from tilth.model.variation import OfPosition as OfPosition
+from tilth.model.variation import Random as Random
+from tilth.model.variation import RandomField as RandomField

@@ -3,16 +3,26 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import CellName, CountPerDirection, CountVector, Name, PositivePerDirection
+from tilth.model.fields import (
+    AsTuple,
+    CellName,
+    CountPerDirection,
+    CountVector,
+    Entries,
+    Name,
+    PositivePerDirection,
+)
 from tilth.model.problems import rejection
-from tilth.model.shapes import Shape
+from tilth.model.shapes import Mesh, Shape
 from tilth.model.surface import Surface
+from tilth.model.variation import Level
 
 DomainUpdate = Literal[
     "fixed", "determinant", "deformation_gradient", "right_stretch", "left_stretch", "corners"
@@ -26,13 +36,36 @@ _NO_RULE_TO_CHOOSE = {
 }
 
 
+class Layer(Declared):
+    """A layer of a body: the material above a horizon, or in a physical group of its mesh."""
+
+    material: Name
+    """Name of its material, as declared in `materials`."""
+    bottom: Level | None = None
+    """Elevation of its lower horizon [length]: a number, in 2D also a polyline of rows
+    (x, elevation), or { file = "horizon.csv" } with a grid over the horizontal axes. Not for the
+    lowest layer.
+    """
+    group: Name | None = None
+    """Name of the physical group of a Gmsh mesh that it consists of, instead of `bottom`."""
+
+
+Layers = Annotated[Sequence[Layer], Entries, AsTuple]
+
+
 class Body(Declared):
-    """A body of one material; exactly one of points_per_cell, points and spacing subdivides it."""
+    """A body of one material or of layers; one of points_per_cell, points and spacing divides it.
+
+    Layers are either listed from the top down, each but the last with its `bottom`, or each names
+    a physical `group` of a mesh. Every layer must have material points.
+    """
 
     name: CellName
     """Name of the body, unique."""
-    material: Name
-    """Name of its material, as declared in `materials`."""
+    material: Name | None = None
+    """Name of its material, as declared in `materials`; not for a body with layers."""
+    layers: Layers = ()
+    """Its layers, in sections [[bodies.layers]] below the body; none if it has one material."""
     shape: Shape
     """Shape in the undeformed state."""
     basis: Literal["linear", "gimp", "cpdi1", "cpdi2"]
@@ -85,6 +118,49 @@ class Body(Declared):
         if self.basis == "gimp" and self.domain_update is None:
             remedy = "leave the key out for right_stretch"
             problems.append(Problem("domain_update", "gimp needs a rule", remedy, None))
+        problems += _layer_problems(self)
         if problems:
             raise rejection(problems)
         return self
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of its materials: that of each layer, or the only one."""
+        return tuple(layer.material for layer in self.layers) or (self.material or "",)
+
+    def material_keys(self) -> tuple[str, ...]:
+        """Returns the keys of these names, relative to the body."""
+        found = tuple(f"layers[{i}].material" for i in range(len(self.layers)))
+        return found or ("material",)
+
+
+def _layer_problems(body: Body) -> Iterator[Problem]:
+    """What is wrong with the material or the layers of a body."""
+    if (body.material is None) != bool(body.layers):
+        given = body.material is not None
+        what = "given together with `layers`" if given else "missing"
+        remedy = "give a body either one `material`, or `layers` with a material each"
+        yield Problem("material", what, remedy, *([body.material] if given else []))
+    grouped = [layer.group is not None for layer in body.layers]
+    last = len(body.layers) - 1
+    if any(grouped) and not isinstance(body.shape, Mesh):
+        key, remedy = f"layers[{grouped.index(True)}].group", "give a `bottom` instead"
+        yield Problem(key, "is for a body whose shape is a mesh", remedy)
+        return
+    for i, layer in enumerate(body.layers):
+        key = f"layers[{i}]"
+        if any(grouped):
+            if layer.group is None:
+                remedy = "give each layer of the body a `group`, or each but the last a `bottom`"
+                yield Problem(f"{key}.group", "missing, but another layer has one", remedy)
+            elif layer.group in (other.group for other in body.layers[:i]):
+                yield Problem(f"{key}.group", "is already that of a layer", "", layer.group)
+            if layer.bottom is not None:
+                what = "has no meaning in a body whose layers are groups of a mesh"
+                yield Problem(f"{key}.bottom", what, "leave it out")
+        elif layer.bottom is None and i < last:
+            remedy = "give the elevation of its lower horizon; layers are listed from the top down"
+            yield Problem(f"{key}.bottom", "missing", remedy)
+        elif layer.bottom is not None and i == last:
+            remedy = "leave it out: the lowest layer ends with the body"
+            yield Problem(f"{key}.bottom", "the lowest layer has no horizon below it", remedy)

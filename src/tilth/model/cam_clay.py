@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
-from tilth.model.fields import Positive, Real
+from tilth.model.fields import Real
 from tilth.model.isotropic import ParametersAt, PoissonRatio, PoreFluid, Values
 from tilth.model.problems import reject, rejection
+from tilth.model.variation import VaryingPositive, or_varying
 
 LARGEST_INDEX = 0.9
 """Compression index, at most [-]."""
@@ -27,17 +28,19 @@ def _index(value: float) -> float:
     return value
 
 
-Index = Annotated[Real, AfterValidator(_index)]
-"""Slope of ln(volume) over ln(mean effective stress) [-]."""
-
-
 def _at_least_one(value: float) -> float:
     if value < 1.0:
         raise reject("must be at least 1: the stress would lie outside the yield surface")
     return value
 
 
-OverconsolidationRatio = Annotated[Real, AfterValidator(_at_least_one)]
+if TYPE_CHECKING:
+    Index = Real
+    OverconsolidationRatio = Real
+else:
+    Index = or_varying(Annotated[Real, AfterValidator(_index)])
+    """Slope of ln(volume) over ln(mean effective stress) [-]."""
+    OverconsolidationRatio = or_varying(Annotated[Real, AfterValidator(_at_least_one)])
 
 
 class ModifiedCamClay(PoreFluid):
@@ -55,10 +58,10 @@ class ModifiedCamClay(PoreFluid):
     Cauchy stress p [-], > 0: lambda / (1 + e) of a line in the void ratio e and ln(p)."""
     swelling_index: Index
     """Slope kappa* of unloading and reloading lines [-], > 0 and smaller than lambda*."""
-    critical_state_slope: Positive
+    critical_state_slope: VaryingPositive
     """Slope M = q / p of the critical state line [-], > 0: 6 sin(phi) / (3 - sin(phi)) of the
     friction angle in triaxial compression."""
-    shear_modulus: Positive | None = None
+    shear_modulus: VaryingPositive | None = None
     """Constant elastic shear modulus [stress], > 0; this or `poisson_ratio`."""
     poisson_ratio: PoissonRatio | None = None
     """Poisson's ratio of isotropic states [-], -1 < nu < 0.5: the shear modulus follows the
@@ -66,7 +69,7 @@ class ModifiedCamClay(PoreFluid):
     overconsolidation_ratio: OverconsolidationRatio | None = None
     """Size of the yield surface over that through the initial stress [-], >= 1; this or
     `preconsolidation_pressure`."""
-    preconsolidation_pressure: Positive | None = None
+    preconsolidation_pressure: VaryingPositive | None = None
     """Mean effective stress at the tip of the initial yield surface [stress], > 0."""
 
     @model_validator(mode="after")

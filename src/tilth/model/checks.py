@@ -61,9 +61,10 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
     bodies = {body.name: number for number, body in enumerate(model.bodies)}
     boundaries = dict.fromkeys(boundary.name for boundary in model.boundaries)
     for i, body in enumerate(model.bodies):
-        if body.material not in model.materials:
-            words = unknown_name("material", body.material, model.materials)
-            yield Problem(f"bodies[{i}].material", *words, body.material)
+        for key, material in zip(body.material_keys(), body.materials, strict=True):
+            if material not in model.materials:
+                words = unknown_name("material", material, model.materials)
+                yield Problem(f"bodies[{i}].{key}", *words, material)
     for i, load in enumerate(model.loads):
         if isinstance(load, PointForce | SurfaceLoad) and load.body not in bodies:
             yield Problem(f"loads[{i}].body", *unknown_name("body", load.body, bodies), load.body)
@@ -104,11 +105,12 @@ def _initial_stress(model: Model) -> Iterator[Problem]:
             what = f"has {len(entry.stress)} components, expected {components}"
             yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
     for i, body in enumerate(model.bodies):
-        material = model.materials.get(body.material)
-        if material is not None and material.needs_stress and body.name not in numbers:
-            what = f"a material of the model {material.model!r} cannot be without stress"
-            remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
-            yield Problem(f"bodies[{i}].material", what, remedy, body.material)
+        for key, name in zip(body.material_keys(), body.materials, strict=True):
+            material = model.materials.get(name)
+            if material is not None and material.needs_stress and body.name not in numbers:
+                what = f"a material of the model {material.model!r} cannot be without stress"
+                remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
+                yield Problem(f"bodies[{i}].{key}", what, remedy, name)
 
 
 def state_variable_problems(
@@ -141,8 +143,9 @@ def _known(
     """
     names = {PLASTIC_STRAIN: ""}
     for each in model.bodies:
-        if body in (None, each.name) and each.material in model.materials:
-            own = variables[each.material]
+        known = [m for m in each.materials if m in model.materials and body in (None, each.name)]
+        for material in known:
+            own = variables[material]
             if own is None:
                 return None
             names |= own
@@ -172,7 +175,7 @@ def _densities(model: Model) -> Iterator[Problem]:
     """A body force acts on mass, so every material it acts on needs a density."""
     if not any(isinstance(load, BodyForce) for load in model.loads):
         return
-    used = {body.material for body in model.bodies}
+    used = {material for body in model.bodies for material in body.materials}
     for name, material in model.materials.items():
         if name in used and material.density is None:
             yield Problem(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, model_validator
@@ -13,9 +13,10 @@ from pydantic import AfterValidator, model_validator
 from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import NotNegative, Positive, Real
+from tilth.model.fields import NotNegative, Real
 from tilth.model.laws import Law, laws
 from tilth.model.problems import reject, rejection
+from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
 
 Values = float | Floats
 """A parameter: one number for all points, or one for each, shape (n,)."""
@@ -46,7 +47,10 @@ def _poisson_ratio(value: float) -> float:
     return value
 
 
-PoissonRatio = Annotated[Real, AfterValidator(_poisson_ratio)]
+if TYPE_CHECKING:
+    PoissonRatio = Real
+else:
+    PoissonRatio = or_varying(Annotated[Real, AfterValidator(_poisson_ratio)])
 
 
 class AnyMaterial(Declared):
@@ -107,7 +111,7 @@ class AnyMaterial(Declared):
 class Isotropic(AnyMaterial):
     """Materials with Hencky's elasticity, which two constants describe."""
 
-    young_modulus: Positive
+    young_modulus: VaryingModulus
     """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
     poisson_ratio: PoissonRatio
     """Poisson's ratio [-], -1 < nu < 0.5."""
@@ -120,7 +124,7 @@ class Isotropic(AnyMaterial):
 class PoreFluid(AnyMaterial):
     """Materials for effective stress: a pore fluid that cannot drain may be added."""
 
-    pore_fluid_bulk_modulus: Positive | None = None
+    pore_fluid_bulk_modulus: VaryingPositive | None = None
     """Bulk modulus of the pore fluid over the porosity, K_w / n [stress], > 0; the soil is drained
     if not given. With it strength and stiffness are effective ones, the stress of results is the
     total one, and the state variable `excess_pore_pressure` (compression positive) is the pressure

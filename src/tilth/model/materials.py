@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -11,11 +12,12 @@ from pydantic import Field, model_validator
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
-from tilth.model.fields import NotNegative, Positive
 from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
-from tilth.model.problems import rejection
+from tilth.model.laws import Law
+from tilth.model.problems import dotted, rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
 from tilth.model.user_laws import UserCompiled, UserPython, UserUmat
+from tilth.model.variation import VaryingNotNegative, VaryingPositive
 
 
 class HenckyElastic(WithPoreFluid):
@@ -34,14 +36,14 @@ class VonMises(Isotropic):
     is_plastic: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
-    yield_stress: Positive | None = None
+    yield_stress: VaryingPositive | None = None
     """Initial uniaxial yield stress [stress], > 0."""
-    deviatoric_radius: Positive | None = None
+    deviatoric_radius: VaryingPositive | None = None
     """Radius |s| of the initial yield cylinder [stress], > 0: sqrt(2/3) of the yield stress."""
-    undrained_shear_strength: Positive | None = None
+    undrained_shear_strength: VaryingPositive | None = None
     """Initial strength s_u in plane strain and simple shear [stress], > 0: the yield stress is
     sqrt(3) s_u. In triaxial compression the strength, half the deviator, is sqrt(3)/2 s_u."""
-    hardening_modulus: NotNegative
+    hardening_modulus: VaryingNotNegative
     """d(yield stress) / d(equivalent plastic strain) [stress], >= 0; 0 is perfectly plastic."""
 
     @model_validator(mode="after")
@@ -95,3 +97,18 @@ Material = Annotated[
         UserPython, UserCompiled, UserUmat,
     ),
 ]  # fmt: skip
+
+
+def codes_of(materials: Mapping[str, Material]) -> tuple[str, ...]:
+    """Returns the laws of the user that materials name, as "file:name", each once."""
+    codes = (material.code for material in materials.values())
+    return tuple(dict.fromkeys(code for code in codes if code))
+
+
+def laws_of(materials: Mapping[str, Material]) -> dict[str, Law]:
+    """Returns the laws of materials by their names; runs the code of the user.
+
+    Raises:
+        BadInput: a law of the user cannot be loaded.
+    """
+    return {name: each.law_at(dotted(("materials", name))) for name, each in materials.items()}

@@ -20,12 +20,13 @@ from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
-from tilth.model.materials import Material
-from tilth.model.problems import dotted, problems_of, reject, rejection
+from tilth.model.materials import Material, codes_of, laws_of
+from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
+from tilth.model.variation import variations
 
 Loaded = (
     PlaneBoundary
@@ -48,20 +49,22 @@ BAND = 1e-3
 """Default width of an implicit boundary's band as a fraction of a cell's smallest edge."""
 
 
-def _format(value: Any) -> int:
+def format_of(value: Any) -> int:
+    """Returns the version of a case file's schema; refuses one that is not read."""
     if type(value) is int and value == FORMAT:
         return value
     problem = f"this version of tilth reads format {FORMAT} only"
     raise reject(problem, f"write format = {FORMAT} in the first line")
 
 
-def _one(value: Any) -> Any:
+def one(value: Any) -> Any:
+    """Refuses an empty list or table."""
     if not value:
         raise reject("must have at least one entry")
     return value
 
 
-def _require_few_levels(entries: Mapping[str, Any]) -> None:
+def require_few_levels(entries: Mapping[str, Any]) -> None:
     """Refuses lists and tables nested so deeply that functions that call themselves end in them."""
     found: list[tuple[str, Any, int]] = [(str(key), value, 1) for key, value in entries.items()]
     while found:
@@ -85,7 +88,7 @@ class Model(Declared):
     in axisymmetry x is the radius and y the axis. Raises `BadInput` with every wrong entry.
     """
 
-    format: Annotated[int, PlainValidator(_format)] = FORMAT
+    format: Annotated[int, PlainValidator(format_of)] = FORMAT
     """Version of the case file's schema."""
     title: Text = ""
     """Title, shown in the report."""
@@ -95,9 +98,9 @@ class Model(Declared):
     """a section [analysis] with the kind of analysis."""
     grid: Grid
     """a section [grid] with the background grid's cell_size."""
-    materials: Annotated[Mapping[Name, Material], AfterValidator(_one)]
+    materials: Annotated[Mapping[Name, Material], AfterValidator(one)]
     """a section [materials.NAME] for each material."""
-    bodies: Annotated[Sequence[Body], Entries, AsTuple, AfterValidator(_one)]
+    bodies: Annotated[Sequence[Body], Entries, AsTuple, AfterValidator(one)]
     """a section [[bodies]] for each body."""
     boundaries: Annotated[Sequence[Boundary], Entries, AsTuple] = ()
     """Dirichlet boundary conditions, at least one."""
@@ -142,13 +145,15 @@ class Model(Declared):
         found = [b for b in self.boundaries if isinstance(b, ImplicitBoundary)]
         motions = [b.motion for b in found]
         shapes = [getattr(b.geometry, "function", None) for b in found]
-        return tuple(dict.fromkeys(name for name in (*motions, *shapes, *self.user_laws) if name))
+        varying = [v for material in self.materials.values() for v in variations(material).values()]
+        parameters = [getattr(each, "function", None) for each in varying]
+        names = (*motions, *shapes, *parameters, *self.user_laws)
+        return tuple(dict.fromkeys(name for name in names if name))
 
     @property
     def user_laws(self) -> tuple[str, ...]:
         """Laws of the user that the model names, as "file:name", each once."""
-        codes = (material.code for material in self.materials.values())
-        return tuple(dict.fromkeys(code for code in codes if code))
+        return codes_of(self.materials)
 
     @cached_property
     def laws(self) -> dict[str, Law]:
@@ -157,10 +162,7 @@ class Model(Declared):
         Raises:
             BadInput: a law of the user cannot be loaded.
         """
-        return {
-            name: material.law_at(dotted(("materials", name)))
-            for name, material in self.materials.items()
-        }
+        return laws_of(self.materials)
 
     def state_units(self) -> dict[str, str]:
         """Returns the units ("stress" or "-") of all state variables by name; runs user's code."""
@@ -202,7 +204,7 @@ class Model(Declared):
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Model:
         """Returns the model from such a dictionary or that of a case file; raises `BadInput`."""
-        _require_few_levels(entries)
+        require_few_levels(entries)
         try:
             return cls.model_validate(dict(entries))
         except ValidationError as error:

@@ -12,10 +12,11 @@ from tilth.model.fields import AXES
 from tilth.model.geometry import GEOMETRIES, DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.loads import BodyForce
-from tilth.model.problems import below
+from tilth.model.problems import below, dotted
 from tilth.model.shapes import SHAPES, DeclaredShape
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
+from tilth.model.variation import AlongAxis, ByDepth, Random, Variation, variations
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -40,6 +41,7 @@ def size_problems(model: Model) -> list[Problem]:
             problems += _variant(f"{key}.geometry", geometry, GEOMETRIES, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
     problems += _surfaces(model)
+    problems += _levels(model)
     for i, track in enumerate(model.track):
         if track.quantity == "moment":
             problems += _moment(f"track[{i}]", track, dimension, kind)
@@ -67,6 +69,34 @@ def _surfaces(model: Model) -> Iterator[Problem]:
         for key in ("start", "pressure_along", "shear"):
             if isinstance(load, SurfaceLoad) and getattr(load, key):
                 yield Problem(f"loads[{i}].{key}", "is for curves in 2D", remedy)
+
+
+def _levels(model: Model) -> Iterator[Problem]:
+    """Polylines in 3D, where a surface is a number or a grid."""
+    for key, level in levels(model):
+        if model.dimension == 3 and isinstance(level, tuple):
+            remedy = 'give a number, or { file = "surface.csv" } with the columns x,y,value'
+            yield Problem(key, "a polyline of rows (x, elevation) is for 2D", remedy, level)
+
+
+def levels(model: Model) -> Iterator[tuple[str, Any]]:
+    """Yields every declared elevation of a surface or a horizon, with its key."""
+    for key, variation in _variations(model):
+        if isinstance(variation, ByDepth):
+            yield f"{key}.surface", variation.surface
+        elif isinstance(variation, Random) and variation.random.surface is not None:
+            yield f"{key}.random.surface", variation.random.surface
+    for i, body in enumerate(model.bodies):
+        for j, layer in enumerate(body.layers):
+            if layer.bottom is not None:
+                yield f"bodies[{i}].layers[{j}].bottom", layer.bottom
+
+
+def _variations(model: Model) -> Iterator[tuple[str, Variation]]:
+    """Yields every material parameter that varies from place to place, with its key."""
+    for name, material in model.materials.items():
+        for key, variation in variations(material).items():
+            yield dotted(("materials", name, key)), variation
 
 
 def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
@@ -100,6 +130,9 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
         else:
             yield f"loads[{i}].at", load.at
             yield f"loads[{i}].force", load.force
+    for key, variation in _variations(model):
+        if isinstance(variation, Random):
+            yield f"{key}.random.correlation_lengths", variation.random.correlation_lengths
     for i, track in enumerate(model.track):
         yield f"track[{i}].at", track.at
         yield f"track[{i}].about", track.about
@@ -118,6 +151,9 @@ def _vectors_of_implicit(
 
 def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
     """Yields every entry that names axes or components."""
+    for key, variation in _variations(model):
+        if isinstance(variation, AlongAxis):
+            yield f"{key}.axis", variation.axis
     yield "grid.follow.axes", model.grid.follow.axes if model.grid.follow is not None else ()
     for i, boundary in enumerate(model.boundaries):
         key = f"boundaries[{i}]"

@@ -5,15 +5,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
-from tilth.model.fields import NotNegative, Positive, Real
+from tilth.model.fields import Real
 from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.problems import reject, rejection
+from tilth.model.variation import VaryingNotNegative, VaryingPositive, or_varying
 
 STEEPEST = 60.0
 """Greatest friction angle [degrees]."""
@@ -35,8 +36,11 @@ def _steepness(value: float) -> float:
     return value
 
 
-SoilAngle = Annotated[Real, AfterValidator(_steepness)]
-"""Angle of friction or dilation [degrees]."""
+if TYPE_CHECKING:
+    SoilAngle = Real
+else:
+    SoilAngle = or_varying(Annotated[Real, AfterValidator(_steepness)])
+    """Angle of friction or dilation [degrees]."""
 
 
 class Tresca(Isotropic):
@@ -45,7 +49,7 @@ class Tresca(Isotropic):
     is_plastic: ClassVar[bool] = True
 
     model: Literal["tresca"] = "tresca"
-    undrained_shear_strength: Positive
+    undrained_shear_strength: VaryingPositive
     """Strength s_u [stress], > 0: half the difference of the largest and the smallest principal
     stress, 2 s_u = tau_1 - tau_3, in plane strain as in triaxial tests."""
 
@@ -53,7 +57,7 @@ class Tresca(Isotropic):
 class _Frictional(WithPoreFluid):
     is_plastic: ClassVar[bool] = True
 
-    cohesion: NotNegative
+    cohesion: VaryingNotNegative
     """Cohesion c [stress], >= 0."""
     friction_angle: SoilAngle
     """Friction angle phi [degrees], 0 to 60."""
@@ -81,17 +85,17 @@ class MohrCoulomb(_Frictional):
     """
 
     model: Literal["mohr_coulomb"] = "mohr_coulomb"
-    tension_cut_off: NotNegative | None = None
+    tension_cut_off: VaryingNotNegative | None = None
     """Greatest tensile principal stress [stress], >= 0; the apex c cot(phi) if not given or
     greater."""
-    residual_cohesion: NotNegative | None = None
+    residual_cohesion: VaryingNotNegative | None = None
     """Cohesion after softening [stress], >= 0; that at the start if not given."""
     residual_friction_angle: SoilAngle | None = None
     """Friction angle after softening [degrees]; that at the start if not given."""
-    softening_strain: Positive | None = None
+    softening_strain: VaryingPositive | None = None
     """Equivalent plastic strain at which the residual strength is reached in a shear band of the
     width `softening_length` [-], > 0; cohesion and angle decrease linearly up to it."""
-    softening_length: Positive | None = None
+    softening_length: VaryingPositive | None = None
     """Width of the shear band to which `softening_strain` belongs [length], > 0: in cells of the
     size h the strain is softening_strain * softening_length / h, so that the work in a band of one
     cell does not depend on the grid."""
@@ -163,7 +167,7 @@ class DruckerPrager(_Frictional):
     fit: Literal["compression", "extension", "plane_strain"]
     """Where cone and Mohr-Coulomb pyramid have the same strength: in triaxial "compression" (outer
     cone), triaxial "extension" (inner edges), or collapse in "plane_strain"."""
-    tension_cut_off: NotNegative | None = None
+    tension_cut_off: VaryingNotNegative | None = None
     """Greatest tensile mean stress [stress], >= 0; the apex if not given or greater."""
 
     @model_validator(mode="after")

@@ -74,6 +74,7 @@ class UserFunction:
 
     reference, folder, key: as in `load_function`; raises BadInput in the same cases.
     shape: of the value at one position: () for a number, (dim,) for a vector.
+    where: places at which it must have a value, for messages.
     """
 
     def __init__(
@@ -83,10 +84,12 @@ class UserFunction:
         *,
         key: str = "function",
         shape: tuple[int, ...] = (),
+        where: str = "in the grid and one cell around it, also far from the boundary",
     ) -> None:
         self.reference = reference
         self.key = key
         self.shape = shape
+        self._where = where
         self._function = load_function(reference, folder, key=key)
         file, _, name = reference.rpartition(":")
         self._name = f"the function `{name}` in `{Path(file).name}`"
@@ -127,8 +130,7 @@ class UserFunction:
             more = f" and {len(bad) - 1} further position(s)" if len(bad) > 1 else ""
             raise self._refused(
                 f"{self._name} returned {values[bad[0]]} at ({place}){with_further}{more}",
-                "it must return a finite number everywhere in the grid and one cell around it, "
-                "also far from the boundary",
+                f"it must return a finite number everywhere {self._where}",
             )
         return values
 

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Mapping
 
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.bodies import discretise
+from tilth.bodies import BodyPoints, discretise
+from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
 from tilth.mpm.domains import keep_off_axis
-from tilth.mpm.initial_stress import set_initial_stress
+from tilth.mpm.initial_stress import declared_stress, start_with_stress
+from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.user_moduli import require_declared_moduli
 
@@ -22,35 +24,51 @@ def initial_points(model: Model) -> MaterialPoints:
     """Returns the undeformed material points of all bodies of a model, with their initial stress.
 
     Raises:
-        BadInput: a body without points, a stress that its law cannot have, or a law of the user
-            that cannot be loaded or has other moduli than the declared ones.
+        BadInput: a body or a layer without points, a parameter that has no admissible value at a
+            point, a stress that its law cannot have, or a law of the user that cannot be loaded or
+            has other moduli than the declared ones.
     """
-    bodies, parts, start = [], [], 0
-    varying: dict[str, Floats] = {}
-    cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
-    for body in model.bodies:
+    bodies: list[PointRange] = []
+    parts: list[BodyPoints] = []
+    parameters: dict[int, Floats] = {}
+    stresses: dict[int, Floats] = {}
+    declared: list[dict[str, Floats]] = []
+    start = 0
+    for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
-        material, law = model.materials[body.material], model.laws[body.material]
-        at = ParametersAt(partial(getattr, material), cell_length)
-        parameters = material.parameter_array(at, len(part.position))
-        require_declared_moduli(law, parameters, dotted(("materials", body.material)))
-        if parameters.ndim == 2:
-            varying[body.name] = parameters
-        bodies.append(
-            PointRange(
-                name=body.name,
-                start=start,
-                stop=start + len(part.position),
-                basis=body.basis,
-                domain_update=body.domain_update,
-                law=law,
-                parameters=parameters if parameters.ndim == 1 else None,
-                density=material.density or 0.0,
-                anti_locking=body.anti_locking,
+        part, counts = by_layer(body, part, f"bodies[{number}]")
+        stress = declared_stress(model, number, part.position)
+        first = 0
+        for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
+            own = slice(first, first + count)
+            values, found = _parameters(
+                model, name, part.position[own], None if stress is None else stress[own]
             )
-        )
+            if values.ndim == 2:
+                parameters[len(bodies)] = values
+            if stress is not None:
+                stresses[len(bodies)] = stress[own]
+            declared.append(found)
+            material, law = model.materials[name], model.laws[name]
+            require_declared_moduli(law, values, dotted(("materials", name)))
+            bodies.append(
+                PointRange(
+                    name=body.name,
+                    start=start + first,
+                    stop=start + first + count,
+                    basis=body.basis,
+                    domain_update=body.domain_update,
+                    law=law,
+                    parameters=values if values.ndim == 1 else None,
+                    density=material.density or 0.0,
+                    anti_locking=body.anti_locking,
+                    body=number,
+                    layer=layer,
+                )
+            )
+            first += count
         parts.append(part)
-        start += len(part.position)
+        start += first
     corners = any(body.has_corners for body in bodies)
     points = MaterialPoints.undeformed(
         bodies,
@@ -58,12 +76,40 @@ def initial_points(model: Model) -> MaterialPoints:
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
         np.concatenate([part.corners() for part in parts]) if corners else None,
-        varying,
+        parameters,
+        _at_all_points(bodies, declared, start),
     )
-    set_initial_stress(points, model)
+    start_with_stress(points, model, stresses)
     if model.analysis.kind == "axisymmetric":
         for point_range in bodies:
             if point_range.convected_by_gradient:
                 keep_off_axis(points.part(point_range))
         points.update_bounding_boxes()
     return points
+
+
+def _parameters(
+    model: Model, name: str, position: Floats, stress: Floats | None
+) -> tuple[Floats, dict[str, Floats]]:
+    """Returns the parameters of a material's law at points, and the entries that vary, by key.
+
+    Shape (m,) or (n, m) of the former, (n,) of the latter.
+    """
+    material = model.materials[name]
+    varying = parameter_values(material, position, dotted(("materials", name)), stress)
+    entries = {key: getattr(material, key) for key in type(material).model_fields} | varying
+    cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
+    at = ParametersAt(entries.__getitem__, cell_length)
+    return material.parameter_array(at, len(position)), varying
+
+
+def _at_all_points(
+    bodies: list[PointRange], declared: list[dict[str, Floats]], points: int
+) -> Mapping[str, Floats]:
+    """Returns the entries of all ranges that vary, by key, shape (points,)."""
+    keys = dict.fromkeys(key for found in declared for key in found)
+    arrays = {key: np.full(points, np.nan) for key in keys}
+    for body, found in zip(bodies, declared, strict=True):
+        for key, values in found.items():
+            arrays[key][body.start : body.stop] = values
+    return arrays

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
+from tilth.fields.level import elevation
 from tilth.model import BodyForce, Model
 from tilth.model.initial import AtRest, GivenStress
 from tilth.mpm.points import MaterialPoints
@@ -16,23 +19,43 @@ WITHIN_YIELD = 1e-9
 """Plastic flow of a starting stress, at most, over its elastic strain [-]."""
 
 
-def set_initial_stress(points: MaterialPoints, model: Model) -> None:
-    """Gives undeformed points the declared stress, and the state variables that belong to it.
+def declared_stress(model: Model, number: int, position: Floats) -> Floats | None:
+    """Returns the initial stress of a body's points, tension positive, (n, 6); None without one.
+
+    Args:
+        model: the declared problem.
+        number: of the body in it.
+        position: of its points [length], shape (n, dim).
 
     Raises:
-        BadInput: a point lies above the declared ground, no weight balances the stress, a law
-            cannot have its stress, or the stress lies outside the yield surface.
+        BadInput: a point lies above the declared ground, or no weight balances the stress.
     """
-    ranges = {body.name: body for body in points.bodies}
-    for i, entry in enumerate(model.initial.stress):
-        part, key = points.part(ranges[entry.body]), f"initial.stress[{i}]"
-        stress = np.zeros((len(part), 6))
-        if isinstance(entry, GivenStress):
-            stress[:, : len(entry.stress)] = entry.stress
-        else:
-            vertical = _overburden(model, key, entry, part)
-            stress[:, :3] = -entry.K0 * vertical[:, None]
-            stress[:, model.dimension - 1] = -vertical
+    body = model.bodies[number]
+    found = (i for i, each in enumerate(model.initial.stress) if each.body == body.name)
+    if (i := next(found, None)) is None:
+        return None
+    entry, key = model.initial.stress[i], f"initial.stress[{i}]"
+    stress = np.zeros((len(position), 6))
+    if isinstance(entry, GivenStress):
+        stress[:, : len(entry.stress)] = entry.stress
+    else:
+        vertical = _overburden(model, key, entry, number, position)
+        stress[:, :3] = -entry.K0 * vertical[:, None]
+        stress[:, model.dimension - 1] = -vertical
+    return stress
+
+
+def start_with_stress(points: MaterialPoints, model: Model, stresses: Mapping[int, Floats]) -> None:
+    """Gives undeformed points their initial stress, and the state variables that belong to it.
+
+    stresses: of the ranges of `points` that have one, by number, shape (points of the range, 6).
+
+    Raises:
+        BadInput: a law cannot have its stress, or the stress lies outside the yield surface.
+    """
+    keys = {each.body: f"initial.stress[{i}]" for i, each in enumerate(model.initial.stress)}
+    for number, stress in stresses.items():
+        part, key = points.part(points.bodies[number]), keys[points.bodies[number].name]
         failed = part.start_with(stress)
         if failed >= 0:
             raise _refused(part, failed, key, "is not possible with this law")
@@ -41,17 +64,46 @@ def set_initial_stress(points: MaterialPoints, model: Model) -> None:
             raise _refused(part, int(outside[0]), key, "lies outside the yield surface")
 
 
-def _overburden(model: Model, key: str, entry: AtRest, part: MaterialPoints) -> Floats:
+def _overburden(model: Model, key: str, entry: AtRest, number: int, position: Floats) -> Floats:
     """Returns the vertical stress of the weight above the points, compression positive, (n,)."""
-    depth = entry.surface_level - part.position[:, -1]
-    if depth.min() < 0.0:
+    height = position[:, -1]
+    if (height > entry.surface_level).any():
         raise BadInput(
-            f"the point at {_place(part.position[depth.argmin()])} lies above this level",
+            f"the point at {_place(position[height.argmax()])} lies above this level",
             "give the height of the ground's surface",
             key=f"{key}.surface_level",
             value=entry.surface_level,
         )
-    return entry.surcharge + part.bodies[0].density * _gravity(model, key) * depth
+    mass = _mass_above(model, key, entry.surface_level, number, position)
+    return entry.surcharge + _gravity(model, key) * mass
+
+
+def _mass_above(
+    model: Model, key: str, surface_level: float, number: int, position: Floats
+) -> Floats:
+    """Returns the mass per area between the ground and the points of a body, shape (n,).
+
+    The sum over the layers of the density times the thickness of the part above the point.
+    """
+    body, height = model.bodies[number], position[:, -1]
+    densities = [model.materials[name].density or 0.0 for name in body.materials]
+    if len(set(densities)) > 1 and body.layers[0].group is not None:
+        raise BadInput(
+            "layers that are groups of a mesh have no horizons from which their weight follows",
+            'give the layers of different density a `bottom`, or the stress as type = "given"',
+            key=f"{key}.type",
+            value="k0",
+        )
+    mass, above = np.zeros(len(position)), np.full(len(position), surface_level)
+    for i, density in enumerate(densities):
+        layer = body.layers[i] if body.layers else None
+        below = height
+        if layer is not None and layer.bottom is not None:
+            horizon = elevation(layer.bottom, position, f"bodies[{number}].layers[{i}].bottom")
+            below = np.clip(horizon, height, surface_level)
+        mass += density * np.maximum(above - below, 0.0)
+        above = np.minimum(above, below)
+    return mass
 
 
 def _gravity(model: Model, key: str) -> float:

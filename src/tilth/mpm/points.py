@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +15,14 @@ from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
 
+_Number = TypeVar("_Number", np.int64, np.float64)
+
 
 @dataclass(frozen=True)
 class PointRange:
-    """One body's points: a contiguous range of the arrays, with one basis and one material.
+    """The points of a body, or of one of its layers: a contiguous range with one basis and law.
+
+    The ranges of a body's layers follow each other.
 
     Attributes:
         name: the body's name.
@@ -28,6 +34,8 @@ class PointRange:
         parameters: its parameters in the order of `law.parameters`, shape (count,); None if they
             vary from point to point, see `MaterialPoints.parameters`.
         density: mass per initial volume [mass/length^3]; 0 if none was declared.
+        body: number of the body in the model.
+        layer: number of the layer in the body; 0 if it has none.
     """
 
     name: str
@@ -39,6 +47,13 @@ class PointRange:
     parameters: Floats | None
     density: float
     anti_locking: str = "none"
+    body: int = 0
+    layer: int = 0
+
+    @property
+    def points(self) -> slice:
+        """The range of the points."""
+        return slice(self.start, self.stop)
 
     @property
     def has_corners(self) -> bool:
@@ -84,7 +99,7 @@ class MaterialPoints:
     axisymmetry xx is radial, yy axial and zz the hoop component.
 
     Attributes:
-        bodies: the ranges of the bodies.
+        bodies: the ranges of the bodies and their layers.
         point_id: permanent number, shape (n,).
         position: [length], shape (n, dim).
         displacement: from the initial position [length], shape (n, dim).
@@ -113,6 +128,9 @@ class MaterialPoints:
             each row [length], shape (n, dim, dim); (n, 0, dim) if no body has such domains.
         corner: corners of the points' domains relative to the point, x fastest [length], shape
             (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
+        varying: values of the material parameters that vary from place to place, by the keys of the
+            case file, in the order of the permanent numbers, shape (n,); "not a number" where the
+            material has no such parameter. Only of whole sets of points; it does not change.
     """
 
     bodies: list[PointRange]
@@ -134,6 +152,7 @@ class MaterialPoints:
     half_length: Floats
     initial_half_edge: Floats
     corner: Floats
+    varying: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
     def undeformed(
@@ -143,12 +162,14 @@ class MaterialPoints:
         initial_volume: Floats,
         half_length: Floats,
         corner: Floats | None = None,
-        parameters: dict[str, Floats] | None = None,
+        parameters: Mapping[int, Floats] | None = None,
+        varying: Mapping[str, Floats] | None = None,
     ) -> MaterialPoints:
         """Returns undeformed, stress-free points numbered in the order given.
 
-        parameters: of the bodies whose ranges have none, by the bodies' names, shape (points of the
-            body, count).
+        parameters: of the ranges that have none, by the numbers of the ranges, shape (points of
+            the range, count).
+        varying: as the attribute.
         corner: as the attribute, for all points if any body has domains with corners; those of
             CPDI1 must be parallelepipeds. None for boxes with the half lengths.
         """
@@ -178,6 +199,7 @@ class MaterialPoints:
             half_length=np.array(half_length, dtype=np.float64, order="C"),
             initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
             corner=np.array(corner, dtype=np.float64, order="C"),
+            varying=varying or {},
         )
         points.update_bounding_boxes()
         for body in bodies:
@@ -206,7 +228,8 @@ class MaterialPoints:
         """Returns the parameters of a body's law, shape (count,) or (points of the body, count)."""
         if body.parameters is not None:
             return body.parameters
-        s = slice(body.start, body.stop)
+        first = self.bodies[0].start  # not 0 in a part
+        s = slice(body.start - first, body.stop - first)
         return np.ascontiguousarray(self.parameters[s, : len(body.law.parameters)])
 
     def update_bounding_boxes(self) -> None:
@@ -243,7 +266,7 @@ class MaterialPoints:
     @classmethod
     def array_names(cls) -> list[str]:
         """Returns the names of the per-point arrays."""
-        return [f.name for f in fields(cls) if f.name != "bodies"]
+        return [f.name for f in fields(cls) if f.name not in ("bodies", "varying")]
 
     def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
         """Returns the per-point arrays by name: with `bodies` they are the state to store."""
@@ -262,15 +285,32 @@ class MaterialPoints:
     @property
     def body_id(self) -> Integers:
         """Number of each point's body, shape (n,)."""
-        return np.repeat(
-            np.arange(len(self.bodies)), [body.stop - body.start for body in self.bodies]
-        )
+        return self._of_ranges(np.array([body.body for body in self.bodies]))
+
+    @property
+    def layer(self) -> Integers:
+        """Number of each point's layer in its body, shape (n,)."""
+        return self._of_ranges(np.array([body.layer for body in self.bodies]))
+
+    def _of_ranges(self, values: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
+        """Returns the value of each point's range, shape (n,)."""
+        return np.repeat(values, [body.stop - body.start for body in self.bodies])
+
+    def whole_bodies(self) -> list[tuple[PointRange, slice]]:
+        """Returns the first range of each body, and the points of all its ranges, in order."""
+        firsts = [body for body in self.bodies if body.layer == 0]
+        ends = [body.start for body in firsts[1:]] + [len(self)]
+        return [(body, slice(body.start, end)) for body, end in zip(firsts, ends, strict=True)]
+
+    def of_body(self, name: str) -> slice:
+        """Returns the range of the points of the body with this name, all its layers."""
+        return next(points for body, points in self.whole_bodies() if body.name == name)
 
     @property
     def mass(self) -> Floats:
         """Mass of each point [mass, per unit length or full circle in 2D], shape (n,)."""
-        density = np.array([body.density for body in self.bodies])
-        return density[self.body_id] * self.initial_volume
+        density = self._of_ranges(np.array([body.density for body in self.bodies]))
+        return np.asarray(density * self.initial_volume)
 
     @property
     def volume(self) -> Floats:
@@ -345,12 +385,12 @@ class MaterialPoints:
 
 
 def _varying_parameters(
-    bodies: list[PointRange], parameters: dict[str, Floats], points: int
+    bodies: list[PointRange], parameters: Mapping[int, Floats], points: int
 ) -> Floats:
-    """Returns the parameters of the bodies whose ranges have none, shape (points, columns)."""
-    varying = [body for body in bodies if body.parameters is None]
-    columns = max((len(body.law.parameters) for body in varying), default=0)
-    array = np.zeros((points, columns))
-    for body in varying:
-        array[body.start : body.stop, : len(body.law.parameters)] = parameters[body.name]
-    return array
+    """Returns the parameters of the ranges that have none, shape (points, columns)."""
+    columns = max((array.shape[1] for array in parameters.values()), default=0)
+    values = np.zeros((points, columns))
+    for number, array in parameters.items():
+        body = bodies[number]
+        values[body.start : body.stop, : array.shape[1]] = array
+    return values

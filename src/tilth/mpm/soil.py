@@ -106,24 +106,25 @@ class Soil:
                     raise StepFailed(reason, point=number)
 
     def _volumes(self) -> list[Floats]:
-        """Returns the volumes of the Kirchhoff stress, V0 J / J_bar, shape (n,), of each body."""
+        """Returns the volumes of the Kirchhoff stress, V0 J / J_bar before the step, by body."""
         volumes = []
         for body, centres in zip(self.points.bodies, self._centres, strict=True):
             volume = self.points.initial_volume[body.start : body.stop]
-            volumes.append(volume if centres is None else volume * centres.jacobian_ratio)
+            volumes.append(volume if centres is None else volume * centres.jacobian_ratio_before)
         return volumes
 
     def internal_force(self) -> Floats:
         """Returns the internal force of the trial state [force], shape (nodes, dim)."""
         force = np.zeros((self.active.nodes, self.active.grid.dim))
         with self._timers.measure("assembly"):
-            for body, stencil, volume in zip(
-                self.points.bodies, self.active.stencils, self._volumes(), strict=True
-            ):
+            for body, stencil, volume, centres in zip(
+                self.points.bodies, self.active.stencils, self._volumes(), self._centres,
+                strict=True,
+            ):  # fmt: skip
                 s = slice(body.start, body.stop)
                 _core.internal_force(
                     self.kind, stencil, volume, self.points.position[s],
-                    self._trial.response[s], force,
+                    self._trial.response[s], force, centres,
                 )  # fmt: skip
         return force
 

@@ -45,17 +45,22 @@ def prepare_output_folder(
     """
     protected = {Path(file).resolve() for file in protect}
     folder = make_folder(path)
+    require_empty(folder, overwrite)
+    own = [file for file in folder.iterdir() if _TEMPORARY.fullmatch(file.name)]
+    for file in [*(folder / name for name in FILES), *own]:
+        if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
+            file.unlink()
+    return folder
+
+
+def require_empty(folder: Path, overwrite: bool) -> None:
+    """Raises ``BadInput`` if the folder is not empty and ``overwrite`` is false."""
     if not overwrite and any(file.name != LOCK for file in folder.iterdir()):
         raise BadInput(
             f"the output folder {folder} is not empty",
             "to replace an earlier run use --overwrite (in Python overwrite=True), or choose "
             "another folder with --out (in Python out)",
         )
-    own = [file for file in folder.iterdir() if _TEMPORARY.fullmatch(file.name)]
-    for file in [*(folder / name for name in FILES), *own]:
-        if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
-            file.unlink()
-    return folder
 
 
 def make_folder(path: Path | str) -> Path:

@@ -82,7 +82,9 @@ class Snapshot:
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
     of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], relative
-    to the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-]."""
+    to the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-];
+    material parameters that vary from place to place by their keys, and where a body has layers
+    ``layer``, the number of a point's layer in its body."""
     node_position: Floats
     """Position of the active nodes [length], shape (m, dim)."""
     cells: Integers

@@ -112,8 +112,8 @@ def _colours(values: Sequence[Floats]) -> ScalarMappable:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    low = min(float(value.min()) for value in values)
-    high = max(float(value.max()) for value in values)
+    low = min(float(np.nanmin(value)) for value in values)  # "not a number": not of every material
+    high = max(float(np.nanmax(value)) for value in values)
     largest = max(abs(low), abs(high))
     if min(-low, high) > 0.05 * largest:
         return ScalarMappable(Normalize(-largest, largest), "coolwarm")

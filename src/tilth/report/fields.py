@@ -10,6 +10,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.laws import state_units
+from tilth.model.parameters import parameter_units
 from tilth.output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -48,6 +49,12 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
     )
 
 
+def parameter_fields(snapshot: Snapshot) -> list[str]:
+    """Returns the names of the fields of the set-up: parameters that vary, and the layers."""
+    known = {*parameter_units(), "layer"}
+    return [name for name in snapshot.point_fields if name in known]
+
+
 def with_unit(name: str, unit: str) -> str:
     """Returns ``name [unit]``, or the name alone if there is no unit."""
     return f"{name} [{unit}]" if unit else name
@@ -82,6 +89,9 @@ def _unit(field: str, units: Mapping[str, str]) -> str:
         return units.get("length", "") or "-"
     if field == "cauchy_stress" or state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
+    if field in parameter_units():
+        unit = parameter_units()[field]
+        return units.get(unit, "" if unit in units else unit) or "-"
     if field == "volume":
         return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"
     return units.get(field) or "-"  # the state variables of the user's laws

@@ -21,6 +21,7 @@ from tilth.output.history import read_history
 from tilth.output.log import LogContents, read_log
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
+from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup
@@ -57,7 +58,8 @@ def write_report(
     log = read_log(folder / LOG)
     title = results.title or visible(folder.resolve().name)
     parts = [_header(title, kind, results, log)]
-    parts.append(_section("Set-up", _setup_picture(folder, results, setup)))
+    pictures = _setup_picture(folder, results, setup) + _parameters(results, kind)
+    parts.append(_section("Set-up", pictures))
     parts.append(_section("Deformed states", _frames(results, kind, colour_by)))
     curves = draw_curves(history, results.units.get("time", ""))
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
@@ -141,6 +143,15 @@ def _setup_picture(folder: Path, results: Results, setup: Setup | None) -> str:
 
 _NOT_DRAWN = f"""The set-up is not drawn: the folder has no <code>{SETUP}</code>. A report runs no
 Python function of the model; <code>tilth check</code> draws the set-up of a case file."""
+
+
+def _parameters(results: Results, kind: str) -> str:
+    """Returns a figure of each parameter that varies from place to place, and of the layers."""
+    initial, figures = results.snapshot(0), []
+    for name in parameter_fields(initial):
+        figure = draw_frames([initial], name, results.units, axisymmetric=kind == "axisymmetric")
+        figures.append(_image(figure, f"{name.replace('_', ' ')} at the start"))
+    return "".join(figures)
 
 
 def _frames(results: Results, kind: str, colour_by: str) -> str:

@@ -29,6 +29,15 @@ from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
+from tilth.model.variation import (
+    AlongAxis,
+    ByDepth,
+    ByStress,
+    GridFile,
+    OfPosition,
+    Random,
+    Variation,
+)
 from tilth.report.setup import Setup
 
 if TYPE_CHECKING:
@@ -100,7 +109,7 @@ def _rows(
 def _body(body: Body, points: int) -> str:
     update = f", domains by {body.domain_update}" if body.domain_update else ""
     return (
-        f"{body.name}: {body.shape.type} of {body.material}, {points} points, "
+        f"{body.name}: {body.shape.type} of {', '.join(body.materials)}, {points} points, "
         f"{body.basis} basis{update}"
     )
 
@@ -126,11 +135,35 @@ def _material(name: str, material: Material, model: Model) -> str:
             return f"{name} {value}"
         meaning = meaning_of(type(material), key)  # has the unit in brackets
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
-        return f"{name} {value:g}{unit}"
+        return f"{name} {_amount(value)}{unit}"
 
-    entries = material.model_dump(exclude={"model"}, exclude_none=True, by_alias=True)
-    parts = [text(key, value) for key, value in entries.items()]
+    fields = type(material).model_fields
+    keys = material.model_dump(exclude={"model"}, exclude_none=True)
+    parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
+
+
+def _amount(value: float | Variation) -> str:
+    """Returns a parameter's value, or what it depends on and its declared range."""
+    if isinstance(value, ByDepth | AlongAxis):
+        table = value.depth if isinstance(value, ByDepth) else value.values
+        along = "depth" if isinstance(value, ByDepth) else value.axis
+        values = [number for _, number in table]
+        return f"by {along} {min(values):g} to {max(values):g}"
+    if isinstance(value, GridFile):
+        return f"by {Path(value.file).name}"
+    if isinstance(value, OfPosition):
+        file, _, function = value.function.rpartition(":")
+        return f"by {function} in {Path(file).name}"
+    if isinstance(value, Random):
+        field = value.random
+        return (
+            f"random, {field.distribution}, coefficient of variation "
+            f"{field.coefficient_of_variation:g}, mean {field.mean:g}"
+        )
+    if isinstance(value, ByStress):
+        return f"by the initial stress, at {value.reference_pressure:g} {value.reference:g}"
+    return f"{value:g}"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:

@@ -325,8 +325,9 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
 
 def _outer_layer(chain: Chain, points: MaterialPoints, number: int) -> tuple[Chain, Integers]:
     """Returns the chain of the material points nearest to an outline, and their numbers."""
-    part = points.part(points.bodies[number])
-    distance = np.linalg.norm(part.position[None] - chain.points[:, None], axis=2)
+    _, own = points.whole_bodies()[number]
+    position, point_id = points.position[own], points.point_id[own]
+    distance = np.linalg.norm(position[None] - chain.points[:, None], axis=2)
     nearest = distance.argmin(axis=1)
     kept = nearest != np.roll(nearest, 1)
     if not chain.closed:
@@ -335,7 +336,7 @@ def _outer_layer(chain: Chain, points: MaterialPoints, number: int) -> tuple[Cha
     group = np.cumsum(kept) - 1
     corner = np.zeros(len(nearest), dtype=bool)
     corner[group[chain.corner]] = True
-    return Chain(part.position[nearest], chain.closed, corner), part.point_id[nearest]
+    return Chain(position[nearest], chain.closed, corner), point_id[nearest]
 
 
 def _with_points(tracked: TrackedChain, at: Floats) -> tuple[TrackedChain, Integers]:

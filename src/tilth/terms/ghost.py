@@ -69,9 +69,9 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
         softness = 1.0 / modulus
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
-                *_, moment = _core.share_corner_domains(
+                _, _, _, _, moment, *_ = _core.share_corner_domains(
                     stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
-                    grid.cell_size, key,
+                    grid.cell_size, key, False,
                 )  # fmt: skip
                 filled[:, column] += moment[:, 0]
             continue

@@ -26,8 +26,7 @@ def nearest_points(
     """
     chosen = np.arange(len(points))
     if body is not None:
-        part = next(b for b in points.bodies if b.name == body)
-        chosen = chosen[part.start : part.stop]
+        chosen = chosen[points.of_body(body)]
     distance = np.linalg.norm(points.position[chosen] - np.asarray(position), axis=1)
     tolerance = DISTANCE_TOLERANCE * float(np.min(np.asarray(cell_size)))
     near = chosen[distance <= distance.min() + tolerance]

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Values on a regular grid in a CSV file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tilth.arrays import Floats
+from tilth.errors import BadInput
+from tilth.fields.tables import ROUND_OFF, place_text
+from tilth.model.fields import AXES, GREATEST
+
+MOST_BYTES = 1_000_000_000
+"""Size of a file [bytes], at most."""
+
+
+@dataclass(frozen=True)
+class RegularGrid:
+    """Values at the crossings of a grid's lines.
+
+    Attributes:
+        axes: numbers of the axes of the grid, in the order of the file's columns.
+        lines: increasing coordinates along each of them [length].
+        value: one axis for each of `axes`.
+    """
+
+    axes: tuple[int, ...]
+    lines: tuple[Floats, ...]
+    value: Floats
+
+    def at(self, position: Floats, key: str, file: str) -> Floats:
+        """Returns the values at positions (n, dim), linear between the grid's lines, shape (n,).
+
+        Raises:
+            BadInput: a position outside the grid, with its place; `key` and `file` are named.
+        """
+        from scipy.interpolate import RegularGridInterpolator
+
+        columns = []
+        for axis, lines in zip(self.axes, self.lines, strict=True):
+            at, first, last = position[:, axis], lines[0], lines[-1]
+            tolerance = ROUND_OFF * (last - first)
+            outside = np.flatnonzero((at < first - tolerance) | (at > last + tolerance))
+            if len(outside):
+                raise BadInput(
+                    f"the material point at {place_text(position[outside[0]])} is outside the "
+                    f"grid, which goes from {AXES[axis]} = {first:.6g} to {last:.6g} "
+                    f"({len(outside)} of {len(at)} points are outside)",
+                    "give a grid that covers the soil",
+                    key=key,
+                    value=file,
+                )
+            columns.append(at.clip(first, last))
+        interpolator = RegularGridInterpolator(self.lines, self.value, method="linear")
+        return np.asarray(interpolator(np.column_stack(columns)))
+
+
+def read_grid(file: str, dimension: int, key: str) -> RegularGrid:
+    """Reads a grid: a line with the names of the axes and "value", then a row for each crossing.
+
+    Args:
+        file: path of the .csv file.
+        dimension: axes that the file may name, from the first one.
+        key: of the entry in the case file, for messages.
+
+    Raises:
+        BadInput: the file cannot be read, or has not the value of each crossing once.
+    """
+
+    def refused(problem: str, remedy: str) -> BadInput:
+        return BadInput(problem, remedy, key=key, value=file)
+
+    path = Path(file)
+    known = AXES[:dimension]
+    example = ",".join((*known, "value"))
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise refused("is larger than 1 GB", "use a coarser grid")
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}"
+        raise refused(problem, "check the path and its permissions") from None
+    except UnicodeDecodeError:
+        raise refused("is not a text file in UTF-8", "save it as CSV in UTF-8") from None
+    rows = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    names = [name.strip() for name in rows[0].split(",")] if rows else []
+    axes = [AXES.index(name) for name in names[:-1] if name in known]
+    if not axes or len(set(axes)) != len(names) - 1 or names[-1] != "value":
+        first = f"begins with {rows[0][:60]!r}" if rows else "is empty"
+        raise refused(f"{first} instead of the names of its columns", f"such as {example}")
+    if len(rows) == 1:
+        raise refused(f"has no rows of {len(names)} numbers", "give one row for each crossing")
+    try:
+        table = np.loadtxt(rows[1:], delimiter=",", comments=None, ndmin=2, dtype=np.float64)
+    except ValueError as error:
+        reason = str(error).split(";")[0]
+        raise refused(f"has a row that cannot be read: {reason}", f"such as {example}") from None
+    if table.shape[1] != len(names):
+        raise refused(f"has no rows of {len(names)} numbers", "give one row for each crossing")
+    bad = np.flatnonzero(~(np.abs(table) <= GREATEST).all(axis=1))
+    if len(bad):
+        problem = f"row {bad[0] + 1} below the names has a number that is not finite, or too large"
+        raise refused(problem, f"numbers are at most {GREATEST:g} in magnitude")
+    return _gridded(tuple(axes), table, refused)
+
+
+def _gridded(
+    axes: tuple[int, ...], table: Floats, refused: Callable[[str, str], BadInput]
+) -> RegularGrid:
+    """Returns the grid of a table of coordinates and values."""
+    found = [np.unique(column, return_inverse=True) for column in table[:, :-1].T]
+    lines = tuple(coordinates for coordinates, _ in found)
+    shape = tuple(len(coordinates) for coordinates in lines)
+    size = " x ".join(str(length) for length in shape)
+    if min(shape) < 2:
+        short = AXES[axes[shape.index(min(shape))]]
+        raise refused(
+            f"has a single coordinate along {short}",
+            f"give at least two, or leave out the column {short}",
+        )
+    number = np.ravel_multi_index(tuple(index for _, index in found), shape)
+    count = np.bincount(number, minlength=int(np.prod(shape)))
+    if (count != 1).any():
+        wrong = int(np.flatnonzero(count != 1)[0])
+        place = place_text(
+            np.array([x[i] for x, i in zip(lines, np.unravel_index(wrong, shape), strict=True)])
+        )
+        times = "no value" if count[wrong] == 0 else f"{count[wrong]} values"
+        raise refused(
+            f"is no regular grid: its coordinates have {size} crossings, but it has {len(table)} "
+            f"rows, and {times} at {place}",
+            "give one row for each combination of the coordinates",
+        )
+    value = np.empty(len(table))
+    value[number] = table[:, -1]
+    return RegularGrid(axes, lines, value.reshape(shape))

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A strip footing on soil with cohesion, friction and weight: its bearing capacity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.model import Model
+from tilth.verification.cases import example, varied
+from tilth.verification.comparison import Comparison, relative
+from tilth.verification.march import march
+
+PROBLEM = "strip_footing_friction"
+WIDTH = 1.0
+"""Width of the footing, B [m]."""
+UNIT_WEIGHT = 20.0
+"""Unit weight of the soil [kN/m3]."""
+SOURCE = "method of characteristics"
+
+
+@dataclass(frozen=True)
+class Soil:
+    """A soil under a smooth or a rough footing, and its bearing capacity.
+
+    Attributes:
+        cohesion: [kPa].
+        friction: friction angle, also of dilation [degrees].
+        rough: whether the footing is perfectly rough.
+        capacity: bearing pressure without settlement, by the method of characteristics [kPa].
+        surcharge_factor: N_q of that friction angle [-]: settlement is a surcharge.
+        settlement: of the footing at the end [m].
+        width, depth: of the soil's half [m].
+    """
+
+    cohesion: float
+    friction: float
+    rough: bool
+    capacity: float
+    surcharge_factor: float
+    settlement: float
+    width: float
+    depth: float
+
+    def __str__(self) -> str:
+        return f"c {self.cohesion:g}, phi {self.friction:g}, {'rough' if self.rough else 'smooth'}"
+
+
+LOOSE = Soil(10.0, 20.0, False, 178.93, 6.3994, 0.005, 4.0, 2.0)
+LOOSE_ROUGH = replace(LOOSE, rough=True, capacity=205.16)
+DENSE = Soil(10.0, 30.0, False, 428.70, 18.4011, 0.01, 6.0, 3.0)
+DENSE_ROUGH = replace(DENSE, rough=True, capacity=536.1, settlement=0.015)
+WEAK = replace(DENSE, cohesion=2.0, capacity=165.1, settlement=0.005)
+WEAK_ROUGH = replace(WEAK, rough=True, capacity=251.7, settlement=0.01)
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """Bearing capacities on cells of B/9, in the long form also of B/19 and B/39."""
+    for soil in (LOOSE, LOOSE_ROUGH):
+        yield from towards_the_capacity(soil, (9, 19, 39) if long else (9,))
+    for basis in ("gimp", "cpdi2"):
+        pressure = capacity(LOOSE, 9, basis, implicit=True)
+        quantity = f"q [kPa], {LOOSE}, implicit footing, {basis}, h B/9"
+        yield relative(quantity, pressure, LOOSE.capacity, 0.12, SOURCE)
+    if long:
+        for soil in (DENSE, DENSE_ROUGH, WEAK, WEAK_ROUGH):
+            yield from towards_the_capacity(soil, (9, 19))
+
+
+def towards_the_capacity(soil: Soil, divisions: tuple[int, ...]) -> Iterator[Comparison]:
+    """The bearing capacity on grids of B over these numbers, and what it tends to."""
+    pressures = [capacity(soil, n) for n in divisions]
+    for n, pressure in zip(divisions, pressures, strict=True):
+        tolerance = 0.12 if n < 15 else 0.06
+        yield relative(f"q [kPa], {soil}, h B/{n}", pressure, soil.capacity, tolerance, SOURCE)
+    if len(divisions) == 3:
+        (_, n, m), (_, coarse, fine) = divisions, pressures
+        extrapolated = fine + (fine - coarse) * n / (m - n)
+        quantity = f"q [kPa], {soil}, extrapolated from h B/{n} and B/{m} at first order"
+        yield relative(quantity, extrapolated, soil.capacity, 0.025, SOURCE)
+
+
+def capacity(soil: Soil, divisions: int, basis: str = "linear", *, implicit: bool = False) -> float:
+    """Returns the bearing pressure less the surcharge of the settlement [kPa], cells of B / n."""
+    model = pressed(soil, divisions, basis, implicit=implicit)
+    footing = next(b for b in model.boundaries if b.name == "footing")
+    curve = model.load_curve(footing)
+    pressures: list[float] = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        above = UNIT_WEIGHT * curve.factor(time) * soil.settlement
+        load = -result.resultant("footing")[1] / (0.5 * WIDTH)
+        pressures.append(load - above * soil.surcharge_factor)
+
+    march(model, after_step)
+    return float(np.max(pressures))
+
+
+def pressed(soil: Soil, divisions: int, basis: str, *, implicit: bool) -> Model:
+    """Returns the model of a soil under its footing."""
+    size = WIDTH / divisions
+    motion = {"y": -soil.settlement} | ({"x": 0.0} if soil.rough else {})
+    changes: dict[str, Any] = {
+        "grid.cell_size": size,
+        "materials.soil.cohesion": soil.cohesion,
+        "materials.soil.friction_angle": soil.friction,
+        "materials.soil.dilation_angle": soil.friction,
+        "bodies.0.shape.upper": [soil.width, soil.depth],
+        "bodies.0.basis": basis,
+        "initial.stress.0.surface_level": soil.depth,
+        "boundaries.1.at": soil.width,
+        "boundaries.3.at": soil.depth,
+        "boundaries.3.displacement": motion,
+    }
+    if implicit:
+        changes = {key: value for key, value in changes.items() if "boundaries.3" not in key}
+        changes["boundaries.3"] = {
+            "name": "footing",
+            "type": "implicit",
+            "geometry": {
+                "type": "footing",
+                "centre": [0.0, soil.depth],
+                "normal": [0.0, -1.0],
+                "width": WIDTH - size,  # its edge half a cell inside that of the footing
+            },
+            "condition": "fixed" if soil.rough else "roller",
+            "displacement": motion,
+            "factor": [[0, 0], [0.5, 0.25], [1, 1]],
+        }
+    return varied(example(PROBLEM), changes)
