@@ -51,6 +51,7 @@ def load_element_case(path: str | Path) -> ElementCase:
         entries = _entries(file)
         if "bodies" in entries and "tests" not in entries:
             raise BadInput("has an analysis, no element tests", "run it with: tilth run")
+        _resolve_files(entries, file.parent)
         return ElementCase.from_dict(entries)
     except BadInput as error:
         raise error.in_file(file) from None
@@ -162,15 +163,9 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
     materials = entries.get("materials")
-    for name, material in materials.items() if isinstance(materials, dict) else ():
-        if not isinstance(material, dict):
-            continue
-        key = dotted(("materials", name))
-        if str(material.get("model")).startswith("user_"):
-            for entry in ("class", "function", "library"):
-                yield key, material, entry
-        else:
-            yield from _files_of_parameters(key, material)
+    for material, parameters in materials.items() if isinstance(materials, dict) else ():
+        if isinstance(parameters, dict):
+            yield from _files_of_parameters(dotted(("materials", material)), parameters)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
         if isinstance(boundary.get("geometry"), dict):
@@ -183,7 +178,7 @@ def _files_of_parameters(
 ) -> Iterator[tuple[str, dict[str, Any], str]]:
     """Yields the entries of a material, and of the tables in it, that may name another file."""
     for name, value in table.items():
-        if isinstance(value, str) and (name == "file" or ".py:" in value):
+        if isinstance(value, str) and (name in ("file", "library") or ".py:" in value):
             yield key, table, name
         elif isinstance(value, dict):
             yield from _files_of_parameters(f"{key}.{name}", value)

@@ -11,7 +11,7 @@ import traceback
 from collections.abc import MutableMapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 import click
 
@@ -30,9 +30,6 @@ from tilth.errors import (
 )
 from tilth.interrupt import StopSignals, ignore_stop_signals
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
-
-if TYPE_CHECKING:
-    from tilth.model import Model
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
 """Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
@@ -118,7 +115,7 @@ def run(
 
     model = load_case(case)
     if not quiet:
-        _say_what_runs(model)
+        _say_what_runs(model.functions, model.user_laws)
     folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
 
@@ -167,7 +164,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
-    _say_what_runs(model)
+    _say_what_runs(model.functions, model.user_laws)
     try:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
@@ -208,7 +205,8 @@ def resume(
 
     require_folder(folder)
     if not quiet and (folder / MODEL).exists():
-        _say_what_runs(load_model(folder))
+        model = load_model(folder)
+        _say_what_runs(model.functions, model.user_laws)
     from tilth.analysis import run as analysis
 
     try:
@@ -266,6 +264,7 @@ def element(
     from tilth.case import load_element_case
 
     declared = load_element_case(case)
+    _say_what_runs(declared.user_laws, declared.user_laws)
     folder = _folder_of_results(case, out)
     from tilth.element_tests.command import make_tests, print_check
 
@@ -305,11 +304,11 @@ def _folder_of_results(case: Path, out: Path | None) -> Path:
     return folder
 
 
-def _say_what_runs(model: Model) -> None:
-    """Announces the code of the user that the command is about to run."""
-    for function in model.functions:
+def _say_what_runs(functions: Sequence[str], laws: Sequence[str]) -> None:
+    """Announces the code of the user that the command is about to run; laws: those among it."""
+    for function in functions:
         file, _, name = function.rpartition(":")
-        what = "law" if function in model.user_laws else "Python function"
+        what = "law" if function in laws else "Python function"
         click.echo(visible(f"runs the {what} {name} in {file}"))
 
 

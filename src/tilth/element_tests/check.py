@@ -69,7 +69,7 @@ def check_tangents(case: ElementCase, seed: int = 1) -> Iterator[TangentCheck]:
     for number, test in enumerate(case.tests):
         for name in test.material:
             random = np.random.default_rng(seed)
-            specimen = specimen_of(test, case.materials[name], f"tests[{number}]")
+            specimen = specimen_of(case, number, name)
             errors: list[tuple[float, int, bool]] = []
             skipped, step, stopped = 0, 0, ""
             try:

@@ -12,6 +12,7 @@ from tilth.arrays import Floats
 from tilth.errors import BadInput, StepFailed
 from tilth.model.laws import Law
 from tilth.model.materials import Material
+from tilth.mpm.soil import INVERTED
 
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
 """Rows and columns of the six components xx yy zz xy yz xz in a 3 x 3 matrix."""
@@ -19,10 +20,6 @@ ROWS, COLUMNS = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
 PORE_PRESSURE = "excess_pore_pressure"
 """State variable of the laws whose stress is the total one [stress], compression positive."""
 
-_FAILURES = {
-    1: "the material point inverted (det F <= 0)",
-    2: "the return mapping of the material point did not converge",
-}
 _KIND = "3d"  # a point of every kind of analysis has six components of strain
 
 
@@ -67,21 +64,20 @@ class ElementPoint:
     stress: Floats
 
     @classmethod
-    def at_start(cls, material: Material, stress: Floats) -> ElementPoint:
+    def at_start(cls, material: Material, stress: Floats, law: Law | None = None) -> ElementPoint:
         """Returns an undeformed point.
 
         Args:
             material: the declared material.
             stress: Cauchy stress at the start [stress], shape (6,), tension positive.
+            law: that of the material; None for one of the core.
 
         Raises:
             BadInput: the law cannot have this stress.
         """
-        law = material.law_at("material")
+        law = material.law if law is None else law
         width = getattr(material, "softening_length", None) or 1.0  # of the band that softens
-        parameters = np.array(
-            [material.parameter(name, width) for name in material.parameter_names]
-        )
+        parameters = np.array([material.parameter(name, width) for name in law.parameters])
         state = np.zeros((1, len(law.state_variables)))
         failed = _core.initial_state(_KIND, law.core, parameters, stress[None], state)
         elastic = np.zeros((1, 6))
@@ -157,7 +153,8 @@ class ElementPoint:
             found.state, found.kirchhoff, found.tangent,
         )  # fmt: skip
         if status:
-            raise StepFailed(_FAILURES[status])
+            inverted = "the material point inverted (det F <= 0)"
+            raise StepFailed(inverted if status == INVERTED else self.law.failure)
         return found
 
     @property

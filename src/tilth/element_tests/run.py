@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,9 @@ from tilth.element_tests.step import advance
 from tilth.errors import BadInput, StepFailed
 from tilth.model import ElementCase, ElementTest
 from tilth.model.element_tests import Biaxial, SimpleShear, Triaxial
-from tilth.model.materials import Material
+from tilth.model.isotropic import ParametersAt
+from tilth.model.problems import dotted
+from tilth.mpm.user_moduli import require_declared_moduli
 from tilth.output.folder import make_folder, require_empty
 
 
@@ -63,7 +66,7 @@ def element(
 def run_test(case: ElementCase, number: int, material: str) -> ElementResult:
     """Makes one test of a case with one material; raises as `element`."""
     test = case.tests[number]
-    specimen = specimen_of(test, case.materials[material], f"tests[{number}]")
+    specimen = specimen_of(case, number, material)
     pore_pressure = 0.0 if specimen.point.has_pore_fluid else None
     rows = [Row(0, specimen.point, specimen.strain, 0, pore_pressure)]
     stopped = ""
@@ -75,10 +78,19 @@ def run_test(case: ElementCase, number: int, material: str) -> ElementResult:
     return result_of(test, material, case.units, rows, stopped)
 
 
-def specimen_of(test: ElementTest, material: Material, key: str) -> Specimen:
-    """Returns the specimen of a test at its start; `key` is that of the test, for messages."""
+def specimen_of(case: ElementCase, number: int, name: str) -> Specimen:
+    """Returns the specimen of a test at its start, of the material of that name.
+
+    Raises:
+        BadInput: a law of the user cannot be loaded or has other moduli than the declared ones, a
+            start that the material cannot have, or a pore fluid that contradicts the drainage.
+    """
+    test, material, law = case.tests[number], case.materials[name], case.laws[name]
+    key = f"tests[{number}]"
+    parameters = material.parameter_array(ParametersAt(partial(getattr, material), 1.0), 1)
+    require_declared_moduli(law, parameters, dotted(("materials", name)))
     try:
-        point = ElementPoint.at_start(material, start_stress(test.start))
+        point = ElementPoint.at_start(material, start_stress(test.start), law)
     except BadInput as error:
         start = test.start.model_dump(exclude_none=True)
         raise BadInput(error.problem, error.remedy, key=f"{key}.start", value=start) from None

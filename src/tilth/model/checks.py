@@ -143,9 +143,8 @@ def _known(
     """
     names = {PLASTIC_STRAIN: ""}
     for each in model.bodies:
-        for material in each.materials:
-            if material not in model.materials or body not in (None, each.name):
-                continue
+        known = [m for m in each.materials if m in model.materials and body in (None, each.name)]
+        for material in known:
             own = variables[material]
             if own is None:
                 return None

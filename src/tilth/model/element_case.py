@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
@@ -13,7 +14,8 @@ from tilth.errors import BadInput, Problem
 from tilth.model.base import Declared
 from tilth.model.element_tests import AnyElementTest, Names
 from tilth.model.fields import AsTuple, CellName, Entries, Name, Text
-from tilth.model.materials import Material
+from tilth.model.laws import Law
+from tilth.model.materials import Material, codes_of, laws_of
 from tilth.model.model import FORMAT, format_of, one, require_few_levels
 from tilth.model.problems import dotted, problems_of, rejection, unknown_name
 from tilth.model.settings import Units
@@ -94,6 +96,20 @@ class ElementCase(Declared):
                 yield from _repeated(files, table_of(test.name, material), f"tests[{i}].name")
         for i, plot in enumerate(self.plots):
             yield from _repeated(files, picture_of(plot), f"plots[{i}].name")
+
+    @property
+    def user_laws(self) -> tuple[str, ...]:
+        """Laws of the user that the case names, as "file:name", each once: the tests run them."""
+        return codes_of(self.materials)
+
+    @cached_property
+    def laws(self) -> dict[str, Law]:
+        """The laws of the materials by their names; runs the code of the user.
+
+        Raises:
+            BadInput: a law of the user cannot be loaded.
+        """
+        return laws_of(self.materials)
 
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> ElementCase:

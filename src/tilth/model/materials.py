@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -12,7 +13,8 @@ from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
-from tilth.model.problems import rejection
+from tilth.model.laws import Law
+from tilth.model.problems import dotted, rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
 from tilth.model.user_laws import UserCompiled, UserPython, UserUmat
 from tilth.model.variation import VaryingNotNegative, VaryingPositive
@@ -95,3 +97,18 @@ Material = Annotated[
         UserPython, UserCompiled, UserUmat,
     ),
 ]  # fmt: skip
+
+
+def codes_of(materials: Mapping[str, Material]) -> tuple[str, ...]:
+    """Returns the laws of the user that materials name, as "file:name", each once."""
+    codes = (material.code for material in materials.values())
+    return tuple(dict.fromkeys(code for code in codes if code))
+
+
+def laws_of(materials: Mapping[str, Material]) -> dict[str, Law]:
+    """Returns the laws of materials by their names; runs the code of the user.
+
+    Raises:
+        BadInput: a law of the user cannot be loaded.
+    """
+    return {name: each.law_at(dotted(("materials", name))) for name, each in materials.items()}

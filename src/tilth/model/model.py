@@ -20,8 +20,8 @@ from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load, PointForce
-from tilth.model.materials import Material
-from tilth.model.problems import dotted, problems_of, reject, rejection
+from tilth.model.materials import Material, codes_of, laws_of
+from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.surface import SurfaceLoad
@@ -147,14 +147,13 @@ class Model(Declared):
         shapes = [getattr(b.geometry, "function", None) for b in found]
         varying = [v for material in self.materials.values() for v in variations(material).values()]
         parameters = [getattr(each, "function", None) for each in varying]
-        found_names = (*motions, *shapes, *parameters, *self.user_laws)
-        return tuple(dict.fromkeys(name for name in found_names if name))
+        names = (*motions, *shapes, *parameters, *self.user_laws)
+        return tuple(dict.fromkeys(name for name in names if name))
 
     @property
     def user_laws(self) -> tuple[str, ...]:
         """Laws of the user that the model names, as "file:name", each once."""
-        codes = (material.code for material in self.materials.values())
-        return tuple(dict.fromkeys(code for code in codes if code))
+        return codes_of(self.materials)
 
     @cached_property
     def laws(self) -> dict[str, Law]:
@@ -163,10 +162,7 @@ class Model(Declared):
         Raises:
             BadInput: a law of the user cannot be loaded.
         """
-        return {
-            name: material.law_at(dotted(("materials", name)))
-            for name, material in self.materials.items()
-        }
+        return laws_of(self.materials)
 
     def state_units(self) -> dict[str, str]:
         """Returns the units ("stress" or "-") of all state variables by name; runs user's code."""

@@ -44,13 +44,13 @@ def initial_points(model: Model) -> MaterialPoints:
             values, found = _parameters(
                 model, name, part.position[own], None if stress is None else stress[own]
             )
-            require_declared_moduli(model.laws[name], values, dotted(("materials", name)))
             if values.ndim == 2:
                 parameters[len(bodies)] = values
             if stress is not None:
                 stresses[len(bodies)] = stress[own]
             declared.append(found)
-            material = model.materials[name]
+            material, law = model.materials[name], model.laws[name]
+            require_declared_moduli(law, values, dotted(("materials", name)))
             bodies.append(
                 PointRange(
                     name=body.name,
@@ -58,7 +58,7 @@ def initial_points(model: Model) -> MaterialPoints:
                     stop=start + first + count,
                     basis=body.basis,
                     domain_update=body.domain_update,
-                    law=model.laws[name],
+                    law=law,
                     parameters=values if values.ndim == 1 else None,
                     density=material.density or 0.0,
                     anti_locking=body.anti_locking,

@@ -33,24 +33,28 @@ def require_declared_moduli(law: Law, parameters: Floats, key: str) -> None:
     """
     if law.source is None or not law.source.hencky:
         return
-    row = parameters if parameters.ndim == 1 else parameters[0]
-    state, moduli = np.zeros((1, len(law.state_variables))), np.empty((3, 1))
-    _core.initial_state("3d", law.core, row, np.zeros((1, 6)), state)
-    _core.elastic_moduli("3d", law.core, row, np.zeros((1, 6)), state, *moduli)
-    stress, elastic, tangent = np.empty((1, 3)), np.empty((1, 3)), np.empty((1, 3, 3))
-    good = np.zeros(1, dtype=bool)
+    n = 1 if parameters.ndim == 1 else len(parameters)
+    state, (bulk, shear, young) = np.zeros((n, len(law.state_variables))), np.empty((3, n))
+    _core.initial_state("3d", law.core, parameters, np.zeros((n, 6)), state)
+    _core.elastic_moduli("3d", law.core, parameters, np.zeros((n, 6)), state, bulk, shear, young)
+    stress, elastic, tangent = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
+    good = np.zeros(n, dtype=bool)
     _core.principal_update(
-        law.core, row, PROBE, np.zeros((1, 2)), state.copy(), state, stress, elastic, tangent, good
-    )
+        law.core, parameters, np.repeat(PROBE, n, axis=0), np.zeros((n, 2)), state.copy(), state,
+        stress, elastic, tangent, good,
+    )  # fmt: skip
     volumetric = PROBE.sum()
-    bulk, shear = float(moduli[0, 0]), float(moduli[1, 0])
-    expected = bulk * volumetric + 2.0 * shear * (PROBE - volumetric / 3.0)
-    if good[0] and np.abs(stress - expected).max() > WITHIN * np.abs(expected).max():
-        found = ", ".join(f"{x:.6g}" for x in stress[0])
-        wanted = ", ".join(f"{x:.6g}" for x in expected[0])
+    expected = bulk[:, None] * volumetric + 2.0 * shear[:, None] * (PROBE - volumetric / 3.0)
+    error = np.where(good, np.abs(stress - expected).max(axis=1), 0.0)
+    wrong = np.flatnonzero(error > WITHIN * np.abs(expected).max(axis=1))
+    if len(wrong):
+        found, wanted = (
+            ", ".join(f"{x:.6g}" for x in each[wrong[0]]) for each in (stress, expected)
+        )
         raise BadInput(
             f"{law.source.title} answers to a strain of 1e-9 with the stress [{found}], but the "
-            f"bulk modulus {bulk:.6g} and shear modulus {shear:.6g} of `young_modulus` and "
+            f"bulk modulus {bulk[wrong[0]]:.6g} and shear modulus {shear[wrong[0]]:.6g} of "
+            "`young_modulus` and "
             f"`poisson_ratio` give [{wanted}]",
             "declare the constants with which the law computes; its elasticity must be linear",
             key=key,

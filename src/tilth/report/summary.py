@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,7 +127,7 @@ def _material(name: str, material: Material, model: Model) -> str:
         name = key.replace("_", " ")
         if key == "state_variables":
             return f"{len(value)} {name}"
-        if isinstance(value, Mapping):
+        if isinstance(value, dict):
             return ", ".join(f"{each} {number:g}" for each, number in value.items())
         if isinstance(value, tuple):
             return f"{name} {[*value]}"
@@ -137,9 +137,9 @@ def _material(name: str, material: Material, model: Model) -> str:
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
         return f"{name} {_amount(value)}{unit}"
 
-    names = {field.alias or key: key for key, field in type(material).model_fields.items()}
-    entries = material.model_dump(exclude={"model"}, exclude_none=True, by_alias=True)
-    parts = [text(key, getattr(material, names[key])) for key in entries]
+    fields = type(material).model_fields
+    keys = material.model_dump(exclude={"model"}, exclude_none=True)
+    parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
 
 
