@@ -248,8 +248,7 @@ def test_an_exception_in_a_step(tilth: Tilth, case: Case, tmp_path: Path) -> Non
     outcome = tilth("run", file, "--out", tmp_path / "out", "--quiet")
     assert outcome.code == 2
     for part in (
-        'laws.py:Fails": `update` of the law `Fails` in `laws.py` failed: ValueError: no such '
-        "strain (line",
+        "`update` of the law `Fails` in `laws.py` failed: ValueError: no such strain (line",
         "(in step 1 to time 0.5)",
         "any number of points",
     ):
