@@ -12,9 +12,10 @@ from resumed_runs import assert_same_results
 from small_problems import assert_same_bits, block_entries, plane
 from user_laws import BUILT_IN, ELASTIC, LAWS, library, material
 
-from tilth import BadInput, Model, UserPython, _core, resume, run
+from tilth import BadInput, ElementCase, Model, UserPython, _core, element, resume, run
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.element_tests.check import check_tangents
 from tilth.model.python_law import PythonLaw
 from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
@@ -262,3 +263,38 @@ def test_the_moduli_of_a_python_class_are_positive(tmp_path: Path) -> None:
     law = PythonLaw(f"{tmp_path}/own.py:Elastic", {"bulk": -1.0, "shear": 1.0}, "materials.soil")
     with pytest.raises(BadInput, match="`moduli` of the law `Elastic`"):
         law.moduli(np.zeros((2, 3)), np.zeros((2, 0)))
+
+
+@every_law
+def test_element_tests_and_their_tangents(law: str, tmp_path: Path) -> None:
+    """`tilth element` uses the law as an analysis does, and `--check` its tangent."""
+    names = ["core", "own"]
+    common = {"material": names, "start": {"isotropic": 10.0}, "steps": 12}
+    triaxial = {"type": "triaxial", "drainage": "drained", "direction": "compression"}
+    tests = [
+        {**common, "name": "triaxial", **triaxial, "axial_strain": 0.2},
+        {**common, "name": "shear", "type": "simple_shear", "drainage": "undrained",
+         "shear_strain": 0.3},
+    ]  # fmt: skip
+    materials = dict(zip(names, (BUILT_IN, material(law, tmp_path)), strict=True))
+    case = ElementCase.from_dict({"materials": materials, "tests": tests})
+    found = element(case)
+    for expected, own in (found[:2], found[2:]):
+        assert not own.stopped
+        assert own.columns["plastic_strain"][-1] > 0.05
+        for column, values in expected.columns.items():
+            np.testing.assert_allclose(own.columns[column], values, rtol=1e-10, atol=1e-10)
+    assert all(check.passed for check in check_tangents(case))
+
+
+def test_an_elastic_modulus_that_varies(tmp_path: Path) -> None:
+    """Of a compiled function it varies from point to point; a UMAT has its own constants."""
+    by_height = {"axis": "y", "values": [[0.0, 500.0], [2.0, 1500.0]]}
+    given = {"young_modulus": by_height}
+    expected, _ = final(squeezed({**BUILT_IN, **given}, "plane_strain"))
+    own = material("user_compiled", tmp_path, **given)
+    found, _ = final(squeezed(own, "plane_strain"))
+    size = np.abs(expected.stress).max()
+    np.testing.assert_allclose(found.stress, expected.stress, rtol=0, atol=1e-12 * size)
+    with pytest.raises(BadInput, match=r"materials\.soil: .* with the stress"):
+        final(squeezed(material("umat_in_c", tmp_path, **given), "plane_strain"))
