@@ -175,111 +175,139 @@ struct ModifiedCamClay {
   struct Surface {
     const ModifiedCamClay& law;
     double ev_trial, es_trial;
-    double tip;       // elastic volumetric strain there
-    double pressure;  // P = Pc there
+    double tip;                 // elastic volumetric strain there
+    double pressure;            // P = Pc there
+    double softness, hardness;  // 1 / kappa, 1 / (lambda - kappa)
+    double flow;                // 6 / M^2
+    double c;                   // P = P0 exp(ev / kappa) (1 + c es^2)
 
-    double es = 0.0, consolidation = 0.0;  // of the last point
-    double wetness = 0.0;                  // 2 P - Pc: positive where the soil contracts
+    // of the last point
+    double es = 0.0, consolidation = 0.0;
+    double wetness = 0.0;  // 2 P - Pc: positive where the soil contracts
+    double slope = 0.0;    // d residual / dt
 
     TILTH_FUNCTION Surface(const ModifiedCamClay& clay, double ev, double es_of_trial,
                            double before)
         : law(clay), ev_trial(ev), es_trial(es_of_trial) {
-      const double hardening = clay.lambda - clay.kappa;
-      tip = (std::log(before / clay.reference) + ev / hardening) /
-            (1.0 / clay.kappa + 1.0 / hardening);
-      pressure = clay.reference * std::exp(tip / clay.kappa);
+      softness = 1.0 / clay.kappa;
+      hardness = 1.0 / (clay.lambda - clay.kappa);
+      flow = 6.0 / (clay.slope * clay.slope);
+      c = 1.5 * clay.shear_ratio * softness;
+      tip = (std::log(before / clay.reference) + ev * hardness) / (softness + hardness);
+      pressure = clay.reference * std::exp(tip * softness);
     }
 
     /// t where P0 exp(ev / kappa) = Pc / 2: the critical state with a constant shear modulus; else
     /// the critical state is at a larger t.
     TILTH_FUNCTION double critical() const {
-      return std::sqrt(std::log(2.0) / (1.0 / law.kappa + 1.0 / (law.lambda - law.kappa)));
+      constexpr double log_two = 0.6931471805599453;
+      return std::sqrt(log_two / (softness + hardness));
     }
 
     /// Residual of the flow rule, (es_trial - es) (2 P - Pc) - (ev_trial - ev) 2 Q / M^2: with the
     /// elastic volumetric strain the preconsolidation pressure and by the yield condition es are
     /// known. Its root is the solution.
     TILTH_FUNCTION double residual(double t) {
-      const double above = std::expm1(t * t / (law.lambda - law.kappa));
-      const double below = std::expm1(-t * t / law.kappa);
+      const double above = std::expm1(t * t * hardness), below = std::expm1(-t * t * softness);
       const double isotropic = pressure * (1.0 + below);
       consolidation = pressure * (1.0 + above);
-      const double mu = law.shear_modulus + law.shear_ratio * isotropic;
-      const double m = law.slope * law.slope;
-      const double c = 1.5 * law.shear_ratio / law.kappa;  // P = isotropic (1 + c es^2)
+      const double by_pressure = law.shear_ratio * isotropic, mu = law.shear_modulus + by_pressure;
       // quadratic equation of es^2: a x^2 + b x = d
       const double a = isotropic * c * isotropic * c;
-      const double b = 9.0 * mu * mu / m + c * isotropic * (2.0 * isotropic - consolidation);
+      const double b = 1.5 * mu * mu * flow + c * isotropic * (2.0 * isotropic - consolidation);
       const double d = isotropic * pressure * (above - below);
-      const double root = std::sqrt(b * b + 4.0 * a * d);
-      const double squared = b >= 0.0 ? 2.0 * d / (b + root) : (root - b) / (2.0 * a);
+      double squared = d / b;
+      if (a > 0.0) {
+        const double root = std::sqrt(b * b + 4.0 * a * d);
+        squared = b >= 0.0 ? 2.0 * d / (b + root) : (root - b) / (2.0 * a);
+      }
       es = std::sqrt(squared);
-      wetness = 2.0 * isotropic * (1.0 + c * squared) - consolidation;
-      return (es_trial - es) * wetness - (ev_trial - tip + t * t) * 6.0 * mu * es / m;
+      const double p = isotropic * (1.0 + c * squared), hardening = consolidation * hardness;
+      wetness = 2.0 * p - consolidation;
+      // by ev: es along the surface, then the flow rule
+      const double volume = ev_trial - tip + t * t, left = es_trial - es;
+      const double cross = 2.0 * isotropic * c * es, q = 3.0 * mu * es;
+      const double fv = q * cross * flow / 3.0 + p * softness * wetness + p * hardening;
+      const double fs = q * mu * flow + cross * wetness;
+      const double gv = left * (2.0 * p * softness + hardening) + flow * mu * es -
+                        volume * by_pressure * softness * flow * es;
+      const double gs = -wetness + left * 2.0 * cross - volume * flow * mu;
+      slope = -2.0 * t * (gv - gs * fv / fs);
+      return left * wetness - volume * flow * mu * es;
     }
   };
 
-  /// Finds ev, es and the preconsolidation pressure at the end of the step: a bracket, shortened by
-  /// the secant (Anderson & Bjorck 1973) or halved.
+  /// Finds a point beyond `wet`, towards the critical state, whose residual is negative.
+  TILTH_FUNCTION static bool bracket_dry(Surface& surface, double& wet, double& at_wet, double& dry,
+                                         double& at_dry) {
+    if (!(dry > wet)) dry = wet + surface.critical();
+    double beyond = 0.0;  // past the critical state; 0 if not known
+    for (int i = 0; (at_dry = surface.residual(dry)) > 0.0; ++i) {
+      if (i == 100) return false;
+      if (surface.wetness > 0.0) {
+        wet = dry;
+        at_wet = at_dry;
+        dry = beyond > 0.0 ? 0.5 * (wet + beyond) : 1.5 * dry;
+      } else {
+        beyond = dry;
+        dry = 0.5 * (wet + beyond);
+      }
+    }
+    return true;
+  }
+
+  /// Finds a point before `dry`, towards the critical state, whose residual is not negative.
+  TILTH_FUNCTION static bool bracket_wet(Surface& surface, double& wet, double& at_wet, double& dry,
+                                         double& at_dry) {
+    double beyond = -1.0;  // past the critical state, on the wet side; negative if not known
+    for (int i = 0; (at_wet = surface.residual(wet)) < 0.0; ++i) {
+      if (i == 100) return false;
+      if (surface.wetness < 0.0) {
+        dry = wet;
+        at_dry = at_wet;
+        wet = beyond < 0.0 ? 0.5 * wet : 0.5 * (dry + beyond);
+      } else {
+        beyond = wet;
+        wet = 0.5 * (dry + beyond);
+      }
+    }
+    return true;
+  }
+
+  /// Finds ev, es and the preconsolidation pressure at the end of the step: Newton's method in a
+  /// bracket, which is halved where it leaves it.
   TILTH_FUNCTION bool return_to_surface(double ev_trial, double es_trial, double& ev, double& es,
                                         double& consolidation) const {
     Surface surface(*this, ev_trial, es_trial, consolidation);
     const double start = std::sqrt(std::max(surface.tip - ev_trial, 0.0));
     double wet = start, at_wet = surface.residual(start);  // residual >= 0
-    double dry = surface.critical(), at_dry;               // residual < 0
-    if (at_wet >=
-        0.0) {  // the soil contracts: from the trial state or the tip to the critical state
-      if (!(dry > start)) dry = start + surface.critical();
-      double beyond = 0.0;  // past the critical state; 0 if not known
-      for (int i = 0; (at_dry = surface.residual(dry)) > 0.0; ++i) {
-        if (i == 100) return false;
-        if (surface.wetness > 0.0) {
-          wet = dry;
-          at_wet = at_dry;
-          dry = beyond > 0.0 ? 0.5 * (wet + beyond) : 1.5 * dry;
-        } else {
-          beyond = dry;
-          dry = 0.5 * (wet + beyond);
-        }
-      }
-    } else {  // it dilates: back from the trial state to the critical state
+    double dry = surface.critical(), at_dry = -1.0;        // residual < 0
+    double t = start > 0.0 ? start - at_wet / surface.slope : -1.0;
+    const bool contracts = at_wet >= 0.0;
+    if (!contracts) {
       std::swap(wet, dry);
       at_dry = at_wet;
-      double beyond = -1.0;  // past the critical state, on the wet side
-      for (int i = 0; (at_wet = surface.residual(wet)) < 0.0; ++i) {
-        if (i == 100) return false;
-        if (surface.wetness < 0.0) {
-          dry = wet;
-          at_dry = at_wet;
-          wet = beyond < 0.0 ? 0.5 * wet : 0.5 * (dry + beyond);
-        } else {
-          beyond = wet;
-          wet = 0.5 * (dry + beyond);
-        }
-      }
     }
-    double t = wet;
-    for (int iteration = 0; at_wet != 0.0; ++iteration) {
-      if (iteration == 300) return false;
-      const double least = std::min(wet, dry), greatest = std::max(wet, dry);
-      t = wet + at_wet * (dry - wet) / (at_wet - at_dry);
-      if (!(t > least && t < greatest) || iteration % 8 == 7) t = 0.5 * (wet + dry);
-      const double value = surface.residual(t);
-      if (value == 0.0 || !(t > least && t < greatest) || greatest - least <= 1e-15 * greatest)
-        break;
-      if (value > 0.0) {
-        const double shorter = 1.0 - value / at_wet;
-        at_dry *= shorter > 0.0 ? shorter : 0.5;
-        wet = t;
-        at_wet = value;
-      } else {
-        const double shorter = 1.0 - value / at_dry;
-        at_wet *= shorter > 0.0 ? shorter : 0.5;
-        dry = t;
-        at_dry = value;
-      }
+    const bool inside = t > std::min(wet, dry) && t < std::max(wet, dry);
+    if (shear_ratio > 0.0 || !inside) {
+      if (!(contracts ? bracket_dry(surface, wet, at_wet, dry, at_dry)
+                      : bracket_wet(surface, wet, at_wet, dry, at_dry)))
+        return false;
+      t = at_wet == 0.0 ? wet : wet + at_wet * (dry - wet) / (at_wet - at_dry);
     }
-    surface.residual(t);
+    double value = surface.residual(t);
+    for (int iteration = 0; value != 0.0; ++iteration) {
+      if (iteration == 200) return false;
+      (value > 0.0 ? wet : dry) = t;
+      const double newton = t - value / surface.slope;
+      const bool last = std::fabs(newton - t) <= 1e-8 * t;  // it squares the error
+      const bool inside = newton > std::min(wet, dry) && newton < std::max(wet, dry);
+      const double next = last || inside ? newton : 0.5 * (wet + dry);
+      if (next == t) break;
+      t = next;
+      value = surface.residual(t);
+      if (last) break;
+    }
     ev = surface.tip - t * t;
     es = surface.es;
     consolidation = surface.consolidation;

@@ -333,27 +333,28 @@ struct MohrCoulomb : HenckyElasticity {
   /// tangent with the loss of strength.
   TILTH_FUNCTION bool return_with_softening(const double sorted[3], double before,
                                             MohrCoulombReturn& returned, double slope[3][3]) const {
-    double gradient[3];
-    returned = {*this, sorted, dilation_sine, strength(softening_strain)};
-    if (!returned.solve(-1)) return false;
-    if (before + plastic_increment(sorted, returned.tau, gradient) >= softening_strain) {
-      returned.tangent(slope);
-      return true;
-    }
-    double low = before, high = softening_strain, strain = before, change[3], feedback = 0.0;
+    double gradient[3], low = before, high = softening_strain, strain = before;
+    double change[3], feedback = 0.0;
+    bool at_high = false;  // whether the end of softening was tried
     for (int iteration = 0;; ++iteration) {
       const int last = returned.set;
       returned = {*this, sorted, dilation_sine, strength(strain)};
       if (!returned.solve(last)) return false;
       const double residual = before + plastic_increment(sorted, returned.tau, gradient) - strain;
+      if (strain >= softening_strain && residual >= 0.0) {  // the residual strength
+        returned.tangent(slope);
+        return true;
+      }
       returned.softening(change);
       feedback = 0.0;
       for (int a = 0; a < 3; ++a) feedback -= gradient[a] * change[a];
       (residual > 0.0 ? low : high) = strain;
-      if (std::fabs(residual) <= 1e-15 * (softening_strain + strain)) break;
+      if (std::fabs(residual) <= 1e-14 * (softening_strain + strain)) break;
       if (iteration == 100) return false;
       const double newton = strain + residual / (1.0 - feedback);
-      const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
+      double next = newton > low && newton < high ? newton : 0.5 * (low + high);
+      if (!(newton < high) && !at_high) next = high;
+      at_high = at_high || next == softening_strain;
       if (next == strain) break;
       strain = next;
     }
