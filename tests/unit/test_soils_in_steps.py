@@ -65,6 +65,20 @@ def test_soils_between_implicit_boundaries_with_f_bar(kind: str, basis: str, law
     assert np.isfinite(simulation.points.stress).all()
 
 
+@pytest.mark.parametrize("law", list(SOILS))
+def test_soils_with_multigrid(law: str) -> None:
+    """The unsymmetric systems of soils: the same displacements as with a direct solver."""
+    shifts = []
+    for solver in ("multigrid", "superlu"):
+        entries = between_plates("3d", "linear", law).to_dict()
+        entries["analysis"]["solver"] = solver
+        simulation = march(Model.from_dict(entries))
+        assert solver in simulation.solved.lower() or solver == "superlu"
+        points = simulation.points
+        shifts.append(points.displacement[points.index_of(np.arange(len(points)))])
+    np.testing.assert_allclose(*shifts, rtol=0, atol=1e-7)
+
+
 # --- softening --------------------------------------------------------------------------------
 
 
