@@ -42,7 +42,9 @@ def leaning_block(
     return Simulation(Model.from_dict(entries))
 
 
-def pressed_block(kind: str, basis: str, law: str, **changed: Any) -> Simulation:
+def pressed_block(
+    kind: str, basis: str, law: str, anti_locking: str = "none", **changed: Any
+) -> Simulation:
     """A block pressed by an eighth between rough plates, in one step."""
     dim = dimension(kind)
     up = AXES[dim - 1]
@@ -52,6 +54,7 @@ def pressed_block(kind: str, basis: str, law: str, **changed: Any) -> Simulation
     if kind == "axisymmetric":
         boundaries.append(plane("axis", "x", 0.0))
     entries = block_entries(kind, basis, law, boundaries=boundaries)
+    entries["bodies"][0]["anti_locking"] = anti_locking
     entries["materials"]["soil"] = material_entries(law, **changed)
     entries["analysis"] |= {"tolerance": 1e-13, "maximum_iterations": 40, "line_search": False}
     return Simulation(Model.from_dict(entries))
