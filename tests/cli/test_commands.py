@@ -229,6 +229,21 @@ def test_check_prints_implicit_boundaries(case: Case) -> None:
     ) in printed
 
 
+def test_check_prints_the_stress_at_the_start(case: Case) -> None:
+    given = """[[initial.stress]]
+type = "{}"
+body = "column"
+{}
+
+"""
+    at_rest = given.format("k0", "K0 = 0.5\nsurface_level = 4.0\nsurcharge = 3.0")
+    printed = " ".join(summary_of(case(("[[loads]]\n", at_rest + "[[loads]]\n"))).split())
+    assert "column: weight of the soil below y = 4 m, K0 0.5, surcharge 3 Pa" in printed
+    stress = given.format("given", "stress = [-10.0, -20.0, -10.0, 0.0]")
+    printed = " ".join(summary_of(case(("[[loads]]\n", stress + "[[loads]]\n"))).split())
+    assert "column: stress [-10, -20, -10, 0] Pa" in printed
+
+
 def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     pytest.importorskip("tilth._core")
     file = case()

@@ -27,6 +27,7 @@ from tilth.model.base import meaning_of
 from tilth.model.boundaries import Boundary
 from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
+from tilth.model.initial import GivenStress, InitialStress
 from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.variation import (
@@ -91,6 +92,8 @@ def _rows(
     yield "memory", f"available: {'not known' if available is None else available}"
     for name, material in model.materials.items():
         yield "materials", _material(name, material, model)
+    for entry in model.initial.stress:
+        yield "at the start", _initial_stress(entry, model)
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
@@ -164,6 +167,15 @@ def _amount(value: float | Variation) -> str:
     if isinstance(value, ByStress):
         return f"by the initial stress, at {value.reference_pressure:g} {value.reference:g}"
     return f"{value:g}"
+
+
+def _initial_stress(entry: InitialStress, model: Model) -> str:
+    stress = model.units.stress
+    if isinstance(entry, GivenStress):
+        return f"{entry.body}: stress {_vector(entry.stress)} {stress}"
+    level = f"{AXES[model.dimension - 1]} = {entry.surface_level:g} {model.units.length}"
+    above = f", surcharge {entry.surcharge:g} {stress}" if entry.surcharge else ""
+    return f"{entry.body}: weight of the soil below {level}, K0 {entry.K0:g}{above}"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:
