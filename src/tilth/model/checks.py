@@ -43,11 +43,11 @@ def problems_between_entries(model: Model) -> list[Problem]:
 
 
 def _repeated_names(model: Model) -> Iterator[Problem]:
-    for section in ("bodies", "boundaries", "track"):
+    for section in ("bodies", "boundaries", "loads", "track"):
         numbers: dict[str, int] = {}
         for i, entry in enumerate(getattr(model, section)):
             name = entry.name
-            if numbers.setdefault(name, i) != i:
+            if name is not None and numbers.setdefault(name, i) != i:
                 first = f"{section}[{numbers[name]}]"
                 yield Problem(
                     f"{section}[{i}].name",
