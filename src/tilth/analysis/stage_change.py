@@ -49,6 +49,7 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     points, grounds = _with_new_bodies(points, last, model, initial, key)
     _reset(points, stage)
     simulation = Simulation(model, points, initial)
+    _require_loaded_points(simulation, key)
     _carry(last, simulation, grounds)
     return simulation
 
@@ -109,18 +110,24 @@ def _same_law(
 def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
     """Gives the points of one range, which have a new law, the state that belongs to their stress.
 
-    The elastic strain is that of the effective stress with the new law.
+    The elastic strain is that of the effective stress with the new law. An excess pore pressure,
+    of Kirchhoff's kind, stays if the new law has one too.
     """
     jacobian = before.volume / before.initial_volume
     if before.bodies[0].anti_locking == "f_bar":
         jacobian = before.assumed_jacobian
-    stress = before.stress.copy()
+    kirchhoff = before.stress * jacobian[:, None]
+    pore_pressure = np.zeros(len(before))
     if EXCESS_PORE_PRESSURE in before.bodies[0].law.state_variables:
-        stress[:, :3] += before.state_variable(EXCESS_PORE_PRESSURE)[:, None]
+        pore_pressure = before.state_variable(EXCESS_PORE_PRESSURE)
+    kirchhoff[:, :3] += pore_pressure[:, None]
     part.state[:] = 0.0
-    kirchhoff = np.ascontiguousarray(stress * jacobian[:, None])
     failed = part.start_with(kirchhoff)
-    part.stress[:] = stress
+    variables = list(part.bodies[0].law.state_variables)
+    if EXCESS_PORE_PRESSURE in variables:
+        part.state[:, variables.index(EXCESS_PORE_PRESSURE)] = pore_pressure
+        kirchhoff[:, :3] -= pore_pressure[:, None]
+    part.stress[:] = kirchhoff / jacobian[:, None]
     if failed >= 0:
         raise BadInput(
             f"the material {part.bodies[0].law.name!r} cannot have the stress of the soil at "
@@ -141,6 +148,18 @@ def _with_new_bodies(
         return points, {}
     grounds = placed_on_ground(new, points, initial, key)
     return points.joined(new), grounds
+
+
+def _require_loaded_points(simulation: Simulation, key: str) -> None:
+    """Refuses point forces on points that were removed."""
+    for load, numbers, _ in simulation.loads.on_points:
+        if (simulation.points.index_of(numbers) < 0).any():
+            raise BadInput(
+                f"the soil of {load.body!r} at {place_text(np.array(load.at))}, on which a point "
+                "force acts, was removed",
+                "deactivate the force in an earlier stage, or excavate less",
+                key=key,
+            )
 
 
 def _reset(points: MaterialPoints, stage: Stage) -> None:

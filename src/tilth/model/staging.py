@@ -82,6 +82,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         return (model,)
     later = {name for name, first in first_mentions(model.stages).items() if first == "activate"}
     acting = _names(model) - later
+    bodies = {body.name for body in model.bodies}
     held: dict[str, float] = {}
     materials: dict[str, str] = {}
     water, grid, start = model.water, model.grid, 0.0
@@ -92,6 +93,8 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         tables: dict[str, Rows] = {}
         for name, declared in _named_items(model):
             ending = name in stage.deactivate and not isinstance(declared, _BOUNDARIES)
+            if ending and getattr(declared, "body", None) in bodies - acting:
+                ending = False  # the load goes with its body
             if name in acting or (ending and name in before):
                 table = _table(declared, name, stage, held.get(name), ending)
                 tables[name], held[name] = table, LoadCurve(table).factor(end)
@@ -304,8 +307,13 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
             body = getattr(load, "body", None)
             if not isinstance(load, BodyForce) and body is not None and not of_stage.present(body):
                 what = f"a load acts on the body {body!r}, which is not there in this stage"
-                remedy = "deactivate the load with its body, or before; give it a `name` for that"
+                remedy = "deactivate the load with its body, or before; it needs a `name` for that"
                 yield Problem(key, what, remedy, body)
+        follow = of_stage.grid.follow
+        if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
+            what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
+            yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
+            continue
         if not any(of_stage.present(body.name) for body in model.bodies):
             yield Problem(key, "no body is left", "keep at least one body")
             continue

@@ -2,9 +2,13 @@
 """Forces that are released over a stage: what was out of balance at its start.
 
 When soil or a boundary is removed, a material is exchanged or new soil is placed, the forces on
-the soil are no longer in balance. The residual at the start of the stage acts as an external force
-on the nodes, which decreases as the declared share is released: so the stage begins in equilibrium,
-and nothing of this force is left at its end. The forces stay at their nodes in space.
+the soil are no longer in balance. The residual at the start of the stage acts as an external force,
+which decreases as the declared share is released: so the stage begins in equilibrium, and nothing
+of this force is left at its end.
+
+At the start of the stage each force acts at its node. Then its place moves with the soil, and the
+corners of the cell in which it lies share it: it would otherwise be lost, or load an almost empty
+cell, where soil leaves the cells around the node.
 """
 
 from __future__ import annotations
@@ -15,10 +19,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers, require_table
+from tilth.arrays import Floats, require_table
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid, find_keys
+from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
+from tilth.mpm.quadrature import locate_in_cells, near_soil
 from tilth.terms.protocol import AssembledTerm, Role, Term
 
 
@@ -30,44 +35,38 @@ class ReleasedForces:
         share: share that has been released, over the time of the stage.
 
     Attributes:
-        key: of the nodes, ascending, shape (m,).
+        position: places of the forces, which move with the soil [length], shape (m, dim).
         force: external force before anything is released [force], shape (m, dim).
     """
 
     def __init__(self, dim: int, share: LoadCurve) -> None:
         self._share = share
-        self.key: Integers = np.zeros(0, dtype=np.int64)
+        self.position: Floats = np.zeros((0, dim))
         self.force: Floats = np.zeros((0, dim))
 
     def set(self, active: ActiveGrid, force: Floats) -> None:
         """Sets the forces at the start of the stage, shape (nodes, dim)."""
         loaded = np.flatnonzero(force.any(axis=1))
-        self.key, self.force = active.key[loaded].copy(), force[loaded]
+        self.position, self.force = active.position[loaded].copy(), force[loaded]
 
     def remaining(self, time: float) -> float:
         """Returns the share of the forces that still acts at a time of the stage [-]."""
         return 1.0 - self._share.factor(time)
 
-    def on(self, active: ActiveGrid) -> Floats:
-        """Returns the whole forces on the nodes of a grid [force], shape (nodes, dim)."""
-        force = np.zeros((active.nodes, active.grid.dim))
-        if len(self.key):
-            number = find_keys(self.key, active.key)
-            force[number >= 0] = self.force[number[number >= 0]]
-        return force
-
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"key": self.key, "force": self.force}
+        return {"position": self.position, "force": self.force}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint; raises `ValueError` if it is no such state."""
-        require_table(state, increasing="key")
-        self.key, self.force = state["key"], state["force"]
+        require_table(state)
+        self.position, self.force = state["position"], state["force"]
 
 
 class Release(Term, AssembledTerm):
     """The forces not yet released in a step, independent of the displacement.
+
+    A force more than a cell away from any soil is left out.
 
     Args:
         released: of the stage.
@@ -80,7 +79,10 @@ class Release(Term, AssembledTerm):
     def __init__(
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float
     ) -> None:
-        force = released.on(active)
+        near = np.flatnonzero(near_soil(active, released.position))
+        order, self._at = locate_in_cells(active, released.position[near])
+        self._released, self._number = released, near[order]
+        force = self._at.scatter(released.force[self._number], active.nodes)
         self._before = released.remaining(before) * force
         self._after = released.remaining(after) * force
 
@@ -98,3 +100,9 @@ class Release(Term, AssembledTerm):
     def load_before(self) -> Floats:
         """As `AssembledTerm.load_before`."""
         return self._before
+
+    def commit(self, displacement: Floats) -> None:
+        """As `AssembledTerm.commit`: the forces move with the soil."""
+        position = self._released.position.copy()
+        position[self._number] += self._at.interpolate(displacement)
+        self._released.position = position

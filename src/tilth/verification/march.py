@@ -8,6 +8,7 @@ from collections.abc import Callable
 from tilth.analysis.clock import Clock
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
@@ -31,6 +32,36 @@ def march(
         if after_step is not None:
             after_step(simulation, result, result.time)
     return simulation
+
+
+def march_stages(
+    model: Model,
+    after_step: Callable[[StagedAnalysis, StepResult], None] | None = None,
+    at_start: Callable[[StagedAnalysis], None] | None = None,
+    at_end: Callable[[StagedAnalysis], None] | None = None,
+) -> StagedAnalysis:
+    """Takes all load steps of all stages of a model; returns the analysis at its end.
+
+    Args:
+        after_step: is told the analysis and the result after each converged step.
+        at_start, at_end: are told the analysis at the start and the end of each stage. Its stage is
+            `analysis.simulation.model.stage`.
+
+    Raises:
+        AnalysisFailed: no equilibrium with the least step.
+    """
+
+    def told(listener: Callable[[StagedAnalysis], None] | None) -> Callable[[], None]:
+        return lambda: None if listener is None else listener(analysis)
+
+    analysis = StagedAnalysis(model)
+    analysis.check()
+    told(at_start)()
+    steps = analysis.steps(on_stage_start=told(at_start), on_stage_end=told(at_end))
+    for _, result in steps:
+        if after_step is not None:
+            after_step(analysis, result)
+    return analysis
 
 
 def initial_position(points: MaterialPoints) -> Floats:
