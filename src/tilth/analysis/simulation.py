@@ -257,6 +257,8 @@ class Simulation:
         self.timers = last.timers
         if same_grid:
             self._ghost.restore(last._ghost.state())
+            if self.model.stage.declared is not None and self.model.stage.declared.materials:
+                self._ghost.keep_forces()
             self.axis.restore(last.axis.state())
 
     def check(self) -> ActiveGrid:

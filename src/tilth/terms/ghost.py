@@ -248,6 +248,10 @@ DECAY_MOTION = 0.1
 """Motion, in cells, over which the stored displacement of a face decays by a factor e."""
 
 
+LEAST_MODULUS = 1e-300
+"""A modulus that no soil falls below [stress]."""
+
+
 class Ghost:
     """Ghost stabilisation with stored displacements, so that a loaded body does not creep.
 
@@ -328,6 +332,13 @@ class Ghost:
         self.face = face[order]
         self.moved = np.concatenate(moves)[order]
         self.modulus = np.concatenate(moduli)[order]
+
+    def keep_forces(self) -> None:
+        """Keeps the stored forces as they are in the next step, for its modulus is another one's.
+
+        To be called when materials are exchanged, which is no softening.
+        """
+        self.modulus = np.full(len(self.modulus), LEAST_MODULUS)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
