@@ -65,7 +65,7 @@ def test_another_stiffness_alone_releases_nothing(basis: str, anti_locking: str,
     for simulation in starts:
         force = simulation.released.force
         forces.append(force[np.abs(force).max(axis=1) > 1e-9 * size])
-    assert np.abs(forces[1] - forces[0]).max() < 1e-9 * size
+    assert np.abs(forces[1] - forces[0]).max(initial=0.0) < 1e-9 * size
     moduli = exchanged.points.elastic_moduli().young
     assert moduli.min() > 4e4 if new == "stiff" else moduli.max() < 2e3
 
