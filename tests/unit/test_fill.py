@@ -93,7 +93,7 @@ def gaps(simulation: Simulation, name: str) -> Floats:
     lower = (points.position - points.half_length)[own, 1]
     x = points.position[own, 0]
     found = []
-    for column in np.unique(np.round(x, 9)):
+    for column in np.unique(np.round(x, 9)) + 1e-7:  # not on a boundary point
         bottom = lower[np.abs(x - column) < 1e-6].min()
         heights = []
         for other, surface in simulation.surfaces.items():
