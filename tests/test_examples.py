@@ -20,10 +20,12 @@ def test_the_first_steps_of_a_case_file_run(case: Path, tmp_path: Path) -> None:
     """As far as `until` takes it, as with `tilth run --until`; without the report."""
     model = load_case(case)
     output = model.output.model_copy(update={"report": False})
-    until = model.schedule.regular_time(STEPS)
+    schedule = model.of_stages[0].schedule
+    steps = min(STEPS, schedule.number_of_steps)
+    until = schedule.regular_time(steps)
     whole = model.model_copy(update={"output": output})
     history = run(whole, tmp_path / "out", threads=1, until=until, quiet=True).history
-    assert list(history["step"]) == list(range(min(STEPS, model.schedule.number_of_steps) + 1))
+    assert list(history["step"]) == list(range(steps + 1))
     assert history["time"][-1] == until
     assert (tmp_path / "out" / "results.vtkhdf").is_file()
 

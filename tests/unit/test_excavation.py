@@ -22,17 +22,19 @@ from staged_ground import (
     wall,
 )
 
-from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.grid import Buffers, locate
 from tilth.terms.balance import Balance
+from tilth.verification.carried import carried
+from tilth.verification.closed_forms import Heave
 
 WIDTH, LEVEL, BOTTOM, K0 = 2.0, 3.0, 1.5, 0.6
 """Width of the pit, ground level and bottom of the pit [m]; earth pressure at rest."""
 STIFF = 1e9
 """Young's modulus for which no motion can be seen [kPa]."""
+
+GRAVITY = np.array([0.0, -10.0])
 
 every_basis = pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi1", "cpdi2"])
 on_and_off_lines = pytest.mark.parametrize("shift", [0.0, 1.0 / 3.0])
@@ -70,30 +72,6 @@ def pit(shift: float = 0.0, region: bool = False, **body: Any) -> dict[str, Any]
     )
 
 
-def hat(x: Floats) -> Floats:
-    return np.maximum(1.0 - np.abs(x), 0.0)
-
-
-def primitive(x: Floats) -> Floats:
-    """The integral of the hat function from minus infinity."""
-    x = np.clip(x, -1.0, 1.0)
-    return np.where(x < 0.0, 0.5 * (1.0 + x) ** 2, 1.0 - 0.5 * (1.0 - x) ** 2)
-
-
-def shape_functions(points: MaterialPoints, active: ActiveGrid) -> tuple[Floats, Floats]:
-    """Values and gradients of all nodes' functions at all points in the plane, (nodes, n, ...)."""
-    size = active.grid.cell_size
-    away = (points.position[None] - active.position[:, None]) / size
-    if points.bodies[0].basis == "linear":
-        value, slope = hat(away), np.where(np.abs(away) < 1.0, -np.sign(away), 0.0)
-    else:
-        half = points.half_length[None] / size
-        value = (primitive(away + half) - primitive(away - half)) / (2.0 * half)
-        slope = (hat(away + half) - hat(away - half)) / (2.0 * half)
-    gradient = np.stack([slope[..., 0] * value[..., 1], value[..., 0] * slope[..., 1]], axis=-1)
-    return value.prod(axis=-1), gradient / size
-
-
 def part_left(basis: str, shift: float) -> float:
     """The part of a rebound that may be left when its forces act again.
 
@@ -101,16 +79,6 @@ def part_left(basis: str, shift: float) -> float:
     other nodes than before, and their stabilisation is not undone.
     """
     return 1e-4 if basis == "linear" or shift == 0.5 else 5e-3
-
-
-def carried(points: MaterialPoints, active: ActiveGrid) -> Floats:
-    """The sum of V sigma grad S less that of S m g over some points, shape (nodes, 2)."""
-    value, gradient = shape_functions(points, active)
-    xx, yy, _, xy, _, _ = points.stress.T
-    stress = np.stack([xx, xy, xy, yy], axis=-1).reshape(-1, 2, 2)
-    force = np.einsum("n,nij,anj->ai", points.volume, stress, gradient)
-    force[:, 1] += value @ (10.0 * points.mass)
-    return force
 
 
 @pytest.mark.parametrize("region", [False, True], ids=["body", "region"])
@@ -139,8 +107,8 @@ def test_released_forces_are_those_of_the_removed_soil_by_node(
     number = np.flatnonzero(np.isin(whole.key, step.active.key))
     kept = np.isin(before.point_id, simulation.points.point_id)
     assert 0 < kept.sum() < len(kept)
-    removed = carried(before.selected(~kept), whole)[number]
-    all_soil = carried(before, whole)[number]
+    removed = carried(before.selected(~kept), whole, GRAVITY)[number]
+    all_soil = carried(before, whole, GRAVITY)[number]
     free = ~step.conditions.constrained
     if shift:  # an implicit boundary acts on the nodes of its cells and supports those behind it
         x, y = step.active.position.T
@@ -225,20 +193,6 @@ def test_rebound_goes_back_with_the_forces(basis: str, shift: float) -> None:
     assert np.abs(by_number(simulation, "position") - start).max() < part_left(basis, shift) * out
 
 
-def heave_of(remaining: float, removed: float, modulus: float) -> float:
-    """Heave of a layer in one dimension, in closed form with quadrature.
-
-    Before: M e0 = -gamma (depth). After: M (e0 + ln s) / s = -gamma (weight that is left above).
-    """
-    height = (np.arange(2000) + 0.5) / 2000 * remaining
-    before = -UNIT_WEIGHT * (remaining + removed - height)
-    after = -UNIT_WEIGHT * (remaining - height)
-    stretch = np.ones_like(height)
-    for _ in range(50):
-        stretch = np.exp((stretch * after - before) / modulus)
-    return float((stretch - 1.0).sum() * remaining / 2000)
-
-
 @every_basis
 @pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
 def test_heave_of_a_wide_pit_is_that_of_one_dimension(basis: str, anti_locking: str) -> None:
@@ -250,7 +204,7 @@ def test_heave_of_a_wide_pit_is_that_of_one_dimension(basis: str, anti_locking: 
     error = []
     young, poisson = (1e5 if basis == "linear" else 1e3), 0.25
     modulus = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    exact = heave_of(5.0, 5.0, modulus)
+    exact = Heave(5.0, 5.0, UNIT_WEIGHT, modulus).total()
     for size in (0.25, 0.125):
         body = {"basis": basis, "anti_locking": anti_locking}
         parts = [
@@ -282,9 +236,7 @@ def test_heave_of_a_wide_pit_is_that_of_one_dimension(basis: str, anti_locking: 
 def dug(case: dict[str, Any], *stages: list[str]) -> Floats:
     """Positions of the points that are left after stages that remove these bodies."""
     case["stages"] = [stage("rest")]
-    case["stages"] += [
-        stage(f"dig {i}", deactivate=names) for i, names in enumerate(stages)
-    ]
+    case["stages"] += [stage(f"dig {i}", deactivate=names) for i, names in enumerate(stages)]
     analysis, _, _ = march(case)
     return by_number(analysis.simulation, "position")
 

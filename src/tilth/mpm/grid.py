@@ -249,7 +249,9 @@ class ActiveGrid:
         Raises AssertionError if a cell has a node that is not active.
         """
         corner = cell_corners(self.grid.dim)
-        node = self.find((lattice[:, None] + corner).reshape(-1, 3)).reshape(len(lattice), len(corner))
+        node = self.find((lattice[:, None] + corner).reshape(-1, 3)).reshape(
+            len(lattice), len(corner)
+        )
         assert (node >= 0).all(), "a requested cell is not active"
         return node.astype(np.int32)
 

@@ -14,7 +14,9 @@ from tilth.verification import (
     cube_on_inclined_plane,
     earth_pressure,
     element_tests,
+    embankment,
     end_loaded_cantilever,
+    excavation,
     footing_on_spline,
     generalized_shear,
     hollow_sphere_limit,
@@ -74,5 +76,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
+    "excavation": excavation.comparisons,
+    "embankment": embankment.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -5,6 +5,7 @@ from tilth.verification.closed_forms.ball import ConstrainedBall, PressurisedShe
 from tilth.verification.closed_forms.cavity import CavityInClay, CylinderInSoil
 from tilth.verification.closed_forms.column import SelfWeightColumn
 from tilth.verification.closed_forms.cylinder import ThickCylinder
+from tilth.verification.closed_forms.heave import Heave
 from tilth.verification.closed_forms.homogeneous import (
     components,
     full_deformation_gradient,
@@ -20,6 +21,7 @@ __all__ = [
     "CavityInClay",
     "ConstrainedBall",
     "CylinderInSoil",
+    "Heave",
     "Moduli",
     "PlasticRing",
     "PressurisedShell",
