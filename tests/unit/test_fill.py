@@ -198,7 +198,7 @@ def test_three_dimensions() -> None:
             stage("second", 2, activate=["second"]),
         ],
     )  # fmt: skip
-    analysis, starts, results = march(case)
+    analysis, _, results = march(case)
     carried = [result.resultant("base")[2] for result in results]
     assert carried[1::2] == pytest.approx([80.0, 90.0, 100.0], rel=1e-8)
     points = analysis.simulation.points

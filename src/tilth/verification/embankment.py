@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 def lifts(basis: str) -> Iterator[Comparison]:
     """The force on the base at the end of each stage, and the gap below each lift at its start."""
     model = example(PROBLEM)
-    of_bodies = {f"bodies.{i}.basis": basis for i in range(len(model.bodies))}
+    of_bodies: dict[str, Any] = {f"bodies.{i}.basis": basis for i in range(len(model.bodies))}
     of_bodies |= {f"bodies.{i}.domain_update": None for i in range(len(model.bodies))}
     of_bodies["bodies.1.surface"] = of_bodies["bodies.2.surface"] = {}
     carried: dict[str, float] = {}

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 def with_soil(model: Model, basis: str, anti_locking: str = "none", **changes: Any) -> Model:
     """Returns the case with a basis of all bodies."""
-    of_bodies = {
+    of_bodies: dict[str, Any] = {
         f"bodies.{i}.{key}": value
         for i in range(BODIES)
         for key, value in (
@@ -89,7 +90,7 @@ def released_by_node(basis: str) -> Iterator[Comparison]:
         quantity = f"residual over the largest force while nothing is released, {at}"
         rows.append(vanishing(quantity, residual, 1e-10, "equilibrium"))
 
-    plain = {"analysis.ghost_stabilisation": 0.0}  # its forces are no stress
+    plain: dict[str, Any] = {"analysis.ghost_stabilisation": 0.0}  # its forces are no stress
     march_stages(with_soil(example(PROBLEM), basis, **plain), at_start=at_start, at_end=at_end)
     yield from rows
 
@@ -151,7 +152,7 @@ def forth_and_back(basis: str) -> Iterator[Comparison]:
 
     No face of a domain lies on a grid line, where it would reach other nodes as soon as it moves.
     """
-    changes = {
+    changes: dict[str, Any] = {
         f"bodies.{i}.{key}": value
         for i in range(BODIES)
         for key, value in (("points_per_cell", None), ("spacing", 0.25))
@@ -165,7 +166,7 @@ def forth_and_back(basis: str) -> Iterator[Comparison]:
             return
         start, rebound = positions(analysis), 0.0
         times = np.concatenate([np.linspace(0.0, 1.0, 6), np.linspace(0.8, 0.0, 5)])
-        for before, after in zip(times[:-1], times[1:], strict=True):
+        for before, after in pairwise(times):
             analysis.simulation.advance(float(before), float(after))
             rebound = max(rebound, float(np.abs(positions(analysis) - start).max()))
         left = float(np.abs(positions(analysis) - start).max())
