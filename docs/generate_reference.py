@@ -31,6 +31,7 @@ TYPE_DESCRIPTIONS = {
     "Positive": "number > 0",
     "NotNegative": "number >= 0",
     "Fraction": "number in (0, 1]",
+    "Share": "number in (0, 1)",
     "Angle": "number",
     "Tolerance": "number in [1e-15, 0.01]",
     "PoissonRatio": "number in (-1, 0.5), or [varying](#parameters-that-vary)",

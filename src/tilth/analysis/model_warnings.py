@@ -106,7 +106,8 @@ def _moves(boundary: Boundary, model: Model) -> bool:
     if not isinstance(boundary, ImplicitBoundary):
         return False
     turns = boundary.rotation is not None and boundary.rotation.angle != 0.0
-    return turns or bool(boundary.radius_change) or boundary.motion is not None
+    wider = bool(boundary.radius_change or boundary.volume_loss)
+    return turns or wider or boundary.motion is not None
 
 
 def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
@@ -206,12 +207,10 @@ def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
 
 def _least_radius(boundary: Boundary, model: Model) -> float | None:
     """Returns the least radius of a boundary in the schedule [length]; None if it has none."""
-    radius = boundary.geometry.radius_at_rest if isinstance(boundary, ImplicitBoundary) else None
-    if radius is None:
+    if not isinstance(boundary, ImplicitBoundary) or boundary.geometry.radius_at_rest is None:
         return None
-    assert isinstance(boundary, ImplicitBoundary)
-    change = boundary.radius_change or 0.0
-    return radius + min(0.0, *(change * factor for _, factor in model.load_curve(boundary).table))
+    factors = [0.0, *(factor for _, factor in model.load_curve(boundary).table)]
+    return min(boundary.radius(factor) for factor in factors)
 
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:

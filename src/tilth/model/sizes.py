@@ -40,6 +40,10 @@ def size_problems(model: Model) -> list[Problem]:
             geometry = boundary.geometry
             problems += _variant(f"{key}.geometry", geometry, GEOMETRIES, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
+            if kind == "axisymmetric" and boundary.volume_loss is not None:
+                what = "in axisymmetry a circle is the section of a sphere or a ring"
+                remedy = "give `radius_change`"
+                problems.append(Problem(f"{key}.volume_loss", what, remedy, boundary.volume_loss))
     problems += _surfaces(model)
     problems += _levels(model)
     for i, track in enumerate(model.track):

@@ -208,6 +208,8 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     ]
     if boundary.radius_change is not None:
         parts.append(f"radius changes by {boundary.radius_change:g} {unit}")
+    if boundary.volume_loss is not None:
+        parts.append(f"loses {100.0 * boundary.volume_loss:g} % of its volume")
     if (rotation := boundary.rotation) is not None:
         axis = "" if rotation.axis is None else f"the axis {rotation.axis} through "
         parts.append(f"turns by {rotation.angle:g} degrees about {axis}{_vector(rotation.centre)}")

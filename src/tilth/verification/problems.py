@@ -36,6 +36,7 @@ from tilth.verification import (
     submerged_block,
     thick_cylinder,
     triaxial_specimen,
+    tunnel,
     upsetting,
     vertical_cut,
 )
@@ -74,5 +75,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
+    "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
