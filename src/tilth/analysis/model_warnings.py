@@ -7,7 +7,7 @@ them all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +19,10 @@ from tilth.model import (
     AffineBoundary,
     BodyForce,
     ImplicitBoundary,
+    LineForce,
     Model,
     PointForce,
+    SeismicLoad,
     SurfaceLoad,
 )
 from tilth.model.boundaries import Boundary
@@ -55,6 +57,7 @@ def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
+    yield from _long_parts(simulation)
     yield from _locking(model, points)
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
@@ -86,7 +89,10 @@ def acts(load: Load, model: Model) -> bool:
         used = {material for body in model.bodies for material in body.materials}
         mass = any(model.materials[name].density for name in used)
         return mass and any(load.acceleration)
-    if isinstance(load, PointForce):
+    if isinstance(load, SeismicLoad):
+        weights = [each for each in model.loads if isinstance(each, BodyForce)]
+        return any(load.coefficient) and any(acts(each, model) for each in weights)
+    if isinstance(load, PointForce | LineForce):
         return any(load.force)
     assert isinstance(load, SurfaceLoad)
     profile = any(pressure for _, pressure in load.pressure_along or ())
@@ -144,28 +150,33 @@ def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 
 def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
-    """Positions of point forces and tracked quantities away from the soil."""
-    places: list[tuple[str, Sequence[float], str | None, str]] = [
-        (f"loads[{i}].at", load.at, load.body, "the force acts on")
-        for i, load in enumerate(model.loads)
-        if isinstance(load, PointForce)
-    ]
-    places += [
-        (f"track[{i}].at", track.at, track.body, f"{track.name!r} is that of")
-        for i, track in enumerate(model.track)
-        if track.at is not None
-    ]
+    """Positions of tracked quantities away from the soil."""
     diagonal = float(np.sqrt(model.dimension))
-    for key, place, body, what in places:
-        nearest = points.index_of(nearest_points(points, place, model.cell_size, body))[0]
-        offset = points.position[nearest] - np.array(place)
+    for i, track in enumerate(model.track):
+        if track.at is None:
+            continue
+        key, place = f"track[{i}].at", np.array(track.at)
+        nearest = points.index_of(nearest_points(points, place, model.cell_size, track.body))[0]
+        offset = points.position[nearest] - place
         cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
         if cells > diagonal * (1.0 + ROUND_OFF):
             yield (
                 f"place of {key}",
-                f"{key}: no soil is at {at(np.array(place))}: {what} the nearest material point, "
-                f"number {points.point_id[nearest]} at {at(points.position[nearest])}, "
+                f"{key}: no soil is at {at(place)}: {track.name!r} is that of the nearest material "
+                f"point, number {points.point_id[nearest]} at {at(points.position[nearest])}, "
                 f"{np.linalg.norm(offset):.3g} ({cells:.1f} cells) away; correct the position",
+            )
+
+
+def _long_parts(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Loads on more than half an outline, as where their ends are exchanged."""
+    for name, surface in simulation.surfaces.items():
+        for number, share in surface.long_parts().items():
+            yield (
+                f"length of load {number}",
+                f"loads[{number}].start: the load acts on {100.0 * share:.0f} % of the closed "
+                f"outline of {name!r}, from `start` to `end` with the soil on the left; to load "
+                "the other part exchange `start` and `end`",
             )
 
 

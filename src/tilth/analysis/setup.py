@@ -10,15 +10,15 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
+from tilth.arrays import Floats
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
+from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.output.folder import SETUP, load_model
 from tilth.report.fields import parameter_fields
 from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.surface.loads import SurfaceLoads, declared_loads
-from tilth.terms.loads import Loads
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +82,6 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
     `active` is the grid of that step.
     """
     model, points = simulation.model, simulation.points
-    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -97,8 +96,8 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
         tracked=simulation.surface_shapes(),
-        loads=[*_loads(model, simulation), *_surface_loads(simulation, active)],
-        body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
+        loads=[*_loads(simulation), *_surface_loads(simulation, active)],
+        body_force=_body_force(model),
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
@@ -164,7 +163,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
         )
         found.append(
             Load(
-                name=f"load on the surface of {declared.body}",
+                name=declared.name or f"load on the surface of {declared.body}",
                 position=position / count,
                 force=total,
             )
@@ -172,18 +171,36 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     return found
 
 
-def _loads(model: Model, simulation: Simulation) -> list[Load]:
-    points = simulation.points
+def _loads(simulation: Simulation) -> list[Load]:
+    """Point forces and line forces at the end of the schedule, where they act at the start."""
     loads = []
-    for declared, ids, curve in Loads(model, points).on_points:
-        assert isinstance(declared, PointForce)
-        position = points.position[points.index_of(ids)]
-        force = np.array(declared.force) * curve.factor(model.schedule.end)
+    for each in simulation.loads.on_points:
+        declared, end = each.load, simulation.model.schedule.end
+        what = "point force" if isinstance(declared, PointForce) else "line force"
+        force = np.array(declared.force) * each.curve.factor(end)
+        group = np.arange(len(each.place)) * min(ARROWS, len(each.place)) // len(each.place)
+        first = np.unique(group, return_index=True)[1]
+        weight = np.bincount(group, each.weight)
         loads.append(
             Load(
-                name=f"point force on {declared.body}",
-                position=position,
-                force=np.tile(force / len(ids), (len(ids), 1)),
+                name=declared.name or f"{what} on {declared.body}",
+                position=each.place[first],
+                force=np.outer(weight, force),
             )
         )
     return loads
+
+
+def _body_force(model: Model) -> Floats | None:
+    """Returns all forces per mass at factor 1 [acceleration], shape (dim,); None without any."""
+    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
+    if not gravity:
+        return None
+    total = np.sum(gravity, axis=0)
+    magnitude = np.linalg.norm(total)
+    seismic = [
+        magnitude * np.array(load.coefficient)
+        for load in model.loads
+        if isinstance(load, SeismicLoad)
+    ]
+    return np.asarray(np.sum([total, *seismic], axis=0))

@@ -46,8 +46,9 @@ class ImplicitBoundary(Declared):
 
     The boundary may move: at the factor f its radius is increased by f `radius_change`, or its area
     reduced by the share f `volume_loss`, then it is rotated by f times the angle of `rotation`,
-    then translated by f `displacement`. Alternatively a function gives its `motion`. The constrained components have the displacement of the boundary;
-    without any of these keys it does not move.
+    then translated by f `displacement`. Alternatively a function gives its `motion`. The
+    constrained components have the displacement of the boundary; without any of these keys it does
+    not move.
     """
 
     type: Literal["implicit"] = "implicit"

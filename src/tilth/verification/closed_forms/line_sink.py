@@ -64,7 +64,7 @@ class LineSink:
     def _modes(self) -> tuple[Floats, Floats]:
         """Returns the wave numbers (n,) and the factors of the four functions (n, 4)."""
         count = int(np.ceil(DECAY * self.width / (np.pi * self.depth)))
-        k = np.pi / self.width * np.arange(1, count + 1)
+        k = np.asarray(np.pi / self.width * np.arange(1, count + 1), dtype=np.float64)
         top, base = self._functions(k, self.thickness), self._functions(k, 0.0)
         above, below = self._potential(k, self.thickness), self._potential(k, 0.0)
         shear = [f[2] + (k**2)[:, None] * f[0] for f in (base, top)]
@@ -78,14 +78,16 @@ class LineSink:
             axis=1,
         )
         along_base = k * below[0] if self.rough_base else 2.0 * k * below[1]
-        right = np.stack([-2.0 * k * above[2], 2.0 * k * above[1], below[1] / k, along_base], axis=1)
+        right = np.stack(
+            [-2.0 * k * above[2], 2.0 * k * above[1], below[1] / k, along_base], axis=1
+        )
         return k, np.linalg.solve(matrix, right[..., None])[..., 0]
 
     def _potential(self, k: Floats, y: float) -> tuple[Floats, Floats, Floats]:
         """Returns phi and its first two derivatives by y at a height other than the sink's."""
         above = y - (self.thickness - self.depth)
-        phi = self.lost / (2.0 * k * self.width) * np.exp(-k * abs(above))
-        return phi, -np.sign(above) * k * phi, k**2 * phi
+        phi: Floats = self.lost / (2.0 * k * self.width) * np.exp(-k * abs(above))
+        return phi, (-k if above > 0.0 else k) * phi, k**2 * phi
 
     def _functions(self, k: Floats, y: float) -> Floats:
         """Returns the four functions and their first three derivatives, shape (4, n, 4)."""
