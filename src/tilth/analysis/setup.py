@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
-from tilth.arrays import Floats
+from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
@@ -155,7 +155,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     )
     found = []
     for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
-        group = np.arange(len(place)) * min(ARROWS, len(place)) // len(place)
+        group = _groups(np.linalg.norm(force, axis=1))
         count = np.bincount(group)[:, None]
         position, total = (
             np.stack([np.bincount(group, column) for column in of_points.T], axis=1, dtype=float)
@@ -171,6 +171,18 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     return found
 
 
+def _groups(size: Floats) -> Integers:
+    """Returns the arrow of each point of a load, (n,): groups of neighbours of about equal forces.
+
+    size: magnitudes of the points' forces [force], shape (n,).
+    """
+    if not size.any():
+        size = np.ones_like(size)
+    share = (np.cumsum(size) - 0.5 * size) / size.sum()
+    group = np.floor(share * min(ARROWS, len(size))).astype(np.int64)
+    return np.asarray(np.unique(group, return_inverse=True)[1])
+
+
 def _loads(simulation: Simulation) -> list[Load]:
     """Point forces and line forces at the end of the schedule, where they act at the start."""
     loads = []
@@ -178,7 +190,7 @@ def _loads(simulation: Simulation) -> list[Load]:
         declared, end = each.load, simulation.model.schedule.end
         what = "point force" if isinstance(declared, PointForce) else "line force"
         force = np.array(declared.force) * each.curve.factor(end)
-        group = np.arange(len(each.place)) * min(ARROWS, len(each.place)) // len(each.place)
+        group = _groups(each.weight)
         first = np.unique(group, return_index=True)[1]
         weight = np.bincount(group, each.weight)
         loads.append(
