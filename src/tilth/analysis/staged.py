@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -35,6 +35,12 @@ def output_times(model: Model) -> list[float]:
         for each in model.of_stages
         for time in each.schedule.times_of_output()
     ]
+
+
+def _fields_of(of_stages: Sequence[MaterialPoints]) -> PointFields:
+    states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
+    varying = dict.fromkeys(name for each in of_stages for name in each.varying)
+    return list(states), list(varying)
 
 
 class StagedAnalysis:
@@ -94,10 +100,12 @@ class StagedAnalysis:
     @property
     def point_fields(self) -> PointFields:
         """The state variables and varying parameters of all stages."""
-        of_stages = self._initial or [self.simulation.points]
-        states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
-        varying = dict.fromkeys(name for each in of_stages for name in each.varying)
-        return list(states), list(varying)
+        return _fields_of(self._initial or [self.simulation.points])
+
+    @staticmethod
+    def fields_of(model: Model) -> PointFields:
+        """Returns the same for a model with stages that is not yet run."""
+        return _fields_of(points_of_stages(model.of_stages))
 
     def _clock(self, number: int, **position: float) -> Clock:
         model = self.models[number]
