@@ -71,7 +71,7 @@ def at(position: Floats) -> str:
 
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
-    loaded = any(acts(load, model) for load in model.loads)
+    loaded = any(acts(load, model) for _, load in model.acting_loads())
     if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
         yield (
             "no cause",
@@ -90,7 +90,7 @@ def acts(load: Load, model: Model) -> bool:
         mass = any(model.materials[name].density for name in used)
         return mass and any(load.acceleration)
     if isinstance(load, SeismicLoad):
-        weights = [each for each in model.loads if isinstance(each, BodyForce)]
+        weights = [each for _, each in model.acting_loads() if isinstance(each, BodyForce)]
         return any(load.coefficient) and any(acts(each, model) for each in weights)
     if isinstance(load, PointForce | LineForce):
         return any(load.force)
@@ -153,8 +153,10 @@ def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, 
     """Positions of tracked quantities away from the soil."""
     diagonal = float(np.sqrt(model.dimension))
     for i, track in enumerate(model.track):
-        if track.at is None:
+        if track.at is None or (track.body is not None and not model.present(track.body)):
             continue
+        if track.body is None and model.stage.absent_bodies:
+            continue  # it may be in soil that is not there in this stage
         key, place = f"track[{i}].at", np.array(track.at)
         nearest = points.index_of(nearest_points(points, place, model.cell_size, track.body))[0]
         offset = points.position[nearest] - place
@@ -185,7 +187,8 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     if any(isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries):
         return
     poisson = points.elastic_moduli().poisson
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         ratio = float(poisson[own].max())
         if body.anti_locking != "none" or ratio < NEARLY_INCOMPRESSIBLE:
             continue
@@ -226,7 +229,8 @@ def _least_radius(boundary: Boundary, model: Model) -> float | None:
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Bodies thinner than a cell, or with cells that may hold no point."""
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         position, half, cell = (
             points.position[own],
             points.initial_half_length[own],
@@ -254,7 +258,7 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
 
 def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
-    used = {name for body in model.bodies for name in body.materials}
+    used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
         yield (

@@ -205,14 +205,13 @@ def _loads(simulation: Simulation) -> list[Load]:
 
 def _body_force(model: Model) -> Floats | None:
     """Returns all forces per mass at factor 1 [acceleration], shape (dim,); None without any."""
-    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
+    acting = [load for _, load in model.acting_loads()]
+    gravity = [np.array(load.acceleration) for load in acting if isinstance(load, BodyForce)]
     if not gravity:
         return None
     total = np.sum(gravity, axis=0)
     magnitude = np.linalg.norm(total)
     seismic = [
-        magnitude * np.array(load.coefficient)
-        for load in model.loads
-        if isinstance(load, SeismicLoad)
+        magnitude * np.array(load.coefficient) for load in acting if isinstance(load, SeismicLoad)
     ]
     return np.asarray(np.sum([total, *seismic], axis=0))

@@ -18,6 +18,7 @@ from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
 from tilth.model.settings import COLOURS
 from tilth.model.sizes import size_problems
+from tilth.model.staging import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:
@@ -37,14 +38,30 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_needs_gravity(model),
         *size_problems(model),
     ]
+    if model.stages:
+        problems += [*_without_schedule(model), *stage_problems(model)]
     if not problems:
-        problems = [*_affine_stands_alone(model), *_constrained_directions(model)]
-        problems += [*magnitude_problems(model)] or geometry_problems(model)
+        problems = [*magnitude_problems(model)] or geometry_problems(model)
+        of_stages = problems_in_stages(model) if model.stages else problems_of_stage(model)
+        problems = [*of_stages, *problems]
     return problems
 
 
+def problems_of_stage(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the boundaries and loads that act together."""
+    yield from _needs_gravity(model)
+    yield from _affine_stands_alone(model)
+    yield from _constrained_directions(model)
+
+
+def _without_schedule(model: Model) -> Iterator[Problem]:
+    if "schedule" in model.model_fields_set:
+        what = "is given together with `stages`, each of which has its own"
+        yield Problem("schedule", what, "leave it out")
+
+
 def _repeated_names(model: Model) -> Iterator[Problem]:
-    for section in ("bodies", "boundaries", "loads", "track"):
+    for section in ("bodies", "boundaries", "loads", "track", "stages"):
         numbers: dict[str, int] = {}
         for i, entry in enumerate(getattr(model, section)):
             name = entry.name
@@ -188,9 +205,9 @@ def _densities(model: Model) -> Iterator[Problem]:
 
 def _needs_gravity(model: Model) -> Iterator[Problem]:
     """A seismic load is a part of gravity."""
-    if any(isinstance(load, BodyForce) for load in model.loads):
+    if any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
         return
-    for i, load in enumerate(model.loads):
+    for i, load in model.acting_loads():
         if isinstance(load, SeismicLoad):
             yield Problem(
                 f"loads[{i}].type",

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.errors import BadInput
 from tilth.model import BodyForce, LineForce, Model, PointForce, SeismicLoad
 from tilth.model.load_curve import LoadCurve
@@ -76,6 +76,7 @@ class Loads:
     Args:
         model: the declared problem.
         points: the material points of the undeformed bodies.
+        present: those that are there; all if None.
 
     Attributes:
         on_points: point forces and line forces.
@@ -84,20 +85,25 @@ class Loads:
         BadInput: a point force or line force without soil that could carry it.
     """
 
-    def __init__(self, model: Model, points: MaterialPoints) -> None:
+    def __init__(
+        self, model: Model, points: MaterialPoints, present: MaterialPoints | None = None
+    ) -> None:
+        there = np.ones(len(points), dtype=bool)
+        if present is not None:
+            there = np.isin(points.point_id, present.point_id)
         self._body_forces = [
             (np.array(load.acceleration), model.load_curve(load))
-            for load in model.loads
+            for _, load in model.acting_loads()
             if isinstance(load, BodyForce)
         ]
         self._seismic = [
             (np.array(load.coefficient), model.load_curve(load))
-            for load in model.loads
+            for _, load in model.acting_loads()
             if isinstance(load, SeismicLoad)
         ]
         self.on_points = [
-            _on_points(model, number, load, points)
-            for number, load in enumerate(model.loads)
+            _on_points(model, number, load, points, there)
+            for number, load in model.acting_loads()
             if isinstance(load, PointForce | LineForce)
         ]
 
@@ -125,10 +131,11 @@ class Loads:
 
 
 def _on_points(
-    model: Model, number: int, load: PointForce | LineForce, points: MaterialPoints
+    model: Model, number: int, load: PointForce | LineForce, points: MaterialPoints, there: Flags
 ) -> LoadOnPoints:
-    """Returns the points that carry a load, and their shares."""
-    own, cell = points.of_body(load.body), np.array(model.cell_size)
+    """Returns the points that carry a load, of those that are there, and their shares."""
+    of_body, cell = points.of_body(load.body), np.array(model.cell_size)
+    own = np.arange(len(points))[of_body][there[of_body]]
     position, half = points.position[own], points.initial_half_length[own]
     reach = REACH * (half.max(axis=0) + cell)
 
