@@ -142,6 +142,7 @@ def test_only_what_lies_on_the_soil_is_loaded() -> None:
         ({"within": {"vertices": [[0, 0], [1, 1]]}}, "needs at least three"),
         ({"within": {"vertices": [[0, 0], [1, 1], [1, 0], [0, 2]]}}, "edges intersect"),
         ({"within": {"vertices": [[0, 0], [1, 1], [2, 2]]}}, "encloses no area"),
+        ({"within": {"centre": [1, 1], "radius": 1e10}}, "loads[0].within.radius = 1"),
         ({"within": {"centre": [9, 9], "radius": 1}}, "no surface of the body 'block' lies"),
         ({"within": {"centre": [1, 1], "radius": 1}, "part": "x+"}, "no surface 'x+' of the body"),
         ({"within": {"centre": [1, 1], "radius": 1}, "start": [0, 0], "end": [1, 1]},
