@@ -45,13 +45,21 @@ ROUND_OFF = 1e-9
 def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Yields the warnings of a model before its first step: what each is about, and its text.
 
-    The simulation must have prepared its first step.
+    Those of a stage name it. The simulation must have prepared its first step.
 
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
+    stage = simulation.model.stage.name
+    for key, text in _warnings_of(simulation):
+        place, _, rest = text.partition(": ")
+        yield key, f"{place}: in the stage {stage!r}: {rest}" if stage else text
+
+
+def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     model, points = simulation.model, simulation.points
-    yield from _no_cause(model)
+    if model.stage.number == 0:  # later ones begin with stresses
+        yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
@@ -251,8 +259,9 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
+        of_stage = f"stages[{model.stage.number}]." if model.stage.name else ""
         yield (
-            "one step",
-            "schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
+            f"{of_stage}one step",
+            f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
             "on the path; compare a run with ten steps or more",
         )

@@ -131,6 +131,14 @@ class Recorder:
         """Records that the next stage has begun."""
         self._say_warnings()
         self._log_stage()
+        if self._progress is not None:
+            self._show_stage(self._progress)
+
+    def _show_stage(self, progress: Progress) -> None:
+        stage = self.simulation.model.stage
+        if stage.name:
+            points, count = len(self.simulation.points), len(self.analysis.models)
+            progress.stage(stage.name, stage.number + 1, count, points)
 
     def _log_stage(self) -> None:
         stage = self.simulation.model.stage
@@ -155,6 +163,7 @@ class Recorder:
         if clock.until is not None:
             end = self.simulation.model.stage.start + clock.until
         progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
+        self._show_stage(progress)
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
         try:

@@ -255,6 +255,7 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
+        self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
             self.axis.restore(last.axis.state())
