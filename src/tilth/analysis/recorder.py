@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
@@ -278,9 +279,10 @@ class Recorder:
         self._say_warnings()
 
     def _say_warnings(self) -> None:
+        said = {without_stage(text) for text in self.log.warnings}
         for text in self.simulation.warnings:
-            if self.analysis.number > 0 and text in self.log.warnings:
-                continue  # said in an earlier stage
+            if self.analysis.number > 0 and without_stage(text) in said:
+                continue  # in an earlier stage
             self.log.warning(text)
             if self._progress is not None:
                 self._progress.message(f"warning: {text}")

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 MAXIMUM_DRAWN_DOMAINS = 60_000
 _MAXIMUM_ASPECT_RATIO = 7.0
 """Ratio of the sides up to which figures are to scale."""
+_TITLE_CHARACTERS = 11.0
+"""Characters of a panel's title per inch of its width, on average."""
 
 
 def draw_frames(
@@ -93,7 +95,9 @@ def draw_frames(
                 axes, snapshot.position, half, point_colours, lower, upper, unit, 0.05, corners
             )
             draw_tracked_3d(axes, snapshot.surfaces)
-        title = titles[index] if titles else f"step {snapshot.step}, time {snapshot.time:.4g}"
+        title = f"step {snapshot.step}, time {snapshot.time:.4g}"
+        if titles:
+            title = on_lines(titles[index], int(_TITLE_CHARACTERS * figsize[0] / columns))
         axes.set_title(title, fontsize=9, **AS_IT_IS)
         panels.append(axes)
     pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
@@ -155,7 +159,8 @@ def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Fl
 def _arrangement(count: int, ratio: float) -> tuple[int, int]:
     """Returns rows and columns for panels ``ratio`` times as wide as high on a landscape page."""
     if ratio < 0.6 or count == 1:
-        return 1, count
+        columns = min(count, 6)
+        return -(-count // columns), columns
     columns = 1 if ratio > 3.5 and count <= 4 else 2 if ratio > 1.3 or count <= 4 else 3
     return -(-count // columns), columns
 

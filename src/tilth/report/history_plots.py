@@ -11,7 +11,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
-from tilth.report.stage_marks import Span, mark_stages
+from tilth.report.stage_marks import Span, mark_stages, room_for_names
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
 if TYPE_CHECKING:
@@ -36,7 +36,8 @@ def draw_curves(
         return None
     columns = 1 if len(names) == 1 else 2
     rows = -(-len(names) // columns)
-    figure = Figure(figsize=(4.6 * columns + 0.4, 2.9 * rows), layout="constrained")
+    height = 2.9 + room_for_names(stages, _WIDTH)
+    figure = Figure(figsize=(4.6 * columns + 0.4, height * rows), layout="constrained")
     for index, name in enumerate(names):
         axes = figure.add_subplot(rows, columns, index + 1)
         few = len(history["time"]) <= 60
@@ -72,7 +73,8 @@ def draw_newton(
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(9.6, 2.9), layout="constrained")
+    height = 2.9 + room_for_names(stages, _WIDTH)
+    figure = Figure(figsize=(9.6, height), layout="constrained")
     left = figure.add_subplot(1, 2, 1)
     left.vlines(steps, 0.0, iterations, color="0.8", linewidth=1.0)
     left.plot(steps, iterations, "o", color=LINE, markersize=3)

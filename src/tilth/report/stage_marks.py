@@ -44,10 +44,7 @@ def mark_stages(axes: Axes, spans: Sequence[Span], width: float) -> None:
         axes.axvline(end, color="0.45", linewidth=0.7, linestyle=(0.0, (4.0, 2.0)), zorder=0.9)
     if len(spans) > MOST_NAMES:
         return
-    names = [name if len(name) <= _LONGEST_NAME else f"{name[:15]}\u2026" for name, _, _ in spans]
-    share = np.array([(end - begin) / (last - first) for _, begin, end in spans])
-    needed = _ROOM * _CHARACTER * np.array([len(name) for name in names]) / width
-    upright = bool((needed > share).any())
+    names, upright = _shortened(spans), _upright(spans, width)
     middle = np.array([(0.5 * (begin + end) - first) / (last - first) for _, begin, end in spans])
     if upright:
         middle = _apart(middle, _ROOM * _LINE / width)
@@ -65,6 +62,27 @@ def mark_stages(axes: Axes, spans: Sequence[Span], width: float) -> None:
             color="0.3",
             **AS_IT_IS,
         )
+
+
+def room_for_names(spans: Sequence[Span], width: float) -> float:
+    """Returns the height of the names above a panel [inch], more than that of one line."""
+    if len(spans) > MOST_NAMES or not _upright(spans, width):
+        return 0.0
+    return _CHARACTER * max(len(name) for name in _shortened(spans))
+
+
+def _shortened(spans: Sequence[Span]) -> list[str]:
+    return [name if len(name) <= _LONGEST_NAME else f"{name[:15]}\u2026" for name, _, _ in spans]
+
+
+def _upright(spans: Sequence[Span], width: float) -> bool:
+    """Returns whether a name is longer than its stage."""
+    if not spans:
+        return False
+    length = 1.04 * (spans[-1][2] - spans[0][1]) or 1.0
+    share = np.array([(end - begin) / length for _, begin, end in spans])
+    needed = _ROOM * _CHARACTER * np.array([len(name) for name in _shortened(spans)]) / width
+    return bool((needed > share).any())
 
 
 def _apart(place: Floats, distance: float) -> Floats:
