@@ -107,7 +107,10 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
         before, after = _declared(one), _declared(other)
         for key in before:
             if before[key] != after[key]:
-                yield f"stages[{i}]", f"`{key}` of this stage, or what is carried on from earlier ones,"
+                yield (
+                    f"stages[{i}]",
+                    f"`{key}` of this stage, or what is carried on from earlier ones,",
+                )
     there = [
         i
         for i, body in enumerate(earlier.bodies)
