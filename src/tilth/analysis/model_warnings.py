@@ -275,6 +275,6 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
         of_stage = f"stages[{model.stage.number}]." if model.stage.name else ""
         yield (
             f"{of_stage}one step",
-            f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
-            "on the path; compare a run with ten steps or more",
+            f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic "
+            "strain depends on the path; compare a run with ten steps or more",
         )

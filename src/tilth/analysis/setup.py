@@ -153,9 +153,7 @@ def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]
         figures = {f"page_{page}" if page > 1 else "": figure for page, figure in pages}
     titles = [*starts] if model.stages else None
     return setup, figures | {
-        name: draw_frames(
-            [*starts.values()], name, units, axisymmetric=axisymmetric, titles=titles
-        )
+        name: draw_frames([*starts.values()], name, units, axisymmetric=axisymmetric, titles=titles)
         for name in names
     }
 

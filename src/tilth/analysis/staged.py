@@ -166,6 +166,18 @@ class StagedAnalysis:
                 simulation = checked_next_stage(simulation, model, initial)
                 yield simulation, simulation.locate(0.0)
 
+    def check(self) -> ActiveGrid:
+        """Checks all stages as `starts` does; returns the grid of the first step.
+
+        Raises:
+            BadInput: see `starts`.
+        """
+        first: ActiveGrid | None = None
+        for _, active in self.starts():
+            first = first or active
+        assert first is not None
+        return first
+
     def enter_next(self) -> None:
         """Goes to the start of the next stage, whose clock begins at 0.
 

@@ -220,9 +220,7 @@ def _title_in_stage(results: Results, index: int, stages: Sequence[Span]) -> str
     return f"{name}: stage time {time - begin:.4g}\nstep {step}, total time {time:.4g}"
 
 
-def _convergence(
-    history: Mapping[str, Any], log: LogContents, stages: Sequence[Span]
-) -> str:
+def _convergence(history: Mapping[str, Any], log: LogContents, stages: Sequence[Span]) -> str:
     """Returns a plot of the iterations and residuals, with their statistics."""
     computed = history["step"] > 0
     iterations = history["iterations"][computed]

@@ -217,9 +217,7 @@ def _sides(setup: Setup, seen: Integers, chosen: list[int]) -> tuple[Floats, Int
     return sides[..., chosen], setup.shade[seen[number]]
 
 
-def _rectangles(
-    position: Floats, half: Floats, shade: Integers
-) -> tuple[Floats, Floats, Integers]:
+def _rectangles(position: Floats, half: Floats, shade: Integers) -> tuple[Floats, Floats, Integers]:
     """Returns few rectangles over the domains of many points: centres, half sides and shades."""
     least = (position - half).min(axis=0)
     extent = (position + half).max(axis=0) - least

@@ -167,7 +167,8 @@ def stage_table(
             time = by_time[name]
             cells += [f"{time[0]:.6g} to {time[1]:.6g}", str(int(own.sum()))]
             cells += [str(int(history["iterations"][own].sum()))]
-            cells += [log.released.get(name, "none")] if released else []
+            nothing = "none" if number == 1 else "not in the log"
+            cells += [log.released.get(name, nothing)] if released else []
         else:
             cells += ["not reached"]
         rows.append(cells)

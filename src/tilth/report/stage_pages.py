@@ -49,6 +49,7 @@ def _draw_page(staged: StagedSetup, numbers: range, page: str) -> Figure:
     bounds = [staged.at(number).bounds() for number in numbers]
     lower = np.min([low for low, _ in bounds], axis=0)
     upper = np.max([high for _, high in bounds], axis=0)
+    lower, upper = _with_arrows(staged, numbers, lower, upper)
     notes: list[str] = []
     setup = staged.stages[0].setup
     draw = _draw_plane if setup.dim == 2 else _draw_space
@@ -81,7 +82,6 @@ def _draw_plane(
     """Returns a figure with a panel for each stage."""
     from matplotlib.figure import Figure
 
-    lower, upper = _with_arrows(staged, numbers, lower, upper)
     size = upper - lower
     ratio = float(np.clip(size[0] / size[1], 1.0 / _MAXIMUM_ASPECT_RATIO, _MAXIMUM_ASPECT_RATIO))
     columns = 1 if ratio > 3.5 or len(numbers) == 1 else 2 if ratio > 0.7 else 4
@@ -114,7 +114,10 @@ def _with_arrows(
         for load in staged.stages[number].setup.loads:
             longest = float(np.linalg.norm(load.force, axis=1).max(initial=0.0))
             tails = load.position - length * load.force / (longest or 1.0)
-            lower, upper = np.minimum(lower, tails.min(axis=0)), np.maximum(upper, tails.max(axis=0))
+            lower, upper = (
+                np.minimum(lower, tails.min(axis=0)),
+                np.maximum(upper, tails.max(axis=0)),
+            )
     return lower, upper
 
 
@@ -169,9 +172,9 @@ def _legend(staged: StagedSetup, numbers: range) -> list[Any]:
         patch = Patch(facecolor=colour, edgecolor=NEW_EDGE, label="darker: new in the stage")
         handles.append(patch)
     if any(each.removed is not None and len(each.removed.position) for each in extra):
-        style = {"facecolor": "none", "edgecolor": REMOVED_COLOUR, "linewidth": 0.0}
-        label = "removed at the start\nof the stage"
-        handles.append(Patch(hatch=REMOVED_HATCH, label=label, **style))
+        patch = Patch(facecolor="none", edgecolor=REMOVED_COLOUR, linewidth=0.0)
+        patch.set(hatch=REMOVED_HATCH, label="removed at the start\nof the stage")
+        handles.append(patch)
     return handles
 
 
@@ -182,11 +185,12 @@ def _everything(staged: StagedSetup, stages: Sequence[StageSetup]) -> Setup:
     surfaces: dict[str, Surface] = {}
     loads: dict[str, Load] = {}
     for setup in setups:
-        for found, parts in ((conditions, setup.conditions), (surfaces, setup.surfaces)):
-            for part in parts:
-                known = found.get(part.name)  # type: ignore[attr-defined]
-                if known is None or _motion(part) > _motion(known):
-                    found[part.name] = part  # type: ignore[index]
+        for condition in setup.conditions:
+            if _motion(condition) >= _motion(conditions.get(condition.name)):
+                conditions[condition.name] = condition
+        for surface in setup.surfaces:
+            if _motion(surface) >= _motion(surfaces.get(surface.name)):
+                surfaces[surface.name] = surface
         for load in setup.loads:
             before = loads.get(load.name)
             loads[load.name] = load if before is None else _larger(before, load)
@@ -202,7 +206,10 @@ def _everything(staged: StagedSetup, stages: Sequence[StageSetup]) -> Setup:
     )
 
 
-def _motion(part: Condition | Surface) -> float:
+def _motion(part: Condition | Surface | None) -> float:
+    """Returns the largest component of a displacement; -1 if there is no part."""
+    if part is None:
+        return -1.0
     return 0.0 if part.displacement is None else float(np.abs(part.displacement).max(initial=0.0))
 
 

@@ -109,10 +109,10 @@ def add_tracked_legend(
     """
     from matplotlib.lines import Line2D
 
-    lines = tracked_handles(snapshots[0].surfaces)
+    every = tracked_handles(snapshots[0].surfaces)
     drawn = {shape.name for each in snapshots for shape in each.surfaces if len(shape.cells)}
     names = [shape.name for shape in snapshots[0].surfaces]
-    handles = [line for line, name in zip(lines, names, strict=True) if name in drawn]
+    handles = [line for line, name in zip(every, names, strict=True) if name in drawn]
     if initial is not None and snapshots[0].dim == 2:
         there = [i for i, shape in enumerate(initial.surfaces) if len(shape.cells)]
     else:
