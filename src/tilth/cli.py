@@ -97,6 +97,12 @@ def cli() -> None:
 @_UNTIL
 @_MEMORY_LIMIT
 @click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
+@click.option(
+    "--from",
+    "start",
+    metavar="DIR:STAGE",
+    help="Go on from the end of a stage of the run in DIR; the stages up to it must be the same.",
+)
 @_QUIET
 def run(
     case: Path,
@@ -105,6 +111,7 @@ def run(
     until: float | None,
     memory_limit: str | None,
     overwrite: bool,
+    start: str | None,
     quiet: bool,
 ) -> None:
     """Run the analysis of a case file.
@@ -118,11 +125,13 @@ def run(
         _say_what_runs(model.functions, model.user_laws)
     folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
+    from tilth.analysis.from_stage import parse_start
 
     try:
         result = analysis.run(
             model,
             folder,
+            from_stage=None if start is None else parse_start(start),
             threads=threads,
             until=until,
             memory_limit=memory_limit,
@@ -150,10 +159,11 @@ def run(
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
-    Each parameter that varies from place to place gets a picture of its own beside it. Python
-    functions that the case names are run.
+    With stages the picture has a panel for each. Each parameter that varies from place to place
+    gets a picture of its own beside it. Python functions that the case names are run.
     """
     from tilth.case import load_case
+    from tilth.report.setup_data import Setup
     from tilth.report.summary import print_summary
 
     model = load_case(case)
@@ -169,7 +179,8 @@ def check(case: Path, picture: Path | None) -> None:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
         setup, figures = setup_figures(model)
-        print_summary(model, setup, estimate, available)
+        soil = setup if isinstance(setup, Setup) else setup.whole()
+        print_summary(model, soil, estimate, available)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     files = {name: _beside(file, name) for name in figures}

@@ -78,10 +78,10 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
     assert model.title == "Column under its own weight"
     assert folder == file.with_suffix("")
     none = {"threads": None, "until": None, "memory_limit": None}
-    assert options == none | {"overwrite": False, "quiet": False}
+    assert options == none | {"overwrite": False, "from_stage": None, "quiet": False}
     assert other == Path("x")
     given = {"threads": 2, "until": 0.5, "memory_limit": "64GB"}
-    assert more == given | {"overwrite": True, "quiet": True}
+    assert more == given | {"overwrite": True, "from_stage": None, "quiet": True}
 
 
 def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
@@ -242,6 +242,37 @@ body = "column"
     stress = given.format("given", "stress = [-10.0, -20.0, -10.0, 0.0]")
     printed = " ".join(summary_of(case(("[[loads]]\n", stress + "[[loads]]\n"))).split())
     assert "column: stress [-10, -20, -10, 0] Pa" in printed
+
+
+STAGES = """[[stages]]
+name = "weight"
+schedule = { steps = 2 }
+
+[[stages]]
+name = "dig"
+schedule = { steps = 2 }
+reset = ["plastic_strain"]
+
+[[stages.excavate]]
+body = "column"
+shape = { type = "box", lower = [-1, 1], upper = [2, 4] }
+"""
+
+
+def test_check_lists_and_draws_stages(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    file = case(("[schedule]\nsteps = 2\n", STAGES))
+    checked = tilth("check", file)
+    assert checked.code == 0
+    printed = " ".join(checked.out.split())
+    assert "stage 1 weight: 2 steps from time 0 to 1, adaptive; 2 outputs" in printed
+    assert "excavates a box of column resets plastic strain to 0" in printed
+    assert "schedule" not in printed
+    assert "64 in 16 cells" in printed
+    assert (tmp_path / "column.setup.png").stat().st_size > 10_000
+    ran = tilth("run", file, "--out", tmp_path / "results")
+    assert ran.code == 0
+    assert "stage 2/2 dig, step 4" in ran.err
+    assert "<h2>Stages</h2>" in (tmp_path / "results" / "report.html").read_text()
 
 
 def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> None:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tilth import _core
+from tilth.analysis.from_stage import begin_from, stored_stage
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.setup import initial_setup, write_report
+from tilth.analysis.setup import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
@@ -73,6 +74,7 @@ def run(
     until: float | None = None,
     memory_limit: float | str | None = None,
     overwrite: bool = False,
+    from_stage: tuple[Path | str, str] | None = None,
     quiet: bool = False,
 ) -> Result:
     """Runs the analysis of a model and writes everything into the folder `out`.
@@ -85,6 +87,8 @@ def run(
         memory_limit: memory that the run may need by its estimate [byte], or with a unit ("64GB");
             what is available if None.
         overwrite: whether an earlier run in `out` is replaced.
+        from_stage: folder of another run and name of a stage from whose end this run goes on; the
+            stages up to that one must be the same. None to begin at the start.
         quiet: whether the progress bar is left out.
 
     Raises:
@@ -102,15 +106,24 @@ def run(
     with memory_failures(estimate, Path(out)):
         used = set_threads(threads)
         analysis = StagedAnalysis(model, until)
-        active = analysis.check()
+        active, setup = checked_setup(analysis)
         simulation = analysis.simulation
         require_memory(memory_of(model, simulation.points, active), memory_limit)
+        stored = None if from_stage is None else stored_stage(model, *from_stage)
         folder = make_folder(out)
         with FolderLock(folder) as lock:
+            if stored is not None and folder.resolve() == stored.folder.resolve():
+                what = "the run cannot be written into the folder from which it goes on"
+                raise BadInput(what, "choose another folder", key="out", value=str(out))
             prepare_output_folder(folder, overwrite)
+            if stored is not None:
+                begin_from(stored, model, folder)
+                write_setup(folder / SETUP, setup)
+                return _resumed(folder, until, used, lock, quiet)
             with writing(folder / MODEL):
                 write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
-            write_setup(folder / SETUP, initial_setup(simulation, active))
+            write_setup(folder / SETUP, setup)
+            del setup  # it may have copies of the points
             recorder = Recorder.start(folder, analysis, active, used)
             return _march(analysis, recorder, lock, quiet)
 
@@ -140,19 +153,25 @@ def resume(
         estimate = memory_of(load_model(folder))
         require_memory(estimate, memory_limit)
         with memory_failures(estimate, folder):
-            used = set_threads(threads)
-            stored = StoredRun.read(folder)
-            require_time(stored.model, until)
-            analysis = stored.analysis(until)
-            if until is not None and analysis.stops:
-                raise BadInput(
-                    f"the run is already complete up to time {analysis.time:.6g}",
-                    f"give a later time, at most {end_time(stored.model):.6g}, or leave it out",
-                    key="until",
-                    value=until,
-                )
-            recorder = Recorder.resume(stored, analysis, used)
-            return _march(analysis, recorder, lock, quiet)
+            return _resumed(folder, until, set_threads(threads), lock, quiet)
+
+
+def _resumed(
+    folder: Path, until: float | None, threads: int, lock: FolderLock, quiet: bool
+) -> Result:
+    """Continues from the last checkpoint in a folder."""
+    stored = StoredRun.read(folder)
+    require_time(stored.model, until)
+    analysis = stored.analysis(until)
+    if until is not None and analysis.stops:
+        raise BadInput(
+            f"the run is already complete up to time {analysis.time:.6g}",
+            f"give a later time, at most {end_time(stored.model):.6g}, or leave it out",
+            key="until",
+            value=until,
+        )
+    recorder = Recorder.resume(stored, analysis, threads)
+    return _march(analysis, recorder, lock, quiet)
 
 
 def require_time(model: Model, until: float | None) -> None:

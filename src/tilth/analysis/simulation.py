@@ -166,7 +166,7 @@ class Simulation:
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
-        self.loads = Loads(model, initial)
+        self.loads = Loads(model, initial, self.points)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
         self._surface_loads = declared_loads(model)
@@ -222,6 +222,20 @@ class Simulation:
         """How many linear systems were solved by what."""
         return self._solver.summary
 
+    def undeformed(self) -> MaterialPoints:
+        """Returns the points where they were declared; in a model without stages as they are."""
+        if self._declared_position is None:
+            return self.points
+        changed = {
+            "position": self._declared_position[self.points.point_id],
+            "half_length": self.points.initial_half_length,
+        }
+        return MaterialPoints(
+            **{**self.points.arrays(), **changed},  # type: ignore[arg-type]
+            bodies=self.points.bodies,
+            varying=self.points.varying,
+        )
+
     def surface_shapes(self) -> tuple[SurfaceShape, ...]:
         """Returns the tracked surfaces of the bodies as they are now."""
         return tuple(surface.shape() for surface in self.surfaces.values())
@@ -255,6 +269,7 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
+        self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
             if self.model.stage.declared is not None and self.model.stage.declared.materials:

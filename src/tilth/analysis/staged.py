@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -35,6 +35,12 @@ def output_times(model: Model) -> list[float]:
         for each in model.of_stages
         for time in each.schedule.times_of_output()
     ]
+
+
+def _fields_of(of_stages: Sequence[MaterialPoints]) -> PointFields:
+    states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
+    varying = dict.fromkeys(name for each in of_stages for name in each.varying)
+    return list(states), list(varying)
 
 
 class StagedAnalysis:
@@ -94,10 +100,12 @@ class StagedAnalysis:
     @property
     def point_fields(self) -> PointFields:
         """The state variables and varying parameters of all stages."""
-        of_stages = self._initial or [self.simulation.points]
-        states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
-        varying = dict.fromkeys(name for each in of_stages for name in each.varying)
-        return list(states), list(varying)
+        return _fields_of(self._initial or [self.simulation.points])
+
+    @staticmethod
+    def fields_of(model: Model) -> PointFields:
+        """Returns the same for a model with stages that is not yet run."""
+        return _fields_of(points_of_stages(model.of_stages))
 
     def _clock(self, number: int, **position: float) -> Clock:
         model = self.models[number]
@@ -105,6 +113,14 @@ class StagedAnalysis:
         if until is not None and until > model.schedule.end * (1.0 + 1e-12):
             until = None
         return Clock(model.schedule, until=until, **position)  # type: ignore[arg-type]
+
+    @property
+    def soil(self) -> MaterialPoints:
+        """The undeformed points of all bodies, with the materials of the first stage.
+
+        Those of a model without stages are the points of the simulation, which change.
+        """
+        return self._initial[0] if self._initial else self.simulation.points
 
     @property
     def initial(self) -> MaterialPoints:
@@ -132,21 +148,35 @@ class StagedAnalysis:
         """Whether the time at which to stop is reached."""
         return self._until is not None and (self.clock.stops or self.time > self._until)
 
-    def check(self) -> ActiveGrid:
-        """Checks the first step, and goes through the stages with the undeformed soil.
+    def starts(self) -> Iterator[tuple[Simulation, ActiveGrid]]:
+        """Goes through the stages with the undeformed soil and checks the first step of each.
 
-        Returns:
-            The grid of the first step.
+        Yields:
+            The simulation at the start of each stage and the grid of its first step. Only the
+            first one may be used after the next one is asked for.
 
         Raises:
             BadInput: see `next_stage` and `Simulation.check`.
         """
-        active = self.simulation.check()
+        yield self.simulation, self.simulation.check()
         if len(self.models) > 1:
             simulation = Simulation(self.models[0], initial=self._initial[0])
+            simulation.run_warnings.go_on_from(self.simulation.run_warnings)
             for model, initial in zip(self.models[1:], self._initial[1:], strict=True):
                 simulation = checked_next_stage(simulation, model, initial)
-        return active
+                yield simulation, simulation.locate(0.0)
+
+    def check(self) -> ActiveGrid:
+        """Checks all stages as `starts` does; returns the grid of the first step.
+
+        Raises:
+            BadInput: see `starts`.
+        """
+        first: ActiveGrid | None = None
+        for _, active in self.starts():
+            first = first or active
+        assert first is not None
+        return first
 
     def enter_next(self) -> None:
         """Goes to the start of the next stage, whose clock begins at 0.

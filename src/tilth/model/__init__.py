@@ -36,10 +36,13 @@ from tilth.model.initial import AtRest as AtRest
 from tilth.model.initial import GivenStress as GivenStress
 from tilth.model.initial import Initial as Initial
 from tilth.model.loads import BodyForce as BodyForce
+from tilth.model.loads import LineForce as LineForce
 from tilth.model.loads import PointForce as PointForce
+from tilth.model.loads import SeismicLoad as SeismicLoad
 from tilth.model.materials import HenckyElastic as HenckyElastic
 from tilth.model.materials import VonMises as VonMises
 from tilth.model.model import Model as Model
+from tilth.model.region import Region as Region
 from tilth.model.schedule import Schedule as Schedule
 from tilth.model.settings import Analysis as Analysis
 from tilth.model.settings import Follow as Follow
@@ -56,6 +59,9 @@ from tilth.model.shapes import Sphere as Sphere
 from tilth.model.soils import DruckerPrager as DruckerPrager
 from tilth.model.soils import MohrCoulomb as MohrCoulomb
 from tilth.model.soils import Tresca as Tresca
+from tilth.model.stages import ExcavatedRegion as ExcavatedRegion
+from tilth.model.stages import Stage as Stage
+from tilth.model.stages import StageGrid as StageGrid
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad

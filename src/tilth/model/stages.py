@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
@@ -47,10 +47,18 @@ def _distinct(value: tuple[str, ...]) -> tuple[str, ...]:
 
 
 StageName = Annotated[Name, AfterValidator(_stage_name)]
-Names = Annotated[
+EntryNames = Annotated[
     Sequence[Name],
     BeforeValidator(_list_of_names),
     Entries,
+    AsTuple,
+    AfterValidator(_distinct),
+]
+Factors = Mapping[Name, Table]
+ExchangedMaterials = Mapping[Name, Name]
+Resets = Annotated[
+    Sequence[Literal["displacement", "plastic_strain"]],
+    BeforeValidator(_list_of_names),
     AsTuple,
     AfterValidator(_distinct),
 ]
@@ -63,6 +71,9 @@ class ExcavatedRegion(Declared):
     """Name of the body from which it is removed; without a tracked surface."""
     shape: Shape
     """The region, in the deformed ground."""
+
+
+Regions = Annotated[Sequence[ExcavatedRegion], Entries, AsTuple]
 
 
 class StageGrid(Declared):
@@ -81,7 +92,7 @@ class Stage(Declared):
     the end of the last stage. What any stage activates is not there before.
 
     Forces that are out of balance after the changes, such as those of removed soil on what remains
-    and the weight of new soil, act step by step: their share `release` has been applied.
+    and the weight of new soil, are held at first and released over the stage, as `release` says.
     """
 
     type: Literal["loading"] = "loading"
@@ -89,36 +100,31 @@ class Stage(Declared):
     """Name of the stage, unique."""
     schedule: Schedule
     """Its load steps; time begins at 0 in each stage."""
-    activate: Names = ()
+    activate: EntryNames = ()
     """Names of bodies, boundaries and loads that act from this stage on. A body is placed without
     stress on the deformed ground: its points move vertically with the ground below them.
     """
-    deactivate: Names = ()
+    deactivate: EntryNames = ()
     """Names of bodies and boundaries that are removed at the start of the stage, and of loads: a
     load decreases to 0 over the stage, unless `factors` has a table for it.
     """
-    excavate: Annotated[Sequence[ExcavatedRegion], Entries, AsTuple] = ()
+    excavate: Regions = ()
     """Regions whose soil is removed, in sections [[stages.excavate]] below the stage."""
-    factors: Mapping[Name, Table] = {}
+    factors: Factors = Field(default_factory=dict)
     """Rows (time, factor) for loads and moving boundaries in this stage, by their names. A load
     that a stage activates increases from 0 to 1 over the stage if it has no table.
     """
     release: Table | None = None
-    """Rows (time, share) of the out-of-balance forces that have been applied; 0 to 1 over the
+    """Rows (time, share) of the out-of-balance forces that have been released; 0 to 1 over the
     stage if not given. The last share must be 1.
     """
-    materials: Mapping[Name, Name] = {}
+    materials: ExchangedMaterials = Field(default_factory=dict)
     """Exchanged materials: the name of the new one for each old one. The effective stress stays."""
     water: Water | None = None
     """The water from this stage on: it moves linearly to this level over the stage."""
     grid: StageGrid | None = None
     """Another background grid from this stage on."""
-    reset: Annotated[
-        Sequence[Literal["displacement", "plastic_strain"]],
-        BeforeValidator(_list_of_names),
-        AsTuple,
-        AfterValidator(_distinct),
-    ] = ()
+    reset: Resets = ()
     """What begins at 0 again at the start of the stage: "displacement", "plastic_strain"."""
 
     @model_validator(mode="after")

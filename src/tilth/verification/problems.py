@@ -38,6 +38,7 @@ from tilth.verification import (
     submerged_block,
     thick_cylinder,
     triaxial_specimen,
+    tunnel,
     upsetting,
     vertical_cut,
 )
@@ -78,5 +79,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "vertical_cut": vertical_cut.comparisons,
     "excavation": excavation.comparisons,
     "embankment": embankment.comparisons,
+    "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
