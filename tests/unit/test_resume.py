@@ -151,7 +151,7 @@ def test_failure_in_the_middle_of_a_step_is_resumable(
 def test_keyboard_interrupt_is_logged_and_resumable(
     model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    advance = tilth.analysis.run.Simulation.advance
+    advance = tilth.analysis.simulation.Simulation.advance
 
     def interrupt(self: Any, before: float, after: float, *more: Any) -> StepResult:
         if before >= 0.5:
@@ -159,7 +159,7 @@ def test_keyboard_interrupt_is_logged_and_resumable(
         return advance(self, before, after, *more)
 
     with monkeypatch.context() as patch:
-        patch.setattr(tilth.analysis.run.Simulation, "advance", interrupt)
+        patch.setattr(tilth.analysis.simulation.Simulation, "advance", interrupt)
         with pytest.raises(KeyboardInterrupt):
             run(model, tmp_path / "out", quiet=True)
     assert "interrupted by the user after step" in (tmp_path / "out" / "log.txt").read_text()

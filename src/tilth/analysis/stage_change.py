@@ -49,7 +49,6 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     points, grounds = _with_new_bodies(points, last, model, initial, key)
     _reset(points, stage)
     simulation = Simulation(model, points, initial)
-    _require_loaded_points(simulation, key)
     _carry(last, simulation, grounds)
     return simulation
 
@@ -148,18 +147,6 @@ def _with_new_bodies(
         return points, {}
     grounds = placed_on_ground(new, points, initial, key)
     return points.joined(new), grounds
-
-
-def _require_loaded_points(simulation: Simulation, key: str) -> None:
-    """Refuses point forces on points that were removed."""
-    for load, numbers, _ in simulation.loads.on_points:
-        if (simulation.points.index_of(numbers) < 0).any():
-            raise BadInput(
-                f"the soil of {load.body!r} at {place_text(np.array(load.at))}, on which a point "
-                "force acts, was removed",
-                "deactivate the force in an earlier stage, or excavate less",
-                key=key,
-            )
 
 
 def _reset(points: MaterialPoints, stage: Stage) -> None:
