@@ -22,7 +22,7 @@ from staged_ground import (
     wall,
 )
 
-from tilth import Model
+from tilth import BadInput, Model
 from tilth.arrays import Floats
 from tilth.verification.march import march as march_unstaged
 
@@ -319,3 +319,31 @@ def test_soil_at_rest_does_not_notice_a_stage() -> None:
     for name in ("nothing", "nothing again"):
         assert np.abs(starts[name].released.force).max(initial=0.0) < 1e-10 * 40.0
     assert np.abs(by_number(analysis.simulation, "displacement")).max() < 1e-14
+
+
+def test_a_load_goes_with_its_body() -> None:
+    """Both are removed in one stage: nothing is left of the load, whose force is released too."""
+    push = {
+        "type": "surface", "name": "push", "body": "top", "start": [1.0, 3.0], "end": [0.0, 3.0],
+        "pressure": 7.0,
+    }  # fmt: skip
+    stages = [stage("push", 2), stage("dig", 2, deactivate=["top", "push"])]
+    case = column([gravity(), push], stages)
+    case["bodies"].append(box("top", [0.0, 2.0], [1.0, 3.0], surface={}))
+    _, starts, results = march(case)
+    released = starts["dig"].released.force.sum(axis=0)
+    assert released == pytest.approx([0.0, -27.0], abs=1e-3)
+    carried = [result.resultant("base")[1] for result in results]
+    assert carried[1:] == pytest.approx([67.0, 53.5, 40.0], rel=1e-5)
+
+
+def test_a_grid_cannot_follow_a_boundary_that_is_removed() -> None:
+    stages = [stage("push"), stage("free", deactivate=["top"])]
+    case = column([], stages)
+    case["boundaries"] = [
+        wall("base", [0.0, 0.0], [0.0, 1.0]), wall("left", [0.0, 0.0], [1.0, 0.0]),
+        wall("top", [0.0, 2.0], [0.0, -1.0], displacement={"y": -0.1}),
+    ]  # fmt: skip
+    case["grid"]["follow"] = {"boundary": "top", "place": [0.0, 2.0], "axes": ["y"]}
+    with pytest.raises(BadInput, match="follows the boundary 'top', which does not act"):
+        Model.from_dict(case)
