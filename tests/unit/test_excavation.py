@@ -172,6 +172,7 @@ def test_a_stage_begins_in_equilibrium(basis: str, shift: float) -> None:
     assert 0.0 < np.abs(short).max() < 2e-6 * np.abs(rest).max()
 
 
+@pytest.mark.slow
 @every_basis
 @at_three_places
 def test_rebound_goes_back_with_the_forces(basis: str, shift: float) -> None:
@@ -193,6 +194,7 @@ def test_rebound_goes_back_with_the_forces(basis: str, shift: float) -> None:
     assert np.abs(by_number(simulation, "position") - start).max() < part_left(basis, shift) * out
 
 
+@pytest.mark.slow
 @every_basis
 @pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
 def test_heave_of_a_wide_pit_is_that_of_one_dimension(basis: str, anti_locking: str) -> None:
@@ -241,6 +243,7 @@ def dug(case: dict[str, Any], *stages: list[str]) -> Floats:
     return by_number(analysis.simulation, "position")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi2"])
 @at_three_places
 def test_small_elastic_rebound_does_not_depend_on_the_order(basis: str, shift: float) -> None:

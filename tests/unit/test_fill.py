@@ -68,6 +68,7 @@ def bank(
     )
 
 
+@pytest.mark.slow
 @every_basis
 @pytest.mark.parametrize("shift", [0.0, 1.0 / 3.0])
 def test_weight_of_each_lift_arrives_at_the_base(basis: str, shift: float) -> None:
@@ -109,6 +110,7 @@ def gaps(simulation: Simulation, name: str) -> Floats:
     return np.array(found)
 
 
+@pytest.mark.slow
 @every_basis
 @pytest.mark.parametrize("fill", [2, 3])
 def test_fill_has_no_gap_and_no_overlap(basis: str, fill: int) -> None:

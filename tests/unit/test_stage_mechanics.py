@@ -123,6 +123,7 @@ def consolidating(second: dict[str, Any], **body: Any) -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 @every_basis
 @f_bar_or_not
 def test_drained_soil_takes_over_the_effective_stress(basis: str, anti_locking: str) -> None:
@@ -192,6 +193,7 @@ GRIDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grid", GRIDS)
 @every_basis
 def test_another_grid_keeps_the_stress(basis: str, grid: str) -> None:

@@ -45,7 +45,7 @@ def lifts(basis: str) -> Iterator[Comparison]:
     model = example(PROBLEM)
     of_bodies: dict[str, Any] = {f"bodies.{i}.basis": basis for i in range(len(model.bodies))}
     of_bodies |= {f"bodies.{i}.domain_update": None for i in range(len(model.bodies))}
-    of_bodies["bodies.1.surface"] = of_bodies["bodies.2.surface"] = {}
+    of_bodies |= {f"bodies.{i}.surface": {} for i in range(len(model.bodies) - 1)}
     carried: dict[str, float] = {}
     gaps: dict[str, float] = {}
 
@@ -53,11 +53,11 @@ def lifts(basis: str) -> Iterator[Comparison]:
         carried[analysis.simulation.model.stage.name] = float(result.resultant("base")[1])
 
     def at_start(analysis: StagedAnalysis) -> None:
-        ground = {"lift 1": "ground", "lift 2": "lift 1", "lift 3": "lift 2"}
-        name = analysis.simulation.model.stage.name
-        if name in ground:
-            gap = gaps_below(analysis.simulation, name, ground[name])
-            gaps[name] = float(np.abs(gap).max()) / CELL
+        number = analysis.number
+        if number > 0:
+            below = "ground" if number == 1 else f"lift {number - 1}"
+            gap = gaps_below(analysis.simulation, f"lift {number}", below)
+            gaps[f"lift {number}"] = float(np.abs(gap).max()) / CELL
 
     march_stages(varied(model, of_bodies), after_step, at_start)
     added = np.diff(list(carried.values()))
