@@ -221,6 +221,16 @@ def test_another_grid_keeps_the_stress(basis: str, grid: str) -> None:
         assert change[0] < (2e-2 if grid != "finer" else 1e-4)
 
 
+@pytest.mark.parametrize(("cell_size", "warned"), [(0.5, False), (0.25, False), (0.125, True)])
+def test_a_grid_with_too_few_points_is_warned_of(cell_size: float, warned: bool) -> None:
+    """The points are 0.125 m apart."""
+    analysis, _ = at_start_of(stressed("gimp", {"cell_size": cell_size}), "other grid")
+    found = [text for text in analysis.simulation.warnings if "'block' are" in text]
+    assert len(found) == warned
+    if warned:
+        assert "stages[1].grid.cell_size: the points of 'block' are 0.125 x 0.125 apart" in found[0]
+
+
 def test_displacement_and_plastic_strain_begin_again() -> None:
     """Only what is reset does, and nothing else changes."""
     case = squeezed()

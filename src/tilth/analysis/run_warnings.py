@@ -20,6 +20,9 @@ JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than
 this part of a cell, is warned of."""
 
+FARTHEST_APART = 0.6
+"""Mean distance of points in cells, above which there are fewer than two in a cell."""
+
 
 class RunWarnings:
     """Collects warnings, each kind once.
@@ -66,6 +69,22 @@ class RunWarnings:
             f"cuts by {causes[0][:20]}",
             f"step {step} was undone {cuts} times in a row; likely causes: {'; '.join(causes)}",
         )
+
+    def few_points(self, points: MaterialPoints, cell_size: Floats, key: str) -> None:
+        """Bodies with fewer than two points in a cell along an axis of a stage's new grid.
+
+        key: of the grid in the case file.
+        """
+        for body, own in points.whole_bodies():
+            apart = 2.0 * points.half_length[own].mean(axis=0)
+            if (apart > FARTHEST_APART * cell_size).any():
+                sides = " x ".join(f"{size:.3g}" for size in apart)
+                self.note(
+                    f"few points of {body.name}",
+                    f"{key}: the points of {body.name!r} are {sides} apart in the mean, more than "
+                    "half a cell of this grid: one with one point has motions without strain; give "
+                    "the body more points, or the grid larger cells",
+                )
 
     def departures(self, model: Model, cell_size: Floats) -> None:
         """Grid planes whose prescribed motion takes the material away from them."""

@@ -50,6 +50,9 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     _reset(points, stage)
     simulation = Simulation(model, points, initial)
     _carry(last, simulation, grounds)
+    if stage.grid is not None:
+        cell_size = simulation.grid.cell_size
+        simulation.run_warnings.few_points(points, cell_size, f"{key}.grid.cell_size")
     return simulation
 
 
