@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -21,8 +21,17 @@ from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
 Values = float | Floats
 """A parameter: one number for all points, or one for each, shape (n,)."""
 
+Columns = Mapping[str, Values]
+"""Parameters of a law by their names in the core."""
+
 LARGEST_PRESSURE_RATIO = 1e6
 """Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
+
+MODULI = ("young_modulus", "hardening_modulus", "pore_fluid_bulk_modulus")
+"""Parameters of laws with a declared strength that are stresses over strains."""
+
+STRAINS = ("softening_strain",)
+"""Parameters of these laws that are strains."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,45 @@ class AnyMaterial(Declared):
         if all(np.ndim(column) == 0 for column in columns):
             return np.array(columns, dtype=np.float64)
         return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)
+
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns | None:
+        """Returns the parameters of the law with its strength divided by a factor, by name.
+
+        Cohesions and tangents of friction angles are divided; elasticity stays.
+
+        Args:
+            parameters: of the law by their names in the core, one number or shape (n,) each.
+            factor: of safety [-], > 0; below 1 it raises the strength.
+
+        Returns None where the law does not say what its strength is.
+        """
+        return None
+
+    def reduced_parameters(self, parameters: Floats, factor: float) -> Floats | None:
+        """Returns the parameters of the law with its strength divided by a factor.
+
+        parameters: as the core takes them, shape (m,) or (n, m). None as in `reduced_strength`.
+        """
+        columns = dict(zip(self.parameter_names, np.moveaxis(parameters, -1, 0), strict=True))
+        reduced = self.reduced_strength(columns, factor)
+        if reduced is None:
+            return None
+        return np.stack([reduced[name] for name in self.parameter_names], axis=-1)
+
+    def stiffened_parameters(self, parameters: Floats, factor: float) -> Floats:
+        """Returns the parameters of the law with all moduli multiplied by a factor.
+
+        Strains of the law are divided by it, so that strains over the factor cause the same stress.
+
+        parameters: as the core takes them, shape (m,) or (n, m).
+        """
+        stiffened = parameters.copy()
+        for column, name in enumerate(self.parameter_names):
+            if name in MODULI:
+                stiffened[..., column] *= factor
+            elif name in STRAINS:
+                stiffened[..., column] /= factor
+        return stiffened
 
 
 class Isotropic(AnyMaterial):

@@ -164,6 +164,13 @@ class Soil:
         """Sum of S_ap V_p at each node at the start of the step [volume], shape (nodes,)."""
         return self.scatter(self.points.volume)
 
+    def plastic_increment(self) -> Floats:
+        """Returns the equivalent plastic strain since the start of the step [-], shape (n,).
+
+        It is that of the trial state.
+        """
+        return np.asarray(self._trial.plastic[:, 0] - self.points.plastic[:, 0])
+
     def yielding_nodes(self) -> Flags:
         """Returns whether a point in a node's support yields in the trial state, (nodes,)."""
         yielding = self._trial.plastic[:, :1] > self.points.plastic[:, :1]

@@ -23,8 +23,15 @@ LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
 SETUP = "setup.npz"
+SAFETY = "safety.json"
+SAFETY_TABLE = "safety.csv"
+MECHANISM = "safety.vtkhdf"
+MECHANISM_PICTURE = "safety.png"
 
-FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP)
+OF_SAFETY = (SAFETY, SAFETY_TABLE, MECHANISM, MECHANISM_PICTURE)
+"""Files of a strength reduction; the first tells that there are the others."""
+
+FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *OF_SAFETY)
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed."""
 

@@ -16,13 +16,24 @@ import numpy as np
 from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
-from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
+from tilth.output.folder import (
+    HISTORY,
+    LOG,
+    MECHANISM,
+    REPORT,
+    RESULTS,
+    SAFETY,
+    SETUP,
+    read_declared,
+)
 from tilth.output.history import read_history
 from tilth.output.log import LogContents, read_log
+from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
+from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup
 from tilth.report.style import CSS
@@ -65,6 +76,8 @@ def write_report(
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
     parts.append(_section("Convergence", _convergence(history, log)))
+    if (folder / SAFETY).exists():
+        parts.append(_section("Factor of safety", _safety(folder, kind)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
@@ -183,6 +196,16 @@ def _convergence(history: Mapping[str, Any], log: LogContents) -> str:
             f"{iterations.mean():.1f}, at most {int(iterations.max())} a step.</p>"
         )
     return _image(figure, "Newton iterations per step and residuals of the last step") + text
+
+
+def _safety(folder: Path, kind: str) -> str:
+    """Returns factor, criterion, curve and mechanism of a strength reduction."""
+    summary, results = read_safety(folder), read_results(folder / MECHANISM)
+    curve = draw_safety_curve(summary, results.units.get("length", ""))
+    content = f"<p>{escape(text_of(summary))}</p>" + _image(curve, "Displacement over the factor")
+    for name, figure in draw_mechanism(results, axisymmetric=kind == "axisymmetric").items():
+        content += _image(figure, f"Mechanism: {name}")
+    return content + f"<p>{MECHANISM_NOTE}</p>"
 
 
 def _warnings(log: LogContents) -> str:
