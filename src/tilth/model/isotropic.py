@@ -69,6 +69,8 @@ class AnyMaterial(Declared):
     """Whether the law yields; the stresses then depend on the path of loading."""
     needs_stress: ClassVar[bool] = False
     """Whether the law has no state without stress."""
+    is_reducible: ClassVar[bool] = False
+    """Whether the law says what its strength is, so that `reduced_strength` can divide it."""
     model: str
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
@@ -116,28 +118,24 @@ class AnyMaterial(Declared):
             return np.array(columns, dtype=np.float64)
         return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns | None:
-        """Returns the parameters of the law with its strength divided by a factor, by name.
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Returns the parameters of a reducible law with its strength divided by a factor, by name.
 
         Cohesions and tangents of friction angles are divided; elasticity stays.
 
         Args:
             parameters: of the law by their names in the core, one number or shape (n,) each.
             factor: of safety [-], > 0; below 1 it raises the strength.
-
-        Returns None where the law does not say what its strength is.
         """
-        return None
+        raise NotImplementedError
 
-    def reduced_parameters(self, parameters: Floats, factor: float) -> Floats | None:
-        """Returns the parameters of the law with its strength divided by a factor.
+    def reduced_parameters(self, parameters: Floats, factor: float) -> Floats:
+        """Returns the parameters of a reducible law with its strength divided by a factor.
 
-        parameters: as the core takes them, shape (m,) or (n, m). None as in `reduced_strength`.
+        parameters: as the core takes them, shape (m,) or (n, m).
         """
         columns = dict(zip(self.parameter_names, np.moveaxis(parameters, -1, 0), strict=True))
         reduced = self.reduced_strength(columns, factor)
-        if reduced is None:
-            return None
         return np.stack([reduced[name] for name in self.parameter_names], axis=-1)
 
     def stiffened_parameters(self, parameters: Floats, factor: float) -> Floats:

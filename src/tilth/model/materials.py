@@ -23,6 +23,8 @@ from tilth.model.variation import VaryingNotNegative, VaryingPositive
 class HenckyElastic(WithPoreFluid):
     """Linear relation of Kirchhoff stress and logarithmic (Hencky) elastic strain."""
 
+    is_reducible: ClassVar[bool] = True
+
     model: Literal["hencky_elastic"] = "hencky_elastic"
 
     def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
@@ -38,6 +40,7 @@ class VonMises(Isotropic):
     """
 
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
     yield_stress: VaryingPositive | None = None

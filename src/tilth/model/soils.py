@@ -47,6 +47,7 @@ class Tresca(Isotropic):
     """Hencky elasticity with Tresca's yield condition: undrained clay in terms of total stress."""
 
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     model: Literal["tresca"] = "tresca"
     undrained_shear_strength: VaryingPositive
@@ -61,6 +62,7 @@ class Tresca(Isotropic):
 
 class _Frictional(WithPoreFluid):
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     cohesion: VaryingNotNegative
     """Cohesion c [stress], >= 0."""

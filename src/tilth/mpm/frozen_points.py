@@ -34,10 +34,9 @@ def require_reducible(model: Model) -> None:
     materials = {name: model.materials[name] for name in used}
     problems = []
     for name, material in materials.items():
-        parameters = np.ones(len(material.parameter_names))
-        if material.reduced_parameters(parameters, 1.0) is None:
+        if not material.is_reducible:
             what = "the strength of this law cannot be reduced"
-            remedy = "choose a law with c and phi or s_u (mohr_coulomb, drucker_prager, tresca, ...)"
+            remedy = "choose a law with c and phi or s_u, such as mohr_coulomb or tresca"
             key = dotted(("materials", name, "model"))
             problems.append(Problem(key, what, remedy, material.model))
     if problems:
@@ -104,9 +103,7 @@ class FrozenPoints:
         """Returns the points with their strength over a factor [-]; the state is shared."""
         parameters = []
         for material, body in zip(self._materials, self.points.bodies, strict=True):
-            reduced = material.reduced_parameters(self.points.parameters_of(body), factor)
-            assert reduced is not None, "require_reducible"
-            parameters.append(reduced)
+            parameters.append(material.reduced_parameters(self.points.parameters_of(body), factor))
         return self._with(parameters)
 
     def _with(self, parameters: Sequence[Floats]) -> MaterialPoints:

@@ -19,6 +19,7 @@ from tilth.verification import (
     generalized_shear,
     hollow_sphere_limit,
     inclined_column,
+    infinite_slope,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -30,6 +31,7 @@ from tilth.verification import (
     rigid_sphere,
     self_weight_column,
     slope,
+    slope_strength_reduction,
     square_footing,
     strip_footing,
     strip_footing_friction,
@@ -74,5 +76,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
+    "slope_strength_reduction": slope_strength_reduction.comparisons,
+    "infinite_slope": infinite_slope.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
