@@ -6,8 +6,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tilth import DruckerPrager, HenckyElastic, ModifiedCamClay, MohrCoulomb, Tresca, VonMises
-from tilth import _core
+from tilth import (
+    DruckerPrager,
+    HenckyElastic,
+    ModifiedCamClay,
+    MohrCoulomb,
+    Tresca,
+    VonMises,
+    _core,
+)
 from tilth.arrays import Floats
 from tilth.model.isotropic import AnyMaterial, ParametersAt
 
@@ -98,7 +105,9 @@ def test_drucker_prager_is_the_fit_to_the_reduced_pyramid(
 ) -> None:
     """The same as a material that is declared with c / F and atan(tan(phi) / F)."""
     weaker = np.degrees(np.arctan(np.tan(np.radians(PHI)) / factor))
-    material = DruckerPrager(**FRICTION, fit=fit, tension_cut_off=3.0, pore_fluid_bulk_modulus=fluid)  # type: ignore[arg-type]
+    material = DruckerPrager(
+        **FRICTION, fit=fit, tension_cut_off=3.0, pore_fluid_bulk_modulus=fluid
+    )  # type: ignore[arg-type]
     declared = DruckerPrager(
         **{**FRICTION, "cohesion": C / factor, "friction_angle": float(weaker)},
         fit=fit,  # type: ignore[arg-type]
@@ -146,7 +155,9 @@ def test_elastic_soil_stays_and_cam_clay_is_refused() -> None:
 def test_stiffened_laws_have_the_same_stress_at_smaller_strains(fluid: float | None) -> None:
     """All strains over 100, moduli times 100: on and off the yield surface, while it softens."""
     softening = {"softening_strain": 0.05, "softening_length": 1.0}
-    soil = MohrCoulomb(**FRICTION, residual_cohesion=2.0, **softening, pore_fluid_bulk_modulus=fluid)
+    soil = MohrCoulomb(
+        **FRICTION, residual_cohesion=2.0, **softening, pore_fluid_bulk_modulus=fluid
+    )
     metal = VonMises(**PARTS, yield_stress=20.0, hardening_modulus=300.0)
     for material in (soil, metal):
         law, scale = material.law, 100.0

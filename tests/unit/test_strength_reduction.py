@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The search for the factor of safety, on blocks whose collapse is known exactly.
 
-A block in plane strain between smooth plates, free at one side, under the pressure p: with c and phi
-it fails at p = 2 c tan(45 + phi / 2).
+A block in plane strain between smooth plates, free at one side, under the pressure p: with c and
+phi it fails at p = 2 c tan(45 + phi / 2).
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ def test_a_factor_below_one() -> None:
     assert result.trials[0].factor == 1.0
     assert not result.trials[0].in_equilibrium
     assert result.factor == pytest.approx(0.6, abs=0.004)
-    with pytest.raises(AnalysisFailed, match="even at the factor 0.7, the least one"):
+    with pytest.raises(AnalysisFailed, match=r"even at the factor 0\.7, the least one"):
         reduced(weak, simulation, minimum_factor=0.7)
 
 
@@ -167,7 +167,7 @@ def test_all_elastic_and_cam_clay_are_errors() -> None:
     entries["initial"] = {
         "stress": [{"body": "block", "type": "given", "stress": [-20.0, -20.0, -20.0, 0.0]}]
     }
-    with pytest.raises(BadInput, match="materials.soil.model = .* cannot be reduced"):
+    with pytest.raises(BadInput, match=r"materials\.soil\.model = .* cannot be reduced"):
         strength_reduction(Simulation(Model.from_dict(entries)), 0.0)
 
 

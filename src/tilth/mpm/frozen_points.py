@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -83,7 +84,8 @@ class FrozenPoints:
         self._materials: Sequence[AnyMaterial] = [
             model.materials[model.bodies[body.body].materials[body.layer]] for body in points.bodies
         ]
-        copy = replace(points, **{name: each.copy() for name, each in points.arrays().items()})
+        arrays: dict[str, Any] = {name: each.copy() for name, each in points.arrays().items()}
+        copy = MaterialPoints(bodies=points.bodies, varying=points.varying, **arrays)
         copy.elastic_strain = points.elastic_strain / stiffening
         copy.plastic[:, 0] /= stiffening
         copy.elastic_share[:] = 0.0

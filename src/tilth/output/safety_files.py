@@ -45,9 +45,7 @@ def write_safety(folder: Path, summary: SafetySummary, length_unit: str) -> None
     unit = f" [{length_unit}]" if length_unit else ""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(
-        ["factor", f"largest displacement{unit}", "iterations", "equilibrium", "reason"]
-    )
+    table.writerow(["factor", f"largest displacement{unit}", "iterations", "equilibrium", "reason"])
     for factor, moved, iterations, failure in summary.trials:
         found = "no" if failure else "yes"
         shown = "nan" if moved is None else repr(moved)

@@ -71,8 +71,6 @@ def draw_mechanism(results: Results, *, axisymmetric: bool) -> dict[str, Figure]
     magnified = DRAWN_MOTION * side / largest if largest > 0.0 else 1.0
     drawn = replace(snapshot, position=snapshot.position + magnified * moved)
     return {
-        name.replace("_", " "): draw_frames(
-            [drawn], name, results.units, axisymmetric=axisymmetric
-        )
+        name.replace("_", " "): draw_frames([drawn], name, results.units, axisymmetric=axisymmetric)
         for name in (PLASTIC_INCREMENT, "displacement")
     }

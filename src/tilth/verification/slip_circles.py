@@ -114,7 +114,8 @@ class Slope:
             np.linspace(*entries, 25), np.linspace(*exits, 25), np.linspace(0.04, 0.48, 12)
         )
         tried = np.stack([each.ravel() for each in grids])
-        factor = self.factors(*tried, COARSE)
+        start, end, depth = tried
+        factor = self.factors(start, end, depth, COARSE)
         best = [tried[:, number] for number in np.argsort(factor)[:4]]
 
         def at(circle: Floats) -> float:
