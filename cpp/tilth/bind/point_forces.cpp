@@ -36,8 +36,7 @@ void add_force_derivative(nb::handle stencil_handle, ConstIntegers block_start,
   const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
                                       size_of(block_position), blocks_of_matrix};
   nb::gil_scoped_release release;
-  const auto add =
-      dim == 2 ? &kernel::add_force_derivative<2> : &kernel::add_force_derivative<3>;
+  const auto add = dim == 2 ? &kernel::add_force_derivative<2> : &kernel::add_force_derivative<3>;
   require(add(stencil, blocks, by_displacement.data(), by_gradient.data(), matrix.data()),
           "block_position", "does not fit to block_start, stencil and matrix");
 }

@@ -10,16 +10,17 @@
 
 namespace tilth::kernel {
 
-/// Fills the displacement gradients of the step (points, 3, 3); in axisymmetry with the hoop strain.
+/// Fills the displacement gradients of the step (points, 3, 3); in axisymmetry with the hoop
+/// strain.
 template <class K>
 void step_gradients(const Stencil& stencil, const double* displacement, const double* position,
                     double* gradient) {
-  for_displacement_gradients<K>(
-      stencil, displacement, position,
-      [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) gradient[9 * p + 3 * i + j] = h[i][j];
-      });
+  for_displacement_gradients<K>(stencil, displacement, position,
+                                [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
+                                  for (int i = 0; i < 3; ++i)
+                                    for (int j = 0; j < 3; ++j)
+                                      gradient[9 * p + 3 * i + j] = h[i][j];
+                                });
 }
 
 /// Adds sum_p S_ap (by_displacement_p[i][k] S_bp + sum_j by_gradient_p[i][k][j] G_bp[j]) to the
@@ -49,7 +50,8 @@ bool add_force_derivative(const Stencil& stencil, const BlockPositions& blocks,
           for (int b = 0; b < n; ++b) {
             double factor = own * basis.value[b];
             for (int j = 0; j < Dim; ++j) factor += along[j] * basis.gradient[j * n + b];
-            for (int a = 0; a < n; ++a) local[(a * entries + ik) * n + b] += basis.value[a] * factor;
+            for (int a = 0; a < n; ++a)
+              local[(a * entries + ik) * n + b] += basis.value[a] * factor;
           }
         }
       }

@@ -65,8 +65,9 @@ class AnyMaterial(Declared):
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
     saturated_density: NotNegative | None = None
     """Mass per initial volume where the soil lies below the water of `[water]` [mass / length^3],
-    not less than `density`. The pores stay full: what water leaves them, or enters, is not part of
-    the mass. Required there if a body force acts and the material is not `watertight`.
+    not less than `density`. The pores stay full: water that leaves them when the volume shrinks
+    takes its weight with it. Required there if a body force acts and the material is not
+    `watertight`.
     """
     watertight: Flag = False
     """Whether water does not enter it, such as concrete: its density below the water is `density`,

@@ -59,9 +59,9 @@ def draw_frames(
     colours = _colours(values)
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     lower, upper = _extent(snapshots, tracked)
-    lines = [water(snapshot.time) for snapshot in snapshots]
-    shown = [nearby(line, lower, upper) for line in lines if line is not None]
-    lower, upper = _extent(snapshots, [*tracked, *(part for part in shown if len(part))])
+    levels = [water(snapshot.time) for snapshot in snapshots]
+    near = [nearby(line, lower, upper) for line in levels if line is not None]
+    lower, upper = _extent(snapshots, [*tracked, *(part for part in near if len(part))])
     size = upper - lower
     rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
     stretch = 1.0
@@ -86,7 +86,7 @@ def draw_frames(
             _draw_plane(axes, snapshot, value, colours)
             draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
-            if (line := lines[index]) is not None:
+            if (line := levels[index]) is not None:
                 draw_water(axes, line)
             axes.label_outer()
         else:

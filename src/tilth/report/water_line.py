@@ -33,7 +33,7 @@ def nearby(line: Floats, lower: Floats, upper: Floats) -> Floats:
     longest = float((upper - lower).max())
     far = _MOST_SHOWN * longest
     found = found[(found[:, 1] > lower[1] - far) & (found[:, 1] < upper[1] + far)]
-    return np.concatenate([found, found + [0.0, _ROOM * longest]])
+    return np.concatenate([found, found + np.array([0.0, _ROOM * longest])])
 
 
 def draw_water(axes: Axes, line: Floats, initial: Floats | None = None) -> None:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Water at rest as a term of the balance: buoyancy, seepage forces and the weight of its mass.
 
-The stress of the laws is the effective one. The pore pressure and the pressure of free water on the
-surface of the soil are together the body force -grad u (docs/theory/water.md), so no surface enters.
+The stress of the laws is the effective one. The pore pressure and the pressure of free water on
+the surface of the soil are together the body force -grad u (docs/theory/water.md): no surface
+enters.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid

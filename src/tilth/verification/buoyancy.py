@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Soil in water at rest: columns in closed form, a slope under water, a drawdown, a wet rotation."""
+"""Soil in water at rest: columns in closed form, a slope, a drawdown, a wet rotation."""
 
 from __future__ import annotations
 
@@ -71,9 +71,7 @@ def column(
     """
     model = with_cells(varied(example("self_weight_column", file), BASES[basis] | changes), cells)
     points = march(in_water(model, level)).points
-    exact = WetColumn(
-        HEIGHT, MODULUS, DENSITY * GRAVITY, SATURATED * GRAVITY - UNIT_WEIGHT, level
-    )
+    exact = WetColumn(HEIGHT, MODULUS, DENSITY * GRAVITY, SATURATED * GRAVITY - UNIT_WEIGHT, level)
     up, volume = model.dimension - 1, points.initial_volume
     stress = exact.vertical_stress(initial_position(points)[:, up])
     error = np.abs(points.stress[:, up] - stress) @ volume / (exact.base_stress * volume.sum())
@@ -94,7 +92,7 @@ def under_water() -> Iterator[Comparison]:
     soil = wet.materials["soil"]
     assert soil.saturated_density is not None
     buoyant = soil.saturated_density - wet.water.unit_weight / GRAVITY
-    changes = {"water": None, "materials.soil.saturated_density": None, "track": []}
+    changes: dict[str, Any] = {"water": None, "materials.soil.saturated_density": None, "track": []}
     changes |= {"materials.soil.density": buoyant, "output.colour_by": None}
     one, other = march(wet).points, march(varied(wet, changes)).points
     order = other.index_of(one.point_id)

@@ -113,7 +113,8 @@ def by_level() -> Iterator[Comparison]:
     yield vanishing(quantity, error / buoyancy, 1e-9, SOURCE)
     stiff = {"materials.foam.young_modulus": 5e6, "materials.foam.density": 1.5}
     forces = [
-        handle(varied(example(PROBLEM, file), stiff))[1] for file in ("case.toml", "water_level.toml")
+        handle(varied(example(PROBLEM, file), stiff))[1]
+        for file in ("case.toml", "water_level.toml")
     ]
     quantity = "handle of a stiff block: water level less load on the surface, over the buoyancy"
     yield vanishing(quantity, float(np.abs(forces[1] - forces[0]).max()) / buoyancy, 1e-4, SOURCE)

@@ -23,8 +23,8 @@ class WetColumn:
     it that with full pores less that of water. level: of the water above the base [length].
 
     Where the pores stay full, solids and water of the initial volume weigh r_sat V0 and the water
-    that leaves them weighs gamma_w (1 - J) V0, while the buoyancy is gamma_w J V0: the difference is
-    (r_sat - gamma_w) V0 for any compression. So the vertical effective stress is that of a dry
+    that leaves them weighs gamma_w (1 - J) V0, while the buoyancy is gamma_w J V0: the difference
+    is (r_sat - gamma_w) V0 for any compression. So the vertical effective stress is that of a dry
     column with the weights r of its parts: sigma'_yy = -T, dT/dY = -r. As for `SelfWeightColumn`
     T = M e exp(e) with e = W(T / M), W Lambert's function, and r dy = -d(M (e + e^2 / 2)). The
     material that is at the level has the initial height Y_w for which the column below it is as
@@ -48,7 +48,7 @@ class WetColumn:
         return float(found)
 
     def vertical_stress(self, elevation: npt.ArrayLike) -> Floats:
-        """Returns the effective sigma_yy (Cauchy) [stress], tension positive, at initial heights."""
+        """Returns the effective sigma_yy (Cauchy) [stress] at initial heights, tension positive."""
         above = self.height - np.maximum(np.asarray(elevation, dtype=float), self.wet_height)
         below = np.maximum(self.wet_height - np.asarray(elevation, dtype=float), 0.0)
         return np.asarray(-(self.dry * above + self.wet * below))
