@@ -17,6 +17,7 @@ from tilth.analysis.memory import memory_of
 from tilth.analysis.setup import setup_of
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.cli import run_command
 from tilth.mpm.water import PhreaticSurface, wet_share
 from tilth.mpm.wet_mass import effective_stress, pore_mass, total_stress
 from tilth.output import read_history, read_results
@@ -364,3 +365,15 @@ def test_a_case_file_names_a_grid_beside_it(tmp_path: Path) -> None:
     model = tilth.load_case(tmp_path / "case.toml")
     assert model.water is not None
     assert model.water.level.file == str(tmp_path / "level.csv")  # type: ignore[union-attr]
+
+
+def test_the_summary_says_what_the_water_is(tmp_path: Path, capsys: Any) -> None:
+    """The command prints level and unit weight, and the densities with their units."""
+    for level, words in (("level = 1.3", "level from 5 to 1.3"),
+                         ("level = [[0.0, 1.0], [9.0, 1.5]]", "from 5 to of a polyline, 1 to 1.5")):  # fmt: skip
+        case = Path(__file__).parents[2] / "examples/buoyancy/drawdown.toml"
+        (tmp_path / "case.toml").write_text(case.read_text().replace("\nlevel = 1.3", f"\n{level}"))
+        assert run_command(["check", str(tmp_path / "case.toml")]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert f"water {words}, unit weight 10 kN/m^3" in said
+        assert "density 1.8 t/m^3, saturated density 2 t/m^3, young" in said

@@ -64,10 +64,9 @@ class AnyMaterial(Declared):
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
     saturated_density: NotNegative | None = None
-    """Mass per initial volume where the soil lies below the water of `[water]` [mass / length^3],
-    not less than `density`. The pores stay full: water that leaves them when the volume shrinks
-    takes its weight with it. Required there if a body force acts and the material is not
-    `watertight`.
+    """Mass per initial volume [mass / length^3] where the soil is below the water of `[water]`, not
+    less than `density`. The pores stay full: water that leaves them when the volume shrinks takes
+    its weight with it. Required there if a body force acts and the material is not `watertight`.
     """
     watertight: Flag = False
     """Whether water does not enter it, such as concrete: its density below the water is `density`,
