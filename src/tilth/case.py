@@ -162,6 +162,10 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
         for j, layer in enumerate(_tables(body.get("layers"))):
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
+    if isinstance(water := entries.get("water"), dict):
+        for key in ("level", "initial_level"):
+            if isinstance(water.get(key), dict):
+                yield f"water.{key}", water[key], "file"
     materials = entries.get("materials")
     for material, parameters in materials.items() if isinstance(materials, dict) else ():
         if isinstance(parameters, dict):

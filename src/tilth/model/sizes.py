@@ -90,6 +90,9 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
         for j, layer in enumerate(body.layers):
             if layer.bottom is not None:
                 yield f"bodies[{i}].layers[{j}].bottom", layer.bottom
+    if model.water is not None:
+        yield "water.level", model.water.level
+        yield "water.initial_level", model.water.initial_level
 
 
 def _variations(model: Model) -> Iterator[tuple[str, Variation]]:

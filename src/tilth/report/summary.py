@@ -22,6 +22,7 @@ from tilth.model import (
     PlaneBoundary,
     SurfaceLoad,
     Track,
+    Water,
 )
 from tilth.model.base import meaning_of
 from tilth.model.boundaries import Boundary
@@ -35,6 +36,7 @@ from tilth.model.variation import (
     ByDepth,
     ByStress,
     GridFile,
+    Level,
     OfPosition,
     Random,
     Variation,
@@ -94,6 +96,8 @@ def _rows(
         yield "materials", _material(name, material, model)
     for entry in model.initial.stress:
         yield "at the start", _initial_stress(entry, model)
+    if model.water is not None:
+        yield "water", _water(model.water, model)
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
@@ -136,12 +140,15 @@ def _material(name: str, material: Material, model: Model) -> str:
             return f"{name} {[*value]}"
         if isinstance(value, str):
             return f"{name} {value}"
+        if isinstance(value, bool):
+            return name
         meaning = meaning_of(type(material), key)  # has the unit in brackets
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
         return f"{name} {_amount(value)}{unit}"
 
     fields = type(material).model_fields
-    keys = material.model_dump(exclude={"model"}, exclude_none=True)
+    given = material.model_dump(exclude={"model"}, exclude_none=True)
+    keys = [key for key, value in given.items() if value is not False]
     parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
 
@@ -176,6 +183,21 @@ def _initial_stress(entry: InitialStress, model: Model) -> str:
     level = f"{AXES[model.dimension - 1]} = {entry.surface_level:g} {model.units.length}"
     above = f", surcharge {entry.surcharge:g} {stress}" if entry.surcharge else ""
     return f"{entry.body}: weight of the soil below {level}, K0 {entry.K0:g}{above}"
+
+
+def _water(water: Water, model: Model) -> str:
+    end, unit = _level(water.level), f"{water.unit_weight:g} {model.units.force}"
+    start = "" if water.initial_level is None else f"from {_level(water.initial_level)} to "
+    return f"level {start}{end}, unit weight {unit}/{model.units.length}^3"
+
+
+def _level(level: Level) -> str:
+    if isinstance(level, GridFile):
+        return f"by {Path(level.file).name}"
+    if isinstance(level, tuple):
+        heights = [height for _, height in level]
+        return f"of a polyline, {min(heights):g} to {max(heights):g}"
+    return f"{level:g}"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:
