@@ -6,8 +6,10 @@ Of those in `FIELDS` it draws the initial values of a field and the last output.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
 of those in `BASES` a case at one time with several bases, on the true domains. For the example of
 element tests it draws the first picture of each of its case files, `picture.png` of case.toml.
+Of those in `SAFETY` it draws the mechanism at the factor of safety.
 """
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -33,6 +35,7 @@ EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
 FIELDS = {"random_field_slope": "undrained_shear_strength"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
+SAFETY = ("slope_strength_reduction", "infinite_slope")
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
 
@@ -105,6 +108,15 @@ def draw_field(name: str, field: str) -> None:
     imsave(EXAMPLES / name / "picture.png", np.concatenate(whole))
 
 
+def draw_mechanism(name: str) -> None:
+    """The picture that `tilth safety` draws, with a narrow bracket of the factor."""
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        settings = tilth.StrengthReduction(tolerance=0.002)
+        tilth.safety(model, Path(folder) / "results", settings=settings, quiet=True)
+        shutil.copy(Path(folder) / "results" / "safety.png", EXAMPLES / name / "picture.png")
+
+
 def von_mises_stress(points):
     xx, yy, zz, xy, yz, xz = points.stress.T
     normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
@@ -172,6 +184,8 @@ if __name__ == "__main__":
             draw_field(name, FIELDS[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
+        elif name in SAFETY:
+            draw_mechanism(name)
         elif name == "element_tests":
             draw_element_tests(name)
         else:

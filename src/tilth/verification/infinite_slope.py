@@ -27,6 +27,10 @@ THICKNESS = 2.0
 """Of the layer, across it [m]."""
 WEIGHT = 20e3
 """Unit weight of the soil [N/m3]."""
+WATER_WEIGHT = 10e3
+"""Unit weight of water [N/m3]."""
+WET = 0.8
+"""Thickness of the layer below the water table, across it [m]."""
 TOLERANCE = 0.02
 FINE = 0.002
 """Width of the bracket of the factors [-]."""
@@ -57,6 +61,47 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     source = "closed form, flow without change of volume (Davis 1968)"
     quantity = "factor of safety, no dilation"
     yield relative(quantity, factor, factor_without_dilation(model), TOLERANCE, source)
+    wet, exact = with_water(model)
+    quantity = f"factor of safety, {WET:g} m of water, cells of 0.5 x 0.125 m"
+    source = "closed form with the pore pressure at the base"
+    yield relative(quantity, factor_of_safety(wet, FINE), exact, TOLERANCE, source)
+
+
+def with_water(model: Model) -> tuple[Model, float]:
+    """Returns the layer with a water table parallel to the slope, and its factor in closed form.
+
+    The pore pressure is that of the vertical distance from the water table, d / cos(beta) for a
+    distance d across the layer: in the axes of the layer, water of the unit weight / cos(beta). The
+    factor falls steeply towards the base, so that the cells are thin there.
+    """
+    cosine = math.cos(math.radians(SLOPE))
+    pressure = WATER_WEIGHT / cosine * WET
+    changes: dict[str, Any] = {
+        "grid.cell_size": [0.5, 0.125],
+        "materials.soil.cohesion": 500.0,
+        "materials.soil.friction_angle": 30.0,
+        "materials.soil.dilation_angle": 30.0,
+        "materials.soil.saturated_density": WEIGHT / 10.0,
+        "water": {
+            "level": WET,
+            "unit_weight": WATER_WEIGHT / cosine,
+            "factor": [[0.0, 0.0], [1.0, 1.0]],
+        },
+    }
+    stronger = varied(model, changes)
+    factor = associated_factor(stronger, pressure)
+    normal, shear = base_stresses(pressure)
+    above = (THICKNESS - WET) / THICKNESS
+    dry_normal, dry_shear = (above * each for each in base_stresses())
+    # the circle of stress touches the reduced strength on planes along the slope
+    twice = 2.0 * strength_of(stronger)[1] / factor
+    upper, lower = dry_normal + twice * dry_shear, normal + twice * shear
+    rows = [[0.0, 0.0], [THICKNESS - WET, upper], [THICKNESS, lower]]
+    ends = {
+        "loads.1.pressure_along": rows,
+        "loads.2.pressure_along": [[THICKNESS - z, stress] for z, stress in reversed(rows)],
+    }
+    return varied(stronger, ends), factor
 
 
 def strength_of(model: Model) -> tuple[float, float]:
