@@ -162,10 +162,13 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
         for j, layer in enumerate(_tables(body.get("layers"))):
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
-    if isinstance(water := entries.get("water"), dict):
-        for key in ("level", "initial_level"):
-            if isinstance(water.get(key), dict):
-                yield f"water.{key}", water[key], "file"
+    stages = _tables(entries.get("stages"))
+    tables = {"water": entries.get("water")}
+    tables |= {f"stages[{i}].water": stage.get("water") for i, stage in enumerate(stages)}
+    for key, water in tables.items():
+        for level in ("level", "initial_level"):
+            if isinstance(water, dict) and isinstance(water.get(level), dict):
+                yield f"{key}.{level}", water[level], "file"
     materials = entries.get("materials")
     for material, parameters in materials.items() if isinstance(materials, dict) else ():
         if isinstance(parameters, dict):

@@ -204,7 +204,7 @@ def test_the_setup_draws_the_level(tmp_path: Path) -> None:
     assert "water level\nat the end, dashed at the start" in labels
     far = draw_setup(setup_of(Model.from_dict(wet("plane_strain", 50.0))))
     assert far.axes[0].get_ylim()[1] < 5.0
-    assert setup_of(Model.from_dict(wet("3d"))).water is None
+    assert setup_of(Model.from_dict(wet("3d"))).water_at(0.5) is None
 
 
 @pytest.mark.slow
@@ -369,8 +369,11 @@ def test_a_case_file_names_a_grid_beside_it(tmp_path: Path) -> None:
 
 def test_the_summary_says_what_the_water_is(tmp_path: Path, capsys: Any) -> None:
     """The command prints level and unit weight, and the densities with their units."""
-    for level, words in (("level = 1.3", "level from 5 to 1.3"),
-                         ("level = [[0.0, 1.0], [9.0, 1.5]]", "from 5 to of a polyline, 1 to 1.5")):  # fmt: skip
+    levels = {
+        "level = 1.3": "level from 5 to 1.3",
+        "level = [[0.0, 1.0], [9.0, 1.5]]": "level from 5 to a polyline between 1 and 1.5",
+    }
+    for level, words in levels.items():
         case = Path(__file__).parents[2] / "examples/buoyancy/drawdown.toml"
         (tmp_path / "case.toml").write_text(case.read_text().replace("\nlevel = 1.3", f"\n{level}"))
         assert run_command(["check", str(tmp_path / "case.toml")]) == 0

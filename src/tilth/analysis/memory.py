@@ -111,7 +111,7 @@ def memory_of(
         sides = (upper - lower) * (cells / np.prod(upper - lower)) ** (1.0 / len(lower)) + 1.0
         nodes = float(np.prod(sides))
     else:
-        number = np.bincount(points.body_id).astype(float).tolist()
+        number = np.bincount(points.body_id, minlength=len(model.bodies)).astype(float).tolist()
         cells, nodes = float(len(active.cell_keys)), float(active.nodes)
         shares = np.array(number)
         sides = np.ptp(active.lattice[:, : model.dimension], axis=0) + 1.0
@@ -189,7 +189,7 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     for name in used:  # values of varying entries, and the parameters of their laws
         if varying := variations(model.materials[name]):
             state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
-    if model.water is not None:  # derivatives of its force, twice, and the gradients of the step
+    if model.has_water:  # derivatives of its force, twice, and the gradients of the step
         state += 2 * (dim**3 + dim**2) + 27
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.water import PhreaticSurface
 from tilth.output.folder import SETUP, load_model
 from tilth.report.fields import parameter_fields
 from tilth.report.setup_data import Condition, Load, Setup, Surface
@@ -50,7 +52,7 @@ def setup_of(model: Model) -> Setup:
         BadInput: the model cannot be computed (see `Simulation.check`).
     """
     simulation = Simulation(model)
-    return initial_setup(simulation, simulation.check())
+    return initial_setup(simulation, simulation.check(), model.of_stages)
 
 
 def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
@@ -67,7 +69,7 @@ def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
 
     simulation = Simulation(model)
     active = simulation.check()
-    setup = initial_setup(simulation, active)
+    setup = initial_setup(simulation, active, model.of_stages)
     start = snapshot(simulation, active, None, 0, 0.0)
     units = units_of(model)
     axisymmetric = model.analysis.kind == "axisymmetric"
@@ -77,13 +79,20 @@ def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
     }
 
 
-def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
+def initial_setup(
+    simulation: Simulation, active: ActiveGrid, models: Sequence[Model] = ()
+) -> Setup:
     """Returns the data for the picture of the set-up of a simulation before its first step.
 
-    `active` is the grid of that step.
+    `active` is the grid of that step, `models` are those of all stages if there are several.
     """
     model, points = simulation.model, simulation.points
-    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
+    water = _water(simulation, models or [model])
+    gravity = [
+        np.array(load.acceleration)
+        for _, load in model.acting_loads()
+        if isinstance(load, BodyForce)
+    ]
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -103,19 +112,33 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
-        water=_water(simulation),
-        end=model.schedule.end,
+        water_times=water[0],
+        water=water[1],
     )
 
 
-def _water(simulation: Simulation) -> Floats | None:
-    """The surface of the water in the plane at the start and at the end, beyond all soil."""
-    water, x = simulation.water, simulation.points.position[:, 0]
-    if water is None or simulation.model.dimension != 2:
-        return None
-    wide = 10.0 * float(np.ptp(simulation.points.position, axis=0).max())
-    times = (0.0, simulation.model.schedule.end)
-    return np.stack([water.line(time, x.min() - wide, x.max() + wide) for time in times])
+def _water(simulation: Simulation, models: Sequence[Model]) -> tuple[Floats, Floats]:
+    """The surface of the water in the plane: times, (m,), and vertices beyond all soil, (m, k, 2).
+
+    At the start and the end of each stage; not a number in stages without water.
+    """
+    position = simulation.points.position
+    surfaces = [(model, PhreaticSurface.of(model)) for model in models]
+    if position.shape[1] == 3 or not any(surface for _, surface in surfaces):
+        return np.zeros(0), np.zeros((0, 0, 2))
+    wide = 10.0 * float(np.ptp(position, axis=0).max())
+    vertices = {float(position[:, 0].min()) - wide, float(position[:, 0].max()) + wide}
+    vertices |= {x for _, surface in surfaces if surface for x in surface.vertices}
+    places = np.column_stack([sorted(vertices), np.zeros(len(vertices))])
+    times, lines = [], []
+    for model, surface in surfaces:
+        for time in (0.0, model.schedule.end):
+            times.append(model.stage.start + time)
+            height = np.full(len(places), np.nan)
+            if surface is not None:
+                height = surface.level(places, time)
+            lines.append(np.column_stack([places[:, 0], height]))
+    return np.array(times), np.stack(lines)
 
 
 FLAT_FACETS = 12

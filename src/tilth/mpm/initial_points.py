@@ -37,7 +37,9 @@ def initial_points(model: Model) -> MaterialPoints:
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         part, counts = by_layer(body, part, f"bodies[{number}]")
-        stress = declared_stress(model, number, part.position)
+        stress = None
+        if model.present(body.name):  # a body that is placed later begins without stress
+            stress = declared_stress(model, number, part.position)
         first = 0
         for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
             own = slice(first, first + count)

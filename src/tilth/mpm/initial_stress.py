@@ -109,7 +109,7 @@ def _mass_above(
 def _gravity(model: Model, key: str) -> float:
     """Returns the downward acceleration at time 0 [length / time^2]."""
     total = np.zeros(model.dimension)
-    for load in model.loads:
+    for _, load in model.acting_loads():
         if isinstance(load, BodyForce):
             total += model.load_curve(load).factor(0.0) * np.asarray(load.acceleration)
     if np.any(total[:-1]) or total[-1] > 0.0:

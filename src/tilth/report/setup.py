@@ -148,8 +148,8 @@ def _legend(setup: Setup) -> list[Any]:
     for shape, handle in zip(setup.tracked, tracked_handles(setup.tracked), strict=True):
         handle.set_label(f"{shape.name}\ntracked surface")
         handles.append(handle)
-    if setup.water is not None:
-        handles.append(water_handle(not np.array_equal(*setup.water)))
+    if ends := setup.ends_of_water:
+        handles.append(water_handle(len(ends) > 1))
     for load in setup.loads:
         total = load.force.sum(axis=0)
         amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()

@@ -107,18 +107,32 @@ class Setup:
     warnings: Sequence[str] = ()
     """Warnings about probable mistakes."""
 
-    water: Floats | None = None
-    """Vertices of the water's surface in 2D at the start and at the end of the schedule, from left
-    to right at the same x [length], shape (2, k, 2); None without water, and in 3D."""
-    end: float = 1.0
-    """Time of the end of the schedule."""
+    water: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    """Vertices of the water's surface in 2D at ``water_times``, from left to right at the same x
+    [length], shape (m, k, 2); not a number while there is no water, (0, 0, 2) if there never is."""
+    water_times: Floats = field(default_factory=lambda: np.zeros(0))
+    """Times, ascending, shape (m,): the level is linear between them."""
 
     def water_at(self, time: float) -> Floats | None:
         """Returns the vertices of the water's surface at ``time`` [length], shape (k, 2)."""
-        if self.water is None:
+        if len(self.water_times) == 0:
             return None
-        share = min(max(time / self.end, 0.0), 1.0)
-        return np.asarray((1.0 - share) * self.water[0] + share * self.water[1])
+        after = int(np.searchsorted(self.water_times, time).clip(1, len(self.water_times) - 1))
+        start, end = self.water_times[after - 1 : after + 1]
+        share = min(max((time - start) / (end - start), 0.0), 1.0)
+        line = np.asarray((1.0 - share) * self.water[after - 1] + share * self.water[after])
+        return None if np.isnan(line).any() else line
+
+    @property
+    def ends_of_water(self) -> list[Floats]:
+        """The water's surface at the start and at the end, if there is one then and if it differs.
+
+        The last one is that at the end, if there is water then.
+        """
+        if len(self.water) == 0:
+            return []
+        ends = self.water[[0, -1]] if not np.array_equal(*self.water[[0, -1]]) else self.water[-1:]
+        return [line for line in ends if not np.isnan(line).any()]
 
     @property
     def axis_names(self) -> tuple[str, str, str]:
@@ -150,8 +164,7 @@ class Setup:
             if not (surface.bounded and small):
                 visible = surface.visible_vertices(lower - near, upper + near)
             around.append(visible)
-        for line in () if self.water is None else self.water:
-            around.append(nearby(line, lower, upper))
+        around += [nearby(line, lower, upper) for line in self.ends_of_water]
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower

@@ -65,8 +65,8 @@ def draw_view(
         draw_surface(axes, surface, chosen, lower, upper, colour, symbols)
     if setup.dim == 2:
         draw_tracked_lines(axes, setup.tracked)
-    if setup.water is not None:
-        draw_water(axes, setup.water[1], setup.water[0])
+    if ends := setup.ends_of_water:
+        draw_water(axes, ends[-1], ends[0])
     if not symbols:
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))

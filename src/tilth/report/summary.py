@@ -193,10 +193,10 @@ def _water(water: Water, model: Model) -> str:
 
 def _level(level: Level) -> str:
     if isinstance(level, GridFile):
-        return f"by {Path(level.file).name}"
+        return f"that of {Path(level.file).name}"
     if isinstance(level, tuple):
         heights = [height for _, height in level]
-        return f"of a polyline, {min(heights):g} to {max(heights):g}"
+        return f"a polyline between {min(heights):g} and {max(heights):g}"
     return f"{level:g}"
 
 
