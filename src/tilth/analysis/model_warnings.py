@@ -7,7 +7,7 @@ them all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +19,10 @@ from tilth.model import (
     AffineBoundary,
     BodyForce,
     ImplicitBoundary,
+    LineForce,
     Model,
     PointForce,
+    SeismicLoad,
     SurfaceLoad,
 )
 from tilth.model.boundaries import Boundary
@@ -55,6 +57,7 @@ def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
+    yield from _long_parts(simulation)
     yield from _locking(model, points)
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
@@ -88,7 +91,10 @@ def acts(load: Load, model: Model) -> bool:
         used = {material for body in model.bodies for material in body.materials}
         mass = any(model.materials[name].density for name in used)
         return mass and any(load.acceleration)
-    if isinstance(load, PointForce):
+    if isinstance(load, SeismicLoad):
+        weights = [each for _, each in model.acting_loads() if isinstance(each, BodyForce)]
+        return any(load.coefficient) and any(acts(each, model) for each in weights)
+    if isinstance(load, PointForce | LineForce):
         return any(load.force)
     assert isinstance(load, SurfaceLoad)
     profile = any(pressure for _, pressure in load.pressure_along or ())
@@ -108,7 +114,8 @@ def _moves(boundary: Boundary, model: Model) -> bool:
     if not isinstance(boundary, ImplicitBoundary):
         return False
     turns = boundary.rotation is not None and boundary.rotation.angle != 0.0
-    return turns or bool(boundary.radius_change) or boundary.motion is not None
+    wider = bool(boundary.radius_change or boundary.volume_loss)
+    return turns or wider or boundary.motion is not None
 
 
 def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
@@ -145,30 +152,35 @@ def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 
 def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
-    """Positions of point forces and tracked quantities away from the soil."""
-    places: list[tuple[str, Sequence[float], str | None, str]] = [
-        (f"loads[{i}].at", load.at, load.body, "the force acts on")
-        for i, load in model.acting_loads()
-        if isinstance(load, PointForce)
-    ]
-    places += [
-        (f"track[{i}].at", track.at, track.body, f"{track.name!r} is that of")
-        for i, track in enumerate(model.track)
-        if track.at is not None and (track.body is None or model.present(track.body))
-    ]
+    """Positions of tracked quantities away from the soil."""
     diagonal = float(np.sqrt(model.dimension))
-    for key, place, body, what in places:
-        if body is None and model.stage.absent_bodies:
+    for i, track in enumerate(model.track):
+        if track.at is None or (track.body is not None and not model.present(track.body)):
+            continue
+        if track.body is None and model.stage.absent_bodies:
             continue  # it may be in soil that is not there in this stage
-        nearest = points.index_of(nearest_points(points, place, model.cell_size, body))[0]
-        offset = points.position[nearest] - np.array(place)
+        key, place = f"track[{i}].at", np.array(track.at)
+        nearest = points.index_of(nearest_points(points, place, model.cell_size, track.body))[0]
+        offset = points.position[nearest] - place
         cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
         if cells > diagonal * (1.0 + ROUND_OFF):
             yield (
                 f"place of {key}",
-                f"{key}: no soil is at {at(np.array(place))}: {what} the nearest material point, "
-                f"number {points.point_id[nearest]} at {at(points.position[nearest])}, "
+                f"{key}: no soil is at {at(place)}: {track.name!r} is that of the nearest material "
+                f"point, number {points.point_id[nearest]} at {at(points.position[nearest])}, "
                 f"{np.linalg.norm(offset):.3g} ({cells:.1f} cells) away; correct the position",
+            )
+
+
+def _long_parts(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Loads on more than half an outline, as where their ends are exchanged."""
+    for name, surface in simulation.surfaces.items():
+        for number, share in surface.long_parts().items():
+            yield (
+                f"length of load {number}",
+                f"loads[{number}].start: the load acts on {100.0 * share:.0f} % of the closed "
+                f"outline of {name!r}, from `start` to `end` with the soil on the left; to load "
+                "the other part exchange `start` and `end`",
             )
 
 
@@ -211,12 +223,10 @@ def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
 
 def _least_radius(boundary: Boundary, model: Model) -> float | None:
     """Returns the least radius of a boundary in the schedule [length]; None if it has none."""
-    radius = boundary.geometry.radius_at_rest if isinstance(boundary, ImplicitBoundary) else None
-    if radius is None:
+    if not isinstance(boundary, ImplicitBoundary) or boundary.geometry.radius_at_rest is None:
         return None
-    assert isinstance(boundary, ImplicitBoundary)
-    change = boundary.radius_change or 0.0
-    return radius + min(0.0, *(change * factor for _, factor in model.load_curve(boundary).table))
+    factors = [0.0, *(factor for _, factor in model.load_curve(boundary).table)]
+    return min(boundary.radius(factor) for factor in factors)
 
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:

@@ -111,7 +111,8 @@ def strength_reduction(
 
     Args:
         simulation: in the state whose factor is searched for.
-        time: of the schedule that the state belongs to; loads and boundaries are those at it.
+        time: of the schedule (of the stage) that the state belongs to; loads, boundaries and water
+            are those at it.
         settings: of the search.
         on_trial: is called with each factor that was tried.
         on_iteration: is called with each iteration of Newton's method and its relative residual.
@@ -282,6 +283,6 @@ class _Trials:
         points: MaterialPoints = self._frozen.reduced(factor)
         self._soil.points = points
         self._soil.update(self._last.displacement)
-        order = points.index_of(np.arange(len(points)))
+        order = points.in_order
         plastic = self._frozen.stiffening * self._soil.plastic_increment()
         return self._moved(self._last)[order], plastic[order]

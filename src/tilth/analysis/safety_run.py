@@ -16,6 +16,7 @@ from tilth.analysis.run import run, set_threads
 from tilth.analysis.safety import SafetyResult, Trial, strength_reduction
 from tilth.analysis.setup import write_report
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
 from tilth.interrupt import DeferredStop, StopSignals
@@ -27,7 +28,6 @@ from tilth.output.folder import (
     MECHANISM,
     MECHANISM_PICTURE,
     OF_SAFETY,
-    load_model,
     require_folder,
 )
 from tilth.output.lock import FolderLock
@@ -68,8 +68,8 @@ def safety(
     if isinstance(model, Model):
         if out is None:
             raise BadInput("missing", "give the folder of the results", key="out")
-        require_reducible(model)
-        until = None if model.output.checkpoint_every else model.schedule.end  # has a checkpoint
+        require_reducible(model.of_stages[-1])
+        until = None if model.output.checkpoint_every else end_time(model)  # has a checkpoint
         run(model, out, threads=threads, until=until, overwrite=overwrite, quiet=quiet)
         folder = Path(out)
     else:
@@ -87,7 +87,6 @@ def _of_run(
 ) -> SafetyResult:
     """Finds the factor of safety of the last checkpoint of a run."""
     with FolderLock(folder):
-        require_reducible(load_model(folder))
         if not (folder / CHECKPOINT).exists():
             raise BadInput(
                 f"{folder} has no checkpoint",
@@ -95,7 +94,8 @@ def _of_run(
             )
         set_threads(threads)
         stored = StoredRun.read(folder)
-        simulation, clock = stored.simulation(), stored.progress.clock
+        analysis = stored.analysis(None)
+        simulation, clock = analysis.simulation, analysis.clock
         with DeferredStop() as stop:
             result = strength_reduction(
                 simulation, clock.time, settings, on_trial, lambda *_: stop.check()
@@ -115,7 +115,7 @@ def record(
     Args:
         folder: of the run.
         simulation: in the state at the start of the reduction.
-        step, time: of this state.
+        step, time: of this state, the time of its stage.
         result: of the reduction.
 
     Raises:
@@ -125,7 +125,8 @@ def record(
         with suppress(FileNotFoundError):
             (folder / name).unlink()
     units = units_of(simulation.model)
-    state = snapshot(simulation, simulation.locate(time), None, step, time)
+    total = simulation.model.stage.start + time
+    state = snapshot(simulation, simulation.locate(time), None, step, total)
     moved = {"displacement": result.displacement, PLASTIC_INCREMENT: result.plastic_strain}
     fields = {name: np.asarray(values) for name, values in state.point_fields.items()} | moved
     writer = ResultsWriter(folder / MECHANISM, title=simulation.model.title, units=units)
@@ -141,6 +142,6 @@ def record(
         for t in result.trials
     ]
     summary = SafetySummary(
-        result.factor, result.above, time, result.criterion, result.largest_displacement, trials
+        result.factor, result.above, total, result.criterion, result.largest_displacement, trials
     )
     write_safety(folder, summary, units["length"])

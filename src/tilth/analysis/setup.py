@@ -11,17 +11,16 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
-from tilth.arrays import Floats
+from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
+from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.water import PhreaticSurface
 from tilth.output.folder import SETUP, load_model
 from tilth.report.fields import parameter_fields
 from tilth.report.setup_data import Condition, Load, Setup, Surface
 from tilth.surface.loads import SurfaceLoads, declared_loads
-from tilth.terms.loads import Loads
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,11 +87,6 @@ def initial_setup(
     """
     model, points = simulation.model, simulation.points
     water = _water(simulation, models or [model])
-    gravity = [
-        np.array(load.acceleration)
-        for _, load in model.acting_loads()
-        if isinstance(load, BodyForce)
-    ]
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -107,8 +101,8 @@ def initial_setup(
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
         tracked=simulation.surface_shapes(),
-        loads=[*_loads(model, simulation), *_surface_loads(simulation, active)],
-        body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
+        loads=[*_loads(simulation), *_surface_loads(simulation, active)],
+        body_force=_body_force(model),
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
@@ -192,7 +186,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     )
     found = []
     for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
-        group = np.arange(len(place)) * min(ARROWS, len(place)) // len(place)
+        group = _groups(np.linalg.norm(force, axis=1))
         count = np.bincount(group)[:, None]
         position, total = (
             np.stack([np.bincount(group, column) for column in of_points.T], axis=1, dtype=float)
@@ -200,7 +194,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
         )
         found.append(
             Load(
-                name=f"load on the surface of {declared.body}",
+                name=declared.name or f"load on the surface of {declared.body}",
                 position=position / count,
                 force=total,
             )
@@ -208,18 +202,47 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     return found
 
 
-def _loads(model: Model, simulation: Simulation) -> list[Load]:
-    points = simulation.points
+def _groups(size: Floats) -> Integers:
+    """Returns the arrow of each point of a load, (n,): groups of neighbours of about equal forces.
+
+    size: magnitudes of the points' forces [force], shape (n,).
+    """
+    if not size.any():
+        size = np.ones_like(size)
+    share = (np.cumsum(size) - 0.5 * size) / size.sum()
+    group = np.floor(share * min(ARROWS, len(size))).astype(np.int64)
+    return np.asarray(np.unique(group, return_inverse=True)[1])
+
+
+def _loads(simulation: Simulation) -> list[Load]:
+    """Point forces and line forces at the end of the schedule, where they act at the start."""
     loads = []
-    for declared, ids, curve in Loads(model, points).on_points:
-        assert isinstance(declared, PointForce)
-        position = points.position[points.index_of(ids)]
-        force = np.array(declared.force) * curve.factor(model.schedule.end)
+    for each in simulation.loads.on_points:
+        declared, end = each.load, simulation.model.schedule.end
+        what = "point force" if isinstance(declared, PointForce) else "line force"
+        force = np.array(declared.force) * each.curve.factor(end)
+        group = _groups(each.weight)
+        first = np.unique(group, return_index=True)[1]
+        weight = np.bincount(group, each.weight)
         loads.append(
             Load(
-                name=f"point force on {declared.body}",
-                position=position,
-                force=np.tile(force / len(ids), (len(ids), 1)),
+                name=declared.name or f"{what} on {declared.body}",
+                position=each.place[first],
+                force=np.outer(weight, force),
             )
         )
     return loads
+
+
+def _body_force(model: Model) -> Floats | None:
+    """Returns all forces per mass at factor 1 [acceleration], shape (dim,); None without any."""
+    acting = [load for _, load in model.acting_loads()]
+    gravity = [np.array(load.acceleration) for load in acting if isinstance(load, BodyForce)]
+    if not gravity:
+        return None
+    total = np.sum(gravity, axis=0)
+    magnitude = np.linalg.norm(total)
+    seismic = [
+        magnitude * np.array(load.coefficient) for load in acting if isinstance(load, SeismicLoad)
+    ]
+    return np.asarray(np.sum([total, *seismic], axis=0))

@@ -169,7 +169,7 @@ class Simulation:
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
-        self.loads = Loads(model, initial)
+        self.loads = Loads(model, initial, self.points)
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)

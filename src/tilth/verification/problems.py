@@ -39,6 +39,7 @@ from tilth.verification import (
     submerged_block,
     thick_cylinder,
     triaxial_specimen,
+    tunnel,
     upsetting,
     vertical_cut,
 )
@@ -80,5 +81,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "vertical_cut": vertical_cut.comparisons,
     "slope_strength_reduction": slope_strength_reduction.comparisons,
     "infinite_slope": infinite_slope.comparisons,
+    "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
