@@ -134,3 +134,33 @@ def test_wrong_folders(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     done = tilth("safety", tmp_path / "column")
     assert done.code == 2
     assert "has no checkpoint" in done.err
+
+
+def test_safety_after_the_last_stage(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    """Without its upper half a column has at least twice the factor; points are gone then."""
+    steps = "[schedule]\nsteps = 2\n"
+    dug = """
+[[stages]]
+name = "weight"
+schedule = { steps = 2 }
+
+[[stages]]
+name = "dig"
+schedule = { steps = 1 }
+factors = { weight = [[0.0, 1.0], [1.0, 1.0]] }
+
+[[stages.excavate]]
+body = "column"
+shape = { type = "box", lower = [-1.0, 2.0], upper = [2.0, 5.0] }
+"""
+    named = ('type = "body_force"', 'name = "weight"\ntype = "body_force"')
+    whole = case(STRONGER)
+    assert tilth("safety", whole, "--quiet").code == 0
+    before = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
+    done = tilth("safety", case(STRONGER, named, (steps, dug)), "--overwrite", "--threads", "1")
+    assert done.code == 0, done.err
+    after = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
+    assert after["time"] == 2.0
+    assert after["factor"] > 2.0 * before["factor"]
+    state = read_results(tmp_path / "column" / "safety.vtkhdf").snapshot(-1)
+    assert len(state.position) < 2 * 4 * 8
