@@ -282,7 +282,8 @@ def safety(
             quiet=quiet, say=_say_what_runs,
         )  # fmt: skip
     except KeyboardInterrupt:
-        raise _interrupted(folder) from None
+        stopped = _interrupted(folder)
+        raise Interrupted(f"{stopped.message}, then: tilth safety {folder}") from None
 
 
 @cli.command()
