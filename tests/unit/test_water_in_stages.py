@@ -29,6 +29,7 @@ def staged(**of_last: Any) -> dict[str, Any]:
         {"name": "draw down", "schedule": {"steps": 4, "end": 2.0},
          "water": {"level": 0.3, "unit_weight": 10.0}, **of_last},
     ]  # fmt: skip
+    entries["output"] = {"report": False}
     entries["track"] = [
         {"name": "base", "quantity": "reaction", "boundary": "low y", "component": "y"},
         {"name": "u", "quantity": "pore_pressure", "at": [0.25, 0.25]},
