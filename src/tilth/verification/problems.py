@@ -37,6 +37,7 @@ from tilth.verification import (
     submerged_block,
     thick_cylinder,
     triaxial_specimen,
+    tunnel,
     upsetting,
     vertical_cut,
 )
@@ -76,5 +77,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
+    "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
