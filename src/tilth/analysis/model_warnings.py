@@ -7,6 +7,7 @@ them all.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,8 @@ LEAST_RADIUS = 4.0
 """Least radius of a curved boundary, in cells, for which results were compared with others
 (examples/buried_pipe, examples/rigid_sphere)."""
 
+_STAGE = re.compile(r": in the stage '[^']*': ")
+
 ROUND_OFF = 1e-9
 """Share of a cell that does not count."""
 
@@ -47,13 +50,22 @@ ROUND_OFF = 1e-9
 def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Yields the warnings of a model before its first step: what each is about, and its text.
 
-    The simulation must have prepared its first step.
+    Those of a stage name it; they are of the soil as it was declared. The simulation must have
+    prepared its first step.
 
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
-    model, points = simulation.model, simulation.points
-    yield from _no_cause(model)
+    stage = simulation.model.stage.name
+    for key, text in _warnings_of(simulation):
+        place, _, rest = text.partition(": ")
+        yield key, f"{place}: in the stage {stage!r}: {rest}" if stage else text
+
+
+def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    model, points = simulation.model, simulation.undeformed()
+    if model.stage.number == 0:  # later ones begin with stresses
+        yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
@@ -63,6 +75,11 @@ def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)
     yield from _water(simulation)
+
+
+def without_stage(text: str) -> str:
+    """Returns a warning without the stage that it names: what is warned of once."""
+    return _STAGE.sub(": ", text, count=1)
 
 
 def at(position: Floats) -> str:
@@ -135,7 +152,11 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
 def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
     points, cell_size = simulation.points, simulation.grid.cell_size
+    stage = simulation.model.stage
     for boundary in simulation.implicit:
+        known = stage.declared is not None and boundary.name not in stage.declared.activate
+        if stage.number > 0 and known:
+            continue
         behind, depth = points_behind(boundary, points, 0.0, cell_size)
         if len(behind) == 0:
             continue
@@ -297,8 +318,9 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
+        of_stage = f"stages[{model.stage.number}]." if model.stage.name else ""
         yield (
-            "one step",
-            "schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
-            "on the path; compare a run with ten steps or more",
+            f"{of_stage}one step",
+            f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic "
+            "strain depends on the path; compare a run with ten steps or more",
         )

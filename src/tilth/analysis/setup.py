@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,16 +12,21 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.water import PhreaticSurface
+from tilth.mpm.points import MaterialPoints
 from tilth.output.folder import SETUP, load_model
+from tilth.output.snapshot import Snapshot
 from tilth.report.fields import parameter_fields
-from tilth.report.setup_data import Condition, Load, Setup, Surface
+from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
+from tilth.report.stage_setups import StagedSetup, StageSetup
+from tilth.report.stage_texts import boundary_names, brings_soil, changes
 from tilth.surface.loads import SurfaceLoads, declared_loads
+from tilth.surface.make import make_surfaces
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,49 +50,121 @@ def write_report(folder: Path) -> Path:
     )
 
 
-def setup_of(model: Model) -> Setup:
+def setup_of(model: Model) -> Setup | StagedSetup:
     """Returns the data for the picture of a model's set-up; runs the functions that it names.
 
     Raises:
-        BadInput: the model cannot be computed (see `Simulation.check`).
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
     """
-    simulation = Simulation(model)
-    return initial_setup(simulation, simulation.check(), model.of_stages)
+    return checked_setup(StagedAnalysis(model))[1]
 
 
-def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
-    """Returns the set-up of a model and its figures by name.
+def checked_setup(
+    analysis: StagedAnalysis, on_start: Callable[[Simulation, ActiveGrid], None] | None = None
+) -> tuple[ActiveGrid, Setup | StagedSetup]:
+    """Checks an analysis; returns the grid of its first step and the data for the picture.
 
-    They are "" for the picture of the set-up, and the name of each parameter that varies from place
-    to place and of the layers. Runs the functions that the model names.
+    on_start: is called at the start of each stage, with its simulation and grid.
 
     Raises:
-        BadInput: the model cannot be computed (see `Simulation.check`).
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
+    """
+    first: tuple[ActiveGrid, Setup] | None = None
+    stages: list[StageSetup] = []
+    model = analysis.model
+    for simulation, active in analysis.starts():
+        setup = initial_setup(simulation, active)
+        first = first or (active, setup)
+        if model.stages:
+            stages.append(_stage(model, simulation, setup, analysis.soil))
+        if on_start is not None:
+            on_start(simulation, active)
+    assert first is not None
+    return first if not stages else (first[0], _staged(model, analysis.soil, stages))
+
+
+def _stage(
+    model: Model, simulation: Simulation, setup: Setup, initial: MaterialPoints
+) -> StageSetup:
+    """Returns what acts in a stage, without the soil."""
+    of_stage, points = simulation.model, simulation.points
+    present = np.zeros(len(initial), dtype=bool)
+    present[points.point_id] = True
+    nothing = np.zeros((0, model.dimension))
+    return StageSetup(
+        name=of_stage.stage.name,
+        start=of_stage.stage.start,
+        end=of_stage.stage.start + of_stage.schedule.end,
+        changes=changes(of_stage),
+        present=present,
+        setup=replace(
+            setup,
+            position=nothing,
+            half_lengths=nothing,
+            corners=None,
+            body_id=np.zeros(0, dtype=np.int64),
+            tracked=(),
+            loads=[load for load in setup.loads if load.force.any()],
+            boundary_names=boundary_names(model),
+        ),
+    )
+
+
+def _staged(model: Model, initial: MaterialPoints, stages: list[StageSetup]) -> StagedSetup:
+    """Returns the set-up of all stages with the undeformed soil."""
+    soil = Soil(initial.position, initial.half_length, initial.all_corners(), initial.body_id)
+    surfaces = [surface.shape() for surface in make_surfaces(model, initial).values()]
+    return StagedSetup(soil, surfaces, stages)
+
+
+def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]:
+    """Returns the set-up of a model and its figures by name.
+
+    They are "" for the picture of the set-up, "page_2" and so on for further pages of one with many
+    stages, and the name of each parameter that varies from place to place and of the layers. Runs
+    the functions that the model names.
+
+    Raises:
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
     """
     from tilth.report.field_plots import draw_frames
     from tilth.report.setup import draw_setup
+    from tilth.report.stage_pages import draw_stages
 
-    simulation = Simulation(model)
-    active = simulation.check()
-    setup = initial_setup(simulation, active, model.of_stages)
-    start = snapshot(simulation, active, None, 0, 0.0)
+    analysis = StagedAnalysis(model)
+    starts: dict[str, Snapshot] = {}
+
+    def keep(simulation: Simulation, active: ActiveGrid) -> None:
+        stage = simulation.model.stage
+        state = snapshot(simulation, active, None, 0, stage.start, analysis.point_fields)
+        names = parameter_fields(state)
+        if names and brings_soil(simulation.model):
+            fields = {name: state.point_fields[name] for name in ("domain", *names)}
+            corners = state.point_fields.get("domain_corners")
+            fields |= {} if corners is None else {"domain_corners": corners}
+            starts[stage.name] = replace(state, point_fields=fields)
+
+    _, setup = checked_setup(analysis, keep)
     units = units_of(model)
     axisymmetric = model.analysis.kind == "axisymmetric"
-    return setup, {"": draw_setup(setup)} | {
-        name: draw_frames([start], name, units, axisymmetric=axisymmetric)
-        for name in parameter_fields(start)
+    names = dict.fromkeys(name for state in starts.values() for name in parameter_fields(state))
+    figures = {"": draw_setup(setup)} if isinstance(setup, Setup) else {}
+    if isinstance(setup, StagedSetup):
+        pages = enumerate(draw_stages(setup), start=1)
+        figures = {f"page_{page}" if page > 1 else "": figure for page, figure in pages}
+    titles = [*starts] if model.stages else None
+    return setup, figures | {
+        name: draw_frames([*starts.values()], name, units, axisymmetric=axisymmetric, titles=titles)
+        for name in names
     }
 
 
-def initial_setup(
-    simulation: Simulation, active: ActiveGrid, models: Sequence[Model] = ()
-) -> Setup:
+def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
     """Returns the data for the picture of the set-up of a simulation before its first step.
 
-    `active` is the grid of that step, `models` are those of all stages if there are several.
+    `active` is the grid of that step.
     """
     model, points = simulation.model, simulation.points
-    water = _water(simulation, models or [model])
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -106,33 +184,24 @@ def initial_setup(
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
-        water_times=water[0],
-        water=water[1],
+        water=_water(simulation),
+        water_times=model.stage.start + np.array([0.0, model.schedule.end]),
     )
 
 
-def _water(simulation: Simulation, models: Sequence[Model]) -> tuple[Floats, Floats]:
-    """The surface of the water in the plane: times, (m,), and vertices beyond all soil, (m, k, 2).
+def _water(simulation: Simulation) -> Floats | None:
+    """The surface of the water in the plane at the start and the end of a stage, beyond all soil.
 
-    At the start and the end of each stage; not a number in stages without water.
+    Shape (2, vertices, 2).
     """
-    position = simulation.points.position
-    surfaces = [(model, PhreaticSurface.of(model)) for model in models]
-    if position.shape[1] == 3 or not any(surface for _, surface in surfaces):
-        return np.zeros(0), np.zeros((0, 0, 2))
+    position, water = simulation.points.position, simulation.water
+    if water is None or position.shape[1] == 3:
+        return None
     wide = 10.0 * float(np.ptp(position, axis=0).max())
-    vertices = {float(position[:, 0].min()) - wide, float(position[:, 0].max()) + wide}
-    vertices |= {x for _, surface in surfaces if surface for x in surface.vertices}
-    places = np.column_stack([sorted(vertices), np.zeros(len(vertices))])
-    times, lines = [], []
-    for model, surface in surfaces:
-        for time in (0.0, model.schedule.end):
-            times.append(model.stage.start + time)
-            height = np.full(len(places), np.nan)
-            if surface is not None:
-                height = surface.level(places, time)
-            lines.append(np.column_stack([places[:, 0], height]))
-    return np.array(times), np.stack(lines)
+    x = {float(position[:, 0].min()) - wide, float(position[:, 0].max()) + wide, *water.vertices}
+    place = np.column_stack([sorted(x), np.zeros(len(x))])
+    heights = [water.level(place, time) for time in (0.0, simulation.model.schedule.end)]
+    return np.stack([np.column_stack([place[:, 0], height]) for height in heights])
 
 
 FLAT_FACETS = 12
@@ -235,14 +304,22 @@ def _loads(simulation: Simulation) -> list[Load]:
 
 
 def _body_force(model: Model) -> Floats | None:
-    """Returns all forces per mass at factor 1 [acceleration], shape (dim,); None without any."""
-    acting = [load for _, load in model.acting_loads()]
-    gravity = [np.array(load.acceleration) for load in acting if isinstance(load, BodyForce)]
+    """Returns all forces per mass [acceleration], shape (dim,); None without any.
+
+    At factor 1, in a stage at the factors of its end.
+    """
+    acting = [
+        (load, model.load_curve(load).factor(model.schedule.end) if model.stage.name else 1.0)
+        for _, load in model.acting_loads()
+    ]
+    gravity = [f * np.array(load.acceleration) for load, f in acting if isinstance(load, BodyForce)]
     if not gravity:
         return None
     total = np.sum(gravity, axis=0)
     magnitude = np.linalg.norm(total)
     seismic = [
-        magnitude * np.array(load.coefficient) for load in acting if isinstance(load, SeismicLoad)
+        f * magnitude * np.array(load.coefficient)
+        for load, f in acting
+        if isinstance(load, SeismicLoad)
     ]
     return np.asarray(np.sum([total, *seismic], axis=0))

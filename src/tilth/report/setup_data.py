@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
 from tilth.report.water_line import nearby
@@ -74,6 +74,26 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
+class Soil:
+    """Undeformed points, ``dim`` is 2 or 3."""
+
+    position: Floats
+    """[length], shape (n, dim)."""
+    half_lengths: Floats
+    """Half lengths of the points' domains [length], shape (n, dim)."""
+    corners: Floats | None
+    """Corners of the domains, as those of :class:`Setup`."""
+    body_id: Integers
+    """Body of each point, shape (n,)."""
+
+    def selected(self, chosen: Flags) -> Soil:
+        """Returns the points with a flag, shape (n,)."""
+        corners = None if self.corners is None else self.corners[chosen]
+        position, half_lengths = self.position[chosen], self.half_lengths[chosen]
+        return Soil(position, half_lengths, corners, self.body_id[chosen])
+
+
+@dataclass(frozen=True, eq=False)
 class Setup:
     """Contents of the figure of :func:`draw_setup`; n points, ``dim`` 2 or 3."""
 
@@ -106,33 +126,35 @@ class Setup:
     None if domains are boxes with the half lengths."""
     warnings: Sequence[str] = ()
     """Warnings about probable mistakes."""
+    boundary_names: Sequence[str] = ()
+    """Names of the boundaries of all stages, which give them the same colour in each figure."""
+    is_new: Flags | None = None
+    """Which points are new in this stage, shape (n,)."""
+    removed: Soil | None = None
+    """Soil that was removed at the start of this stage."""
 
-    water: Floats = field(default_factory=lambda: np.zeros((0, 0, 2)))
-    """Vertices of the water's surface in 2D at ``water_times``, from left to right at the same x
-    [length], shape (m, k, 2); not a number while there is no water, (0, 0, 2) if there never is."""
-    water_times: Floats = field(default_factory=lambda: np.zeros(0))
-    """Times, ascending, shape (m,): the level is linear between them."""
-
-    def water_at(self, time: float) -> Floats | None:
-        """Returns the vertices of the water's surface at ``time`` [length], shape (k, 2)."""
-        if len(self.water_times) == 0:
-            return None
-        after = int(np.searchsorted(self.water_times, time).clip(1, len(self.water_times) - 1))
-        start, end = self.water_times[after - 1 : after + 1]
-        share = min(max((time - start) / (end - start), 0.0), 1.0)
-        line = np.asarray((1.0 - share) * self.water[after - 1] + share * self.water[after])
-        return None if np.isnan(line).any() else line
+    def colour_of(self, name: str, number: int) -> int:
+        """Returns the number of the colour of a boundary, which is the one with that number."""
+        return self.boundary_names.index(name) if name in self.boundary_names else number
 
     @property
-    def ends_of_water(self) -> list[Floats]:
-        """The water's surface at the start and at the end, if there is one then and if it differs.
+    def shade(self) -> Integers:
+        """Twice the number of each point's body, and one more if it is new, shape (n,)."""
+        return 2 * self.body_id + (0 if self.is_new is None else self.is_new)
 
-        The last one is that at the end, if there is water then.
-        """
-        if len(self.water) == 0:
-            return []
-        ends = self.water[[0, -1]] if not np.array_equal(*self.water[[0, -1]]) else self.water[-1:]
-        return [line for line in ends if not np.isnan(line).any()]
+    water: Floats | None = None
+    """Vertices of the water's surface in 2D at ``water_times``, from left to right at the same x
+    [length], shape (2, k, 2); None without water, and in 3D."""
+    water_times: Floats = field(default_factory=lambda: np.array([0.0, 1.0]))
+    """Total times at the start and the end of the stage, shape (2,)."""
+
+    def water_at(self, time: float) -> Floats | None:
+        """Returns the vertices of the water's surface at a total time [length], shape (k, 2)."""
+        if self.water is None:
+            return None
+        start, end = self.water_times
+        share = min(max((time - start) / (end - start), 0.0), 1.0)
+        return np.asarray((1.0 - share) * self.water[0] + share * self.water[1])
 
     @property
     def axis_names(self) -> tuple[str, str, str]:
@@ -153,6 +175,10 @@ class Setup:
         ]
         positions += [load.position for load in self.loads if len(load.position)]
         positions += [shape.position for shape in self.tracked if len(shape.position)]
+        if self.removed is not None:
+            removed = self.removed
+            positions += [removed.position - removed.half_lengths]
+            positions += [removed.position + removed.half_lengths]
         everything = np.concatenate(positions)
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         longest = float((upper - lower).max())
@@ -164,7 +190,8 @@ class Setup:
             if not (surface.bounded and small):
                 visible = surface.visible_vertices(lower - near, upper + near)
             around.append(visible)
-        around += [nearby(line, lower, upper) for line in self.ends_of_water]
+        if self.water is not None:
+            around += [nearby(line, lower, upper) for line in self.water]
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower

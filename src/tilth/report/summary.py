@@ -34,6 +34,7 @@ from tilth.model.geometry import Geometry
 from tilth.model.initial import GivenStress, InitialStress
 from tilth.model.loads import Load
 from tilth.model.materials import Material
+from tilth.model.schedule import Schedule
 from tilth.model.variation import (
     AlongAxis,
     ByDepth,
@@ -45,6 +46,7 @@ from tilth.model.variation import (
     Variation,
 )
 from tilth.report.setup import Setup
+from tilth.report.stage_texts import stage_rows
 
 if TYPE_CHECKING:
     from tilth.analysis.available_memory import AvailableMemory
@@ -105,15 +107,20 @@ def _rows(
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
         yield "loads", _load(load, model)
-    schedule = model.schedule
-    adaptive = "adaptive" if schedule.adaptive else "of fixed size"
-    yield (
-        "schedule",
-        f"{schedule.number_of_steps} steps to time {schedule.end:g}, {adaptive}; "
-        f"{len(schedule.times_of_output())} outputs",
-    )
+    if model.stages:
+        yield from stage_rows(model)
+    else:
+        yield "schedule", _schedule(model.schedule)
     for track in model.track:
         yield "tracked", _track(track)
+
+
+def _schedule(schedule: Schedule) -> str:
+    adaptive = "adaptive" if schedule.adaptive else "of fixed size"
+    return (
+        f"{schedule.number_of_steps} steps to time {schedule.end:g}, {adaptive}; "
+        f"{len(schedule.times_of_output())} outputs"
+    )
 
 
 def _body(body: Body, points: int) -> str:
@@ -242,7 +249,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
         parts.append(f"u{axis} = {value:g} {unit}")
     if boundary.motion is not None:
         parts.append(f"moves by {Path(boundary.motion).name}")
-    if boundary.is_moving:
+    if boundary.is_moving and not model.stages:
         parts.append(f"factor {model.load_curve(boundary).factor(model.schedule.end):g} at the end")
     return f"{boundary.name}: {', '.join(parts)}"
 
@@ -275,6 +282,8 @@ def _load(load: Load, model: Model) -> str:
 
 def _declared_load(load: Load, model: Model) -> str:
     end = f"factor {model.load_curve(load).factor(model.schedule.end):g} at the end"
+    if model.stages:
+        end = "factor by stage"
     if isinstance(load, BodyForce):
         return f"body force, acceleration {_vector(load.acceleration)}, {end}"
     if isinstance(load, SurfaceLoad):
