@@ -236,7 +236,7 @@ body = "column"
 {}
 
 """
-    at_rest = given.format("k0", "K0 = 0.5\nsurface_level = 4.0\nsurcharge = 3.0")
+    at_rest = given.format("k0", "K0 = 0.5\nground = 4.0\nsurcharge = 3.0")
     printed = " ".join(summary_of(case(("[[loads]]\n", at_rest + "[[loads]]\n"))).split())
     assert "column: weight of the soil below y = 4 m, K0 0.5, surcharge 3 Pa" in printed
     stress = given.format("given", "stress = [-10.0, -20.0, -10.0, 0.0]")

@@ -247,7 +247,7 @@ def test_earth_pressure_at_rest_under_layers() -> None:
     entries = layered("plane_strain", "gimp", horizon)
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
     entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "surface_level": 2.0}]
+        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 2.0}]
     }
     points = points_of(entries)
     x, y = points.position.T
@@ -263,7 +263,7 @@ def test_no_earth_pressure_at_rest_under_groups_of_other_density(tmp_path: Path)
     entries = grouped(file, ["stiff", "soft"])
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
     entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "surface_level": 4.0}]
+        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 4.0}]
     }
     with pytest.raises(BadInput, match="groups of a mesh have no horizons"):
         points_of(entries)

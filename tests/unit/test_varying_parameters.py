@@ -250,7 +250,7 @@ def test_stiffness_by_the_initial_stress() -> None:
     entries = with_stiffness("plane_strain", "gimp", law)
     entries["loads"] = [{**weight("plane_strain", 10.0), "factor": [[0, 1], [1, 1]]}]
     entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.4, "surface_level": 2.0}]
+        "stress": [{"type": "k0", "body": "block", "K0": 0.4, "ground": 2.0}]
     }
     points = initial_points(Model.from_dict(entries))
     minor = 0.4 * 2.0 * 10.0 * (2.0 - points.position[:, 1])
