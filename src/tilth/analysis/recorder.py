@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.stored_run import StoredRun
 from tilth.analysis.tracker import Tracker
@@ -34,6 +35,7 @@ from tilth.output import (
     write_checkpoint,
     write_surfaces,
 )
+from tilth.output.log import START
 from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, SURFACE
 from tilth.output.snapshot import FieldsOnDemand
 
@@ -51,14 +53,24 @@ class Recorder:
     work: float = 0.0
     _progress: Progress | None = None
     _last: tuple[Clock, StepResult] | None = None
+    _at_start: str = ""
+    """How the equilibrium of the initial state was found."""
     _beside_schedule: bool = False
     """Whether the last output is that of a run that ended between the times of output."""
 
     @classmethod
     def start(
-        cls, folder: Path, simulation: Simulation, active: ActiveGrid, threads: int
+        cls,
+        folder: Path,
+        simulation: Simulation,
+        active: ActiveGrid,
+        threads: int,
+        start: InitialEquilibrium | None = None,
     ) -> Recorder:
-        """Begins the files of a new run and writes the initial state."""
+        """Begins the files of a new run and writes the initial state.
+
+        start: how the equilibrium of this state was found.
+        """
         model = simulation.model
         tracker = Tracker(model, simulation.points)
         recorder = cls(
@@ -70,8 +82,14 @@ class Recorder:
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
-        recorder._output(snapshot(simulation, active, None, 0, 0.0))
-        recorder.history.append(0, 0.0, 0, tracker.values(simulation, None, 0.0))
+        result = None
+        if start is not None:
+            result, active = start.result, start.result.active
+            recorder._at_start = start.text(model.units.stress)
+            recorder.log.start(recorder._at_start)
+        recorder._output(snapshot(simulation, active, result, 0, 0.0))
+        iterations = 0 if start is None else start.iterations
+        recorder.history.append(0, 0.0, iterations, tracker.values(simulation, result, 0.0))
         return recorder
 
     @classmethod
@@ -120,6 +138,8 @@ class Recorder:
         try:
             with progress:
                 self._progress = progress
+                if self._at_start:
+                    progress.message(f"{START}{self._at_start}")
                 self._say_warnings()
                 yield progress
                 if clock.stops and not clock.done:

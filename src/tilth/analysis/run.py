@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tilth import _core
 from tilth.analysis.clock import Clock
+from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
@@ -112,7 +113,10 @@ def run(
             with writing(folder / MODEL):
                 write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
             write_setup(folder / SETUP, initial_setup(simulation, active))
-            recorder = Recorder.start(folder, simulation, active, used)
+            start = None
+            if has_initial_equilibrium(model):
+                start = find_initial_equilibrium(simulation)
+            recorder = Recorder.start(folder, simulation, active, used, start)
             return _march(simulation, clock, recorder, lock, quiet)
 
 
