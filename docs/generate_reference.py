@@ -250,6 +250,7 @@ def page() -> str:
         "independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
+        _section("`[water]`", model.Water),
         "## `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
         "without an entry start without stress. The stress is the effective one, must not lie "
         "outside the yield surface, and is kept only if the loads at time 0 balance it.",

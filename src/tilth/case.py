@@ -168,6 +168,10 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, entry in enumerate(_tables(stresses)):
         yield from _files_of_parameters(f"initial.stress[{i}]", entry)
         yield f"initial.stress[{i}]", entry, "folder"
+    if isinstance(water := entries.get("water"), dict):
+        for key in ("level", "initial_level"):
+            if isinstance(water.get(key), dict):
+                yield f"water.{key}", water[key], "file"
     materials = entries.get("materials")
     for material, parameters in materials.items() if isinstance(materials, dict) else ():
         if isinstance(parameters, dict):

@@ -25,6 +25,7 @@ from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
+from tilth.mpm.wet_mass import effective_stress, total_stress
 from tilth.output import (
     HistoryWriter,
     Progress,
@@ -276,11 +277,11 @@ def snapshot(
 
     The point fields are computed on access: write them before the points change.
     """
-    points = simulation.points
+    points, water = simulation.points, simulation.water
     order = points.index_of(np.arange(len(points)))
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
-        "cauchy_stress": lambda: points.stress[order],
+        "cauchy_stress": lambda: total_stress(points, water, time)[order],
         **{
             name: partial(lambda name: points.state_variable(name)[order], name)
             for name in points.state_variables()
@@ -289,6 +290,9 @@ def snapshot(
         **{name: partial(np.asarray, values) for name, values in points.varying.items()},
         "domain": lambda: points.half_length[order],
     }
+    if water is not None:
+        fields["effective_stress"] = lambda: effective_stress(points)[order]
+        fields["pore_pressure"] = lambda: water.pore_pressure(points.position, time)[order]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]

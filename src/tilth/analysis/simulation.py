@@ -35,6 +35,7 @@ from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
+from tilth.mpm.water import PhreaticSurface
 from tilth.output.snapshot import SurfaceShape
 from tilth.solvers import linear_solver
 from tilth.surface.loads import SurfaceLoads, declared_loads
@@ -46,6 +47,7 @@ from tilth.terms.loads import Loads
 from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Term, union
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
 
@@ -122,6 +124,7 @@ class Simulation:
     Attributes:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
+        water: the phreatic surface; None without water.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -145,6 +148,7 @@ class Simulation:
             model.analysis.solver, model.dimension, len(initial), self.run_warnings.fallback
         )
         self.loads = Loads(model, initial)
+        self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.points = initial if points is None else points
         self.surfaces = make_surfaces(model, initial)
@@ -393,6 +397,8 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
+        if self.water is not None:
+            terms.append(WaterForces(self.water, self.loads, soil, before, after))
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
 

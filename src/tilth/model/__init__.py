@@ -71,3 +71,4 @@ from tilth.model.variation import GridFile as GridFile
 from tilth.model.variation import OfPosition as OfPosition
 from tilth.model.variation import Random as Random
 from tilth.model.variation import RandomField as RandomField
+from tilth.model.water import Water as Water

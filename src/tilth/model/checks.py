@@ -16,7 +16,7 @@ from tilth.model.loads import BodyForce, PointForce
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
-from tilth.model.settings import COLOURS
+from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.surface import SurfaceLoad
 
@@ -33,6 +33,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *state_variable_problems(model, declared),
         *initial_problems(model),
         *_needs_implicit(model),
+        *_needs_water(model),
         *_densities(model),
         *size_problems(model),
     ]
@@ -103,7 +104,8 @@ def state_variable_problems(
             words = unknown_name("state variable", track.variable, known)
             yield Problem(f"track[{i}].variable", *words, track.variable)
     colour, known = model.output.colour_by, _known(model, variables, None)
-    if known is not None and colour not in (choices := [*dict.fromkeys((*COLOURS, *known))]):
+    fixed = COLOURS if model.water is None else (*COLOURS, *COLOURS_OF_WATER)
+    if known is not None and colour not in (choices := [*dict.fromkeys((*fixed, *known))]):
         likely = suggestion(colour, choices)
         remedy = f'did you mean "{likely}"? ' if likely else ""
         remedy += f"choose from {', '.join(choices)}"
@@ -145,6 +147,15 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
         elif followed != "implicit":
             what = f'the grid can follow implicit boundaries only, but this one is "{followed}"'
             yield Problem(key, what, remedy, follow.boundary)
+
+
+def _needs_water(model: Model) -> Iterator[Problem]:
+    """Only water has a pore pressure."""
+    for i, track in enumerate(model.track):
+        if track.quantity == "pore_pressure" and model.water is None:
+            remedy = "add a section [water]; an undrained law has a state variable instead"
+            what = "there is no water"
+            yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)
 
 
 def _densities(model: Model) -> Iterator[Problem]:

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, model_validator
 from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import NotNegative, Real
+from tilth.model.fields import Flag, NotNegative, Real
 from tilth.model.laws import Law, laws
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
@@ -63,6 +63,32 @@ class AnyMaterial(Declared):
     model: str
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
+    saturated_density: NotNegative | None = None
+    """Mass per initial volume where the soil lies below the water of `[water]` [mass / length^3],
+    not less than `density`. The pores stay full: what water leaves them, or enters, is not part of
+    the mass. Required there if a body force acts and the material is not `watertight`.
+    """
+    watertight: Flag = False
+    """Whether water does not enter it, such as concrete: its density below the water is `density`,
+    and it displaces water with its current volume.
+    """
+
+    @property
+    def keeps_water(self) -> bool:
+        """Whether no water leaves or enters the pores when the volume changes."""
+        return self.watertight
+
+    @model_validator(mode="after")
+    def _densities_fit_together(self) -> Any:
+        saturated, what = self.saturated_density, ""
+        if saturated is not None and self.watertight:
+            what, remedy = "is given for a watertight material", "leave out one of the two"
+        elif saturated is not None and self.density is not None and saturated < self.density:
+            what = f"is less than the density {self.density:g}"
+            remedy = "water in the pores adds to the mass"
+        if what:
+            raise rejection([Problem("saturated_density", what, remedy, saturated)])
+        return self
 
     @property
     def law(self) -> Law:
@@ -130,6 +156,11 @@ class PoreFluid(AnyMaterial):
     total one, and the state variable `excess_pore_pressure` (compression positive) is the pressure
     of the fluid since the start.
     """
+
+    @property
+    def keeps_water(self) -> bool:
+        """Whether no water leaves or enters the pores when the volume changes."""
+        return self.watertight or self.pore_fluid_bulk_modulus is not None
 
     @property
     def law(self) -> Law:

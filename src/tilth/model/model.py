@@ -27,6 +27,7 @@ from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 from tilth.model.variation import variations
+from tilth.model.water import Water
 
 Loaded = (
     PlaneBoundary
@@ -106,6 +107,8 @@ class Model(Declared):
     """Dirichlet boundary conditions, at least one."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, point forces and loads on surfaces."""
+    water: Water | None = None
+    """Water at rest in the soil and above it; none if not given."""
     initial: Initial = Initial()
     """State at the start."""
     schedule: Schedule

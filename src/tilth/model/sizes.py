@@ -94,6 +94,9 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
     for i, entry in enumerate(model.initial.stress):
         if isinstance(entry, AtRest) and entry.ground is not None:
             yield f"initial.stress[{i}].ground", entry.ground
+    if model.water is not None:
+        yield "water.level", model.water.level
+        yield "water.initial_level", model.water.initial_level
 
 
 def _variations(model: Model) -> Iterator[tuple[str, Variation]]:

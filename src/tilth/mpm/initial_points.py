@@ -60,6 +60,10 @@ def initial_points(model: Model) -> MaterialPoints:
                     law=law,
                     parameters=values if values.ndim == 1 else None,
                     density=material.density or 0.0,
+                    wet_density=(
+                        material.density if material.watertight else material.saturated_density
+                    ),
+                    keeps_water=material.keeps_water or material.saturated_density is None,
                     anti_locking=body.anti_locking,
                     body=number,
                     layer=layer,

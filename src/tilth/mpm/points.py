@@ -34,6 +34,8 @@ class PointRange:
         parameters: its parameters in the order of `law.parameters`, shape (count,); None if they
             vary from point to point, see `MaterialPoints.parameters`.
         density: mass per initial volume [mass/length^3]; 0 if none was declared.
+        wet_density: the same below the water; None if none was declared.
+        keeps_water: whether no water leaves or enters the pores when the volume changes.
         body: number of the body in the model.
         layer: number of the layer in the body; 0 if it has none.
     """
@@ -49,6 +51,8 @@ class PointRange:
     anti_locking: str = "none"
     body: int = 0
     layer: int = 0
+    wet_density: float | None = None
+    keeps_water: bool = True
 
     @property
     def points(self) -> slice:

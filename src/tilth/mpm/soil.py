@@ -178,6 +178,43 @@ class Soil:
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
 
+    def step_gradients(self, displacement: Floats) -> Floats:
+        """Returns the displacement gradients of a step at the points [-], shape (n, 3, 3).
+
+        In axisymmetry with the hoop strain of the step, see `MaterialPoints`.
+        """
+        points = self.points
+        gradient = np.empty((len(points), 3, 3))
+        with self._timers.measure("assembly"):
+            for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
+                _core.step_gradients(
+                    self.kind, stencil, displacement, points.position[body.points],
+                    gradient[body.points],
+                )  # fmt: skip
+        return gradient
+
+    def add_force_derivative(
+        self, pattern: ActiveGrid, by_displacement: Floats, by_gradient: Floats, matrix: Floats
+    ) -> None:
+        """Adds the derivative of sum_p S_ap f_p to `matrix` (blocks, dim, dim) [force/length].
+
+        Args:
+            pattern: the grid of the step with the pattern of the matrix.
+            by_displacement: derivative of f by the point's displacement [force/length], shape
+                (n, dim, dim).
+            by_gradient: derivative of f_i by the gradient of its component k in direction j
+                [force], shape (n, i, k, j).
+            matrix: to which it is added.
+        """
+        with self._timers.measure("assembly"):
+            for body, stencil, (start, position) in zip(
+                self.points.bodies, self.active.stencils, pattern.block_positions, strict=True
+            ):
+                _core.add_force_derivative(
+                    stencil, start, position, np.ascontiguousarray(by_displacement[body.points]),
+                    np.ascontiguousarray(by_gradient[body.points]), matrix,
+                )  # fmt: skip
+
     def moved_domains(self, displacement: Floats) -> MovedDomains:
         """Returns the domains whose corners move with the grid, at the end of the step.
 
