@@ -56,9 +56,20 @@ def _entries(model: Model) -> Iterator[Problem]:
             yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
         if isinstance(entry, AtRest) and entry.body in bodies:
             yield from _at_rest(model, entry, key, bodies[entry.body])
+        if isinstance(entry, GravityStress) and not _is_loaded(model):
+            what = "no load acts at time 0, so there is nothing to apply"
+            remedy = "add a load with its whole factor from the start: factor = [[0, 1], [1, 1]]"
+            yield Problem(f"{key}.type", what, remedy, "gravity")
         if isinstance(entry, GravityStress) and not model.initial.equilibrium:
             what = "gravity loading is a search for equilibrium, which is switched off"
             yield Problem("initial.equilibrium", what, "leave it out", value=False)
+
+
+def _is_loaded(model: Model) -> bool:
+    """Whether a load or water acts at time 0."""
+    return model.water is not None or any(
+        model.load_curve(load).factor(0.0) != 0.0 for load in model.loads
+    )
 
 
 def _at_rest(model: Model, entry: AtRest, key: str, body: Body) -> Iterator[Problem]:

@@ -20,6 +20,7 @@ from tilth.model.laws import PLASTIC_STRAIN
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.stress_at_rest import stress_at_rest
 from tilth.mpm.stress_of_run import state_of_run
+from tilth.mpm.wet_mass import EXCESS
 
 WITHIN_YIELD = 1e-9
 """Plastic flow of a starting stress, at most, over its elastic strain [-]."""
@@ -73,8 +74,10 @@ def declared_start(
             starts.append(Start(layer.stress, given))
         return starts
     if isinstance(entry, StressOfRun):
-        states = [state_of_run(model, key, entry, own) for own in layers]
-        return [Start(state.stress, {}, state.variables, True) for state in states]
+        return [
+            _of_run(model, key, entry, name, own)
+            for name, own in zip(body.materials, layers, strict=True)
+        ]
     if isinstance(entry, TableStress):
         return [Start(_tabulated(model, key, entry, own)) for own in layers]
     stresses = [np.zeros((count, 6)) for count in counts]
@@ -82,6 +85,16 @@ def declared_start(
         for stress in stresses:
             stress[:, : len(entry.stress)] = entry.stress
     return [Start(stress) for stress in stresses]
+
+
+def _of_run(
+    model: Model, key: str, entry: StressOfRun, material: str, position: Floats
+) -> Start:
+    state = state_of_run(model, key, entry, position)
+    excess = state.variables.get(EXCESS)
+    if excess is not None and EXCESS not in model.laws[material].state_variables:
+        state.stress[:, :3] += np.nan_to_num(excess)[:, None]  # this soil is drained
+    return Start(state.stress, {}, state.variables, True)
 
 
 def _tabulated(model: Model, key: str, entry: TableStress, position: Floats) -> Floats:

@@ -64,9 +64,8 @@ def overburden(
     for name, total, wet in _strata(model, key, number, position, (low, high, level)):
         material = model.materials[name]
         density = material.density or 0.0
-        saturated = getattr(material, "saturated_density", None)
-        stress += gravity * (density * (total - wet))
-        stress += gravity * ((density if saturated is None else saturated) * wet)
+        saturated = density if material.saturated_density is None else material.saturated_density
+        stress += gravity * (density * (total - wet) + saturated * wet)
         filled += wet
     if water is not None:
         stress += water.unit_weight * np.maximum(level - low - filled, 0.0)

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.errors import BadInput
 from tilth.fields.evaluate import parameter_values
+from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.initial import JAKY, AtRest
@@ -16,7 +18,11 @@ from tilth.model.initial_checks import at_rest_of
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
 from tilth.model.soils import DruckerPrager
-from tilth.mpm.overburden import overburden
+from tilth.mpm.overburden import Water, overburden
+from tilth.mpm.water import PhreaticSurface
+
+ROUND_OFF = 1e-12
+"""Pore pressure above the total stress that counts as equal to it, relative to the latter."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +53,10 @@ def stress_at_rest(
         position: of the points [length], shape (n, dim).
 
     Raises:
-        BadInput: a point lies above the ground, or no weight balances the stress.
+        BadInput: a point lies above the ground, no weight balances the stress, or the pore pressure
+            exceeds the weight.
     """
-    vertical = overburden(model, key, entry, number, position, None)
+    vertical = _effective_vertical_stress(model, key, entry, number, position)
     coefficient, ratio = at_rest_of(entry, material)
     declared = model.materials[material]
     has_angle = coefficient == JAKY or isinstance(declared, ModifiedCamClay)
@@ -70,6 +77,30 @@ def stress_at_rest(
         deviator = ratio * vertical * sine
         preconsolidation = mean + deviator**2 / (slope**2 * np.maximum(mean, 1e-300))
     return AtRestLayer(stress, preconsolidation)
+
+
+def _effective_vertical_stress(
+    model: Model, key: str, entry: AtRest, number: int, position: Floats
+) -> Floats:
+    """Returns total vertical stress less pore pressure, compression positive [stress], (n,)."""
+    surface = PhreaticSurface.of(model)
+    if surface is None:
+        return overburden(model, key, entry, number, position, None)
+    surface.require_covers(position)
+    water = Water(surface.level(position, 0.0), surface.unit_weight(0.0))
+    total = overburden(model, key, entry, number, position, water)
+    pressure = surface.pore_pressure(position, 0.0)
+    effective = total - pressure
+    if (effective < -ROUND_OFF * total).any():
+        worst = int(effective.argmin())
+        raise BadInput(
+            f"the pore pressure {pressure[worst]:.4g} exceeds the weight {total[worst]:.4g} above "
+            f"the point at {place_text(position[worst])}",
+            "check level and unit weight of the water, and the densities",
+            key=f"{key}.type",
+            value="k0",
+        )
+    return np.maximum(effective, 0.0)
 
 
 def _sine(model: Model, material: str, position: Floats) -> Floats:

@@ -22,6 +22,9 @@ from tilth.output.vtkhdf import Results, read_results
 SAME_PLACE = 1e-9
 """Distance, over the size of a domain, up to which a point is at the place of another one."""
 
+WATER = "pore_pressure"
+"""Field of the pressure of water at rest, which is part of the Cauchy stress of results."""
+
 REACH = 1.5
 """Distance from the nearest point of the other run, in sizes of its domain, up to which a point
 is within its soil."""
@@ -35,7 +38,7 @@ class StateOfRun:
     """What another run gives.
 
     Attributes:
-        stress: Cauchy stress, tension positive, shape (n, 6).
+        stress: Cauchy stress less the pore pressure of water at rest, tension positive, shape (n, 6).
         variables: state variables by name, shape (n,) each; "not a number" where the other run's
             law has none.
     """
@@ -126,9 +129,12 @@ def _mapped(
     names = [
         name
         for name, values in output.point_fields.items()
-        if values.ndim == 1 and name not in ("volume", "layer")
+        if values.ndim == 1 and name not in ("volume", "layer", WATER)
     ]
-    columns = [output.point_fields["cauchy_stress"][own]]
+    stress = output.point_fields["cauchy_stress"][own].copy()
+    if WATER in output.point_fields:
+        stress[:, :3] += output.point_fields[WATER][own][:, None]
+    columns = [stress]
     columns += [output.point_fields[name][own][:, None] for name in names]
     values = np.concatenate(columns, axis=1).astype(np.float64)
     found = values[nearest]
