@@ -13,6 +13,7 @@ from tilth.fields.evaluate import parameter_values
 from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.fields import LEAST
 from tilth.model.initial import JAKY, AtRest
 from tilth.model.initial_checks import at_rest_of
 from tilth.model.isotropic import ParametersAt
@@ -75,7 +76,8 @@ def stress_at_rest(
         slope = _values(model, material, position, "critical_state_slope")
         mean = ratio * vertical * (1.0 + 2.0 * (1.0 - sine)) / 3.0
         deviator = ratio * vertical * sine
-        preconsolidation = mean + deviator**2 / (slope**2 * np.maximum(mean, 1e-300))
+        preconsolidation = mean + deviator**2 / (slope**2 * np.maximum(mean, LEAST))
+        preconsolidation = np.maximum(preconsolidation, LEAST)
     return AtRestLayer(stress, preconsolidation)
 
 
