@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Equilibrium of the starting state: nothing moves, the residual vanishes, the state fits the law."""
+"""Equilibrium of the starting state: nothing moves, the residual vanishes, the law is obeyed."""
 
 from __future__ import annotations
 

@@ -246,9 +246,7 @@ def test_earth_pressure_at_rest_under_layers() -> None:
     horizon = [[0, 0.5], [2, 1.5]]
     entries = layered("plane_strain", "gimp", horizon)
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
-    entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 2.0}]
-    }
+    entries["initial"] = {"stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 2.0}]}
     points = points_of(entries)
     x, y = points.position.T
     level = 0.5 + 0.5 * x
@@ -262,9 +260,7 @@ def test_no_earth_pressure_at_rest_under_groups_of_other_density(tmp_path: Path)
     file = mesh_with_groups(tmp_path, [5, 7, 5, 7], {"soft": [5, 2], "stiff": [7, 2]})
     entries = grouped(file, ["stiff", "soft"])
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
-    entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 4.0}]
-    }
+    entries["initial"] = {"stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 4.0}]}
     with pytest.raises(BadInput, match="groups of a mesh have no horizons"):
         points_of(entries)
     entries["materials"]["sand"]["density"] = entries["materials"]["clay"]["density"]

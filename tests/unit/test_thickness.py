@@ -38,7 +38,8 @@ SHAPES: list[Any] = [
     *(
         Sphere(centre=[0.5, 0.3, 0.2], radius=1.2, **more)
         for more in (
-            {}, {"inner_radius": 0.7}, {"sides": ["z+"]}, {"inner_radius": 0.5, "sides": ["z-", "x+"]}
+            {}, {"inner_radius": 0.7}, {"sides": ["z+"]},
+            {"inner_radius": 0.5, "sides": ["z-", "x+"]},
         )
     ),
 ]  # fmt: skip

@@ -10,7 +10,7 @@ repeated until the stressed soil is in equilibrium where it is.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 

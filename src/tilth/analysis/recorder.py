@@ -36,8 +36,8 @@ from tilth.output import (
     write_checkpoint,
     write_surfaces,
 )
-from tilth.output.log import START
 from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, SURFACE
+from tilth.output.log import START
 from tilth.output.snapshot import FieldsOnDemand
 
 

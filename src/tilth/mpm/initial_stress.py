@@ -87,9 +87,7 @@ def declared_start(
     return [Start(stress) for stress in stresses]
 
 
-def _of_run(
-    model: Model, key: str, entry: StressOfRun, material: str, position: Floats
-) -> Start:
+def _of_run(model: Model, key: str, entry: StressOfRun, material: str, position: Floats) -> Start:
     state = state_of_run(model, key, entry, position)
     excess = state.variables.get(EXCESS)
     if excess is not None and EXCESS not in model.laws[material].state_variables:

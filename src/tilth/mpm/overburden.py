@@ -12,6 +12,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.bodies.discretise import requested
 from tilth.bodies.mesh import read_mesh
+from tilth.bodies.request import Request
 from tilth.bodies.thickness import Crossings, crossings_of, mesh_crossings
 from tilth.errors import BadInput
 from tilth.fields.level import elevation
@@ -107,9 +108,7 @@ _Part = tuple[str, Crossings, Floats, Floats]
 """Material, outline, and the heights between which it counts."""
 
 
-def _parts(
-    model: Model, number: int, position: Floats, low: Floats, high: Floats
-) -> list[_Part]:
+def _parts(model: Model, number: int, position: Floats, low: Floats, high: Floats) -> list[_Part]:
     """Returns the layers of a body above points."""
     body, place = model.bodies[number], position[:, :-1]
     if isinstance(body.shape, Mesh):
@@ -167,10 +166,8 @@ def _bounds(
     return found
 
 
-def _request(model: Model, body: Body) -> object:
-    return requested(
-        body, model.analysis.kind, model.dimension, model.origin, model.cell_size
-    )
+def _request(model: Model, body: Body) -> Request:
+    return requested(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
 
 
 def _require_below(position: Floats, ground: Floats, key: str, entry: AtRest) -> None:

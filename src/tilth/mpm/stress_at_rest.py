@@ -64,12 +64,12 @@ def stress_at_rest(
     sine = _sine(model, material, position) if has_angle else np.zeros(0)
     past = 1.0 if ratio is None else ratio
     if coefficient == JAKY:
-        K0 = (1.0 - sine) * past**sine
+        lateral = (1.0 - sine) * past**sine
     else:
         assert isinstance(coefficient, float), "checked by the model"
-        K0 = np.full(len(position), coefficient)
+        lateral = np.full(len(position), coefficient)
     stress = np.zeros((len(position), 6))
-    stress[:, :3] = -(K0 * vertical)[:, None]
+    stress[:, :3] = -(lateral * vertical)[:, None]
     stress[:, model.dimension - 1] = -vertical
     preconsolidation = None
     if isinstance(declared, ModifiedCamClay) and ratio is not None:

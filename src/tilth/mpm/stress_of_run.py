@@ -38,7 +38,7 @@ class StateOfRun:
     """What another run gives.
 
     Attributes:
-        stress: Cauchy stress less the pore pressure of water at rest, tension positive, shape (n, 6).
+        stress: Cauchy stress without the pore pressure of water at rest, tension positive, (n, 6).
         variables: state variables by name, shape (n,) each; "not a number" where the other run's
             law has none.
     """
