@@ -29,7 +29,7 @@ from tilth.verification.reference import pressure_cantilever
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
-FIELDS = {"random_field_slope": "undrained_shear_strength"}
+FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 

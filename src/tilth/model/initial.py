@@ -71,6 +71,9 @@ class MaterialAtRest(Declared):
     """Overconsolidation ratio of this material, as in the entry of the body."""
 
 
+MaterialsAtRest = Mapping[Name, MaterialAtRest]
+
+
 class AtRest(Declared):
     """Stress at rest: the weight above acts vertically, K0 times the effective stress sideways.
 
@@ -92,7 +95,7 @@ class AtRest(Declared):
     """OCR [-], >= 1: greatest past over present vertical effective stress, for "1-sin_phi" and for
     the preconsolidation of Cam Clay, whose material then gives none. Its past stress was
     OCR sigma_v, and (1 - sin(phi)) OCR sigma_v sideways. 1 for "1-sin_phi" if not given."""
-    materials: Mapping[Name, MaterialAtRest] = Field(default_factory=dict)
+    materials: MaterialsAtRest = Field(default_factory=dict)
     """Values of single materials of the body, by the material's name, such as
     { clay = { K0 = 0.6 } }."""
     ground: Level | None = None
@@ -172,6 +175,9 @@ InitialStress = Annotated[
 ]
 
 
+InitialStresses = Annotated[Sequence[InitialStress], Entries, AsTuple]
+
+
 class Initial(Declared):
     """State at time 0; bodies that are not named start without stress.
 
@@ -179,7 +185,7 @@ class Initial(Declared):
     the first step, with the soil at its declared places.
     """
 
-    stress: Annotated[Sequence[InitialStress], Entries, AsTuple] = ()
+    stress: InitialStresses = ()
     """Stress of bodies, an entry [[initial.stress]] for each."""
     equilibrium: Flag = True
     """Whether equilibrium is found before the first step; without it the first step has to balance

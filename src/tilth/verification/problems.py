@@ -19,6 +19,7 @@ from tilth.verification import (
     generalized_shear,
     hollow_sphere_limit,
     inclined_column,
+    k0_slope,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -74,5 +75,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "cavity_expansion": cavity_expansion.comparisons,
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
+    "k0_slope": k0_slope.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
