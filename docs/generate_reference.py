@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from tilth import model
 from tilth.model.base import Declared, meaning_of
-from tilth.model.settings import COLOURS
+from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
 ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
@@ -271,7 +271,11 @@ def page() -> str:
         _section("`[schedule]`", model.Schedule),
         _section("`[[track]]`", model.Track),
         _section("`[output]`", model.Output),
-        "Names for `colour_by`: " + ", ".join(f"`{name}`" for name in COLOURS) + ".",
+        "Names for `colour_by`: "
+        + ", ".join(f"`{name}`" for name in COLOURS)
+        + "; with `[water]` also "
+        + ", ".join(f"`{name}`" for name in COLOURS_OF_WATER)
+        + ".",
     ]  # fmt: skip
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 

@@ -21,8 +21,10 @@ from matplotlib.image import imsave
 import tilth
 from tilth.curves import LocalCubicSpline
 from tilth.element_tests.plots import draw_plot
+from tilth.output.folder import SETUP
 from tilth.output.vtkhdf import read_results
 from tilth.report.field_plots import draw_frames
+from tilth.report.setup_file import read_setup
 from tilth.verification.cases import varied
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
@@ -45,6 +47,7 @@ def make_picture(name: str) -> None:
             results.units,
             axisymmetric=model.analysis.kind == "axisymmetric",
             initial=results.snapshot(0),
+            water=read_setup(result.folder / SETUP, results.snapshot(0)).water_at,
         )
         figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 

@@ -1,25 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Forces on points that depend on the step's displacement of the point and on its gradient, such as
-// those of water (docs/theory/water.md): the gradient at the points, and the derivative of
-// sum_p S_ap f_p.
+// those of water (docs/theory/water.md): the step's deformation at the points, and the derivative
+// of sum_p S_ap f_p.
 #pragma once
 
 #include "basis_values.hpp"
 #include "gradient.hpp"
+#include "point_stress.hpp"
 #include "stiffness.hpp"
 
 namespace tilth::kernel {
 
-/// Fills the displacement gradients of the step (points, 3, 3); in axisymmetry with the hoop strain.
+/// Fills the determinants (points) and the inverses (points, 3, 3) of the step's deformation
+/// gradient 1 + H; in axisymmetry H has the hoop strain. An inverse is not defined where the
+/// determinant is 0.
 template <class K>
-void step_gradients(const Stencil& stencil, const double* displacement, const double* position,
-                    double* gradient) {
-  for_displacement_gradients<K>(
-      stencil, displacement, position,
-      [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) gradient[9 * p + 3 * i + j] = h[i][j];
-      });
+void step_inverses(const Stencil& stencil, const double* displacement, const double* position,
+                   double* determinant, double* inverse) {
+  for_displacement_gradients<K>(stencil, displacement, position,
+                                [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
+                                  double f[3][3], inverted[3][3];
+                                  for (int i = 0; i < 3; ++i)
+                                    for (int j = 0; j < 3; ++j) f[i][j] = (i == j) + h[i][j];
+                                  determinant[p] = invert(f, inverted);
+                                  std::copy_n(&inverted[0][0], 9, inverse + 9 * p);
+                                });
 }
 
 /// Adds sum_p S_ap (by_displacement_p[i][k] S_bp + sum_j by_gradient_p[i][k][j] G_bp[j]) to the
@@ -49,7 +54,8 @@ bool add_force_derivative(const Stencil& stencil, const BlockPositions& blocks,
           for (int b = 0; b < n; ++b) {
             double factor = own * basis.value[b];
             for (int j = 0; j < Dim; ++j) factor += along[j] * basis.gradient[j * n + b];
-            for (int a = 0; a < n; ++a) local[(a * entries + ik) * n + b] += basis.value[a] * factor;
+            for (int a = 0; a < n; ++a)
+              local[(a * entries + ik) * n + b] += basis.value[a] * factor;
           }
         }
       }

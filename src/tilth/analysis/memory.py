@@ -189,6 +189,8 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     for name in used:  # values of varying entries, and the parameters of their laws
         if varying := variations(model.materials[name]):
             state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
+    if model.water is not None:  # derivatives of its force, twice, and the gradients of the step
+        state += 2 * (dim**3 + dim**2) + 27
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim
     values = {"linear": dim, "gimp": 2 * dim * nodes_per_axis}.get(body.basis, (1 + dim) * nodes)

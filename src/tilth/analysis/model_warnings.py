@@ -258,6 +258,15 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             "water.level: no soil is under water at the start or the end of the schedule: the "
             f"level is at least {-depth:.3g} below all soil; correct it, or leave out [water]",
         )
+    weightless = simulation.loads.acts_on_mass and not simulation.loads.acceleration(0.0).any()
+    if weightless and water.pore_pressure(lower, 0.0).any():
+        yield (
+            "floats",
+            "water: the water is there from the start, but the body force is zero then, so that "
+            "the soil below the water floats; give the body force its whole factor from the start, "
+            "factor = [[0, 1], [1, 1]], with the stress at the start, or `factor` of [water] the "
+            "rows of the body force",
+        )
     for i, load in enumerate(model.loads):
         if isinstance(load, SurfaceLoad) and load.hydrostatic is not None and acts(load, model):
             yield (

@@ -10,6 +10,7 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
+from tilth.arrays import Floats
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
@@ -102,7 +103,19 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
+        water=_water(simulation),
+        end=model.schedule.end,
     )
+
+
+def _water(simulation: Simulation) -> Floats | None:
+    """The surface of the water in the plane at the start and at the end, beyond all soil."""
+    water, x = simulation.water, simulation.points.position[:, 0]
+    if water is None or simulation.model.dimension != 2:
+        return None
+    wide = 10.0 * float(np.ptp(simulation.points.position, axis=0).max())
+    times = (0.0, simulation.model.schedule.end)
+    return np.stack([water.line(time, x.min() - wide, x.max() + wide) for time in times])
 
 
 FLAT_FACETS = 12

@@ -64,19 +64,19 @@ class AnyMaterial(Declared):
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
     saturated_density: NotNegative | None = None
-    """Mass per initial volume where the soil lies below the water of `[water]` [mass / length^3],
-    not less than `density`. The pores stay full: what water leaves them, or enters, is not part of
-    the mass. Required there if a body force acts and the material is not `watertight`.
+    """Mass per initial volume [mass / length^3] where the soil is below the water of `[water]`, not
+    less than `density`. The pores stay full: water that leaves them when the volume shrinks takes
+    its weight with it. Required there if a body force acts and the material is not `watertight`.
     """
-    watertight: Flag = False
+    watertight: Flag | None = None
     """Whether water does not enter it, such as concrete: its density below the water is `density`,
-    and it displaces water with its current volume.
+    and it displaces water with its current volume; not if not given.
     """
 
     @property
     def keeps_water(self) -> bool:
         """Whether no water leaves or enters the pores when the volume changes."""
-        return self.watertight
+        return bool(self.watertight)
 
     @model_validator(mode="after")
     def _densities_fit_together(self) -> Any:
@@ -160,7 +160,7 @@ class PoreFluid(AnyMaterial):
     @property
     def keeps_water(self) -> bool:
         """Whether no water leaves or enters the pores when the volume changes."""
-        return self.watertight or self.pore_fluid_bulk_modulus is not None
+        return bool(self.watertight) or self.pore_fluid_bulk_modulus is not None
 
     @property
     def law(self) -> Law:

@@ -178,20 +178,21 @@ class Soil:
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
 
-    def step_gradients(self, displacement: Floats) -> Floats:
-        """Returns the displacement gradients of a step at the points [-], shape (n, 3, 3).
+    def step_inverses(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Returns determinants and inverses of the step's deformation gradients at the points [-].
 
-        In axisymmetry with the hoop strain of the step, see `MaterialPoints`.
+        Shapes (n,) and (n, 3, 3); in axisymmetry with the hoop stretch, see `MaterialPoints`.
         """
         points = self.points
-        gradient = np.empty((len(points), 3, 3))
+        determinant, inverse = np.empty(len(points)), np.empty((len(points), 3, 3))
         with self._timers.measure("assembly"):
             for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
-                _core.step_gradients(
-                    self.kind, stencil, displacement, points.position[body.points],
-                    gradient[body.points],
+                s = body.points
+                _core.step_inverses(
+                    self.kind, stencil, displacement, points.position[s], determinant[s],
+                    inverse[s],
                 )  # fmt: skip
-        return gradient
+        return determinant, inverse
 
     def add_force_derivative(
         self, pattern: ActiveGrid, by_displacement: Floats, by_gradient: Floats, matrix: Floats

@@ -82,6 +82,20 @@ class PhreaticSurface:
         """Returns the elevation of the surface at positions (n, dim) [length], shape (n,)."""
         return self._between(self._initial.at(position), self._final.at(position), time)
 
+    def line(self, time: float, lower: float, upper: float) -> Floats:
+        """Returns the surface in the plane at `time` as vertices from left to right, (k, 2).
+
+        lower, upper: range of x [length] that it covers at least. At every time the vertices have
+        the same x.
+        """
+        ends = [float(lower), float(upper)]
+        for each in (self._initial, self._final):
+            ends += each.vertices
+        position = np.zeros((len(set(ends)), 2))
+        position[:, 0] = sorted(set(ends))
+        position[:, 1] = self.level(position, time)
+        return position
+
     def planes(self, position: Floats, time: float) -> Planes:
         """Returns the planes that touch the surface above or below positions (n, dim)."""
         slope = self._between(self._initial.slope(position), self._final.slope(position), time)
@@ -116,6 +130,11 @@ class _Elevation:
         elif isinstance(declared, tuple):  # a polyline is a grid along x
             x, height = np.array(declared, dtype=np.float64).T
             self._grid = RegularGrid((0,), (x,), height)
+
+    @property
+    def vertices(self) -> list[float]:
+        """The coordinates x of its vertices [length]; none of a level surface."""
+        return [] if self._grid is None else self._grid.lines[0].tolist()
 
     def at(self, position: Floats) -> Floats:
         """Returns the elevation at positions (n, dim) [length], shape (n,)."""

@@ -58,9 +58,11 @@ def write_report(
     log = read_log(folder / LOG)
     title = results.title or visible(folder.resolve().name)
     parts = [_header(title, kind, results, log)]
-    pictures = _setup_picture(folder, results, setup) + _parameters(results, kind)
+    if (folder / SETUP).exists():
+        setup = read_setup(folder / SETUP, results.snapshot(0))
+    pictures = _setup_picture(setup) + _parameters(results, kind)
     parts.append(_section("Set-up", pictures))
-    parts.append(_section("Deformed states", _frames(results, kind, colour_by)))
+    parts.append(_section("Deformed states", _frames(results, kind, colour_by, setup)))
     curves = draw_curves(history, results.units.get("time", ""))
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
@@ -133,10 +135,8 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     return f"<h1>{escape(title)}</h1>\n{state}\n{facts_table(shown)}"
 
 
-def _setup_picture(folder: Path, results: Results, setup: Setup | None) -> str:
+def _setup_picture(setup: Setup | None) -> str:
     """Returns the figure of the set-up, or why there is none."""
-    if (folder / SETUP).exists():
-        setup = read_setup(folder / SETUP, results.snapshot(0))
     if setup is None:
         return f"<p>{_NOT_DRAWN}</p>"
     return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
@@ -155,7 +155,7 @@ def _parameters(results: Results, kind: str) -> str:
     return "".join(figures)
 
 
-def _frames(results: Results, kind: str, colour_by: str) -> str:
+def _frames(results: Results, kind: str, colour_by: str, setup: Setup | None) -> str:
     """Returns a figure of up to six outputs at even intervals, including the first and last."""
     count = min(len(results), MAXIMUM_FRAMES)
     chosen = np.unique(np.round(np.linspace(0, len(results) - 1, count)).astype(int))
@@ -165,6 +165,7 @@ def _frames(results: Results, kind: str, colour_by: str) -> str:
         results.units,
         axisymmetric=kind == "axisymmetric",
         initial=results.snapshot(0),
+        water=lambda time: None if setup is None else setup.water_at(time),
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
+from tilth.report.water_line import nearby
 
 _MARGIN_RATIO = 0.08
 """Width of the region around the soil where surfaces are shown, over its longest side."""
@@ -106,6 +107,19 @@ class Setup:
     warnings: Sequence[str] = ()
     """Warnings about probable mistakes."""
 
+    water: Floats | None = None
+    """Vertices of the water's surface in 2D at the start and at the end of the schedule, from left
+    to right at the same x [length], shape (2, k, 2); None without water, and in 3D."""
+    end: float = 1.0
+    """Time of the end of the schedule."""
+
+    def water_at(self, time: float) -> Floats | None:
+        """Returns the vertices of the water's surface at ``time`` [length], shape (k, 2)."""
+        if self.water is None:
+            return None
+        share = min(max(time / self.end, 0.0), 1.0)
+        return np.asarray((1.0 - share) * self.water[0] + share * self.water[1])
+
     @property
     def axis_names(self) -> tuple[str, str, str]:
         """Names of the axes; r instead of x in axisymmetry."""
@@ -136,6 +150,8 @@ class Setup:
             if not (surface.bounded and small):
                 visible = surface.visible_vertices(lower - near, upper + near)
             around.append(visible)
+        for line in () if self.water is None else self.water:
+            around.append(nearby(line, lower, upper))
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower

@@ -22,6 +22,7 @@ from tilth.model import (
     PlaneBoundary,
     SurfaceLoad,
     Track,
+    Water,
 )
 from tilth.model.base import meaning_of
 from tilth.model.boundaries import Boundary
@@ -29,6 +30,7 @@ from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
+from tilth.model.variation import GridFile, Level
 from tilth.report.amounts import amount, vector
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
@@ -88,6 +90,8 @@ def _rows(
         yield "at the start", initial_stress(entry, model)
     if model.initial.stress:
         yield "at the start", equilibrium_before(model)
+    if model.water is not None:
+        yield "water", _water(model.water, model)
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
@@ -130,14 +134,32 @@ def _material(name: str, material: Material, model: Model) -> str:
             return f"{name} {[*value]}"
         if isinstance(value, str):
             return f"{name} {value}"
+        if isinstance(value, bool):
+            return name
         meaning = meaning_of(type(material), key)  # has the unit in brackets
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
         return f"{name} {amount(value)}{unit}"
 
     fields = type(material).model_fields
-    keys = material.model_dump(exclude={"model"}, exclude_none=True)
+    given = material.model_dump(exclude={"model"}, exclude_none=True)
+    keys = [key for key, value in given.items() if value is not False]
     parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
+
+
+def _water(water: Water, model: Model) -> str:
+    end, unit = _level(water.level), f"{water.unit_weight:g} {model.units.force}"
+    start = "" if water.initial_level is None else f"from {_level(water.initial_level)} to "
+    return f"level {start}{end}, unit weight {unit}/{model.units.length}^3"
+
+
+def _level(level: Level) -> str:
+    if isinstance(level, GridFile):
+        return f"that of {Path(level.file).name}"
+    if isinstance(level, tuple):
+        heights = [height for _, height in level]
+        return f"a polyline between {min(heights):g} and {max(heights):g}"
+    return f"{level:g}"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:

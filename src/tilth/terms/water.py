@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Water at rest as a term of the balance: buoyancy, seepage forces and the weight of its mass.
 
-The stress of the laws is the effective one. The pore pressure and the pressure of free water on the
-surface of the soil are together the body force -grad u (docs/theory/water.md), so no surface enters.
+The stress of the laws is the effective one. The pore pressure and the pressure of free water on
+the surface of the soil are together the body force -grad u (docs/theory/water.md): no surface
+enters.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid
@@ -42,7 +42,7 @@ class _Moment:
 
 
 @dataclass(frozen=True)
-class _Wetted:
+class Wetted:
     """Points for a displacement of the step; n of them.
 
     Attributes:
@@ -51,7 +51,7 @@ class _Wetted:
         volume: current volume [length^dim, or as `MaterialPoints.initial_volume`], shape (n,).
         by_volume: derivative of `whole` by the volume [force/length^dim], shape (n, dim).
         whole: force on a point that is below the water entirely [force], shape (n, dim).
-        gradient: 1 + displacement gradient of the step [-], shape (n, 3, 3).
+        inverse: of the step's deformation gradient [-], shape (n, 3, 3).
     """
 
     share: Floats
@@ -59,7 +59,7 @@ class _Wetted:
     volume: Floats
     by_volume: Floats
     whole: Floats
-    gradient: Floats
+    inverse: Floats
 
 
 class WaterForces(Term):
@@ -108,45 +108,45 @@ class WaterForces(Term):
         """Returns the nodal force at the start of the step [force], shape (nodes, dim)."""
         active = self.soil.active
         none = np.zeros((active.nodes, active.grid.dim))
-        return self._nodal(self._wetted(self._before, none))
+        return self.nodal(self._wetted(self._before, none))
 
-    def force(self, displacement: Floats) -> Floats:
-        """Returns the nodal force at the step's end for a displacement [force], (nodes, dim).
+    def wetted(self, displacement: Floats) -> Wetted:
+        """Returns the points at the step's end for a nodal displacement, shape (nodes, dim).
 
         Raises:
             StepFailed: a point inverts.
         """
-        return self._nodal(self._wetted(self._after, displacement))
+        return self._wetted(self._after, displacement)
 
-    def derivative(self, displacement: Floats) -> tuple[Floats, Floats]:
+    def nodal(self, at: Wetted) -> Floats:
+        """Returns the nodal force [force], shape (nodes, dim)."""
+        return self.soil.scatter(at.share[:, None] * at.whole)
+
+    def derivative(self, at: Wetted) -> tuple[Floats, Floats]:
         """Returns the derivatives of the points' forces at the step's end.
 
         By their displacements [force/length], shape (n, dim, dim), and by its gradients [force],
         shape (n, dim, dim, dim): force, displacement, direction.
         """
-        at = self._wetted(self._after, displacement)
-        dim, points = displacement.shape[1], self.soil.points
+        points, dim = self.soil.points, at.whole.shape[1]
         by_jacobian = (at.share * at.volume)[:, None] * at.by_volume
-        inverse = np.linalg.inv(at.gradient[:, :dim, :dim])
-        by_gradient = np.einsum("ni,njk->nikj", by_jacobian, inverse)
+        # the derivative of ln J by the gradient is the transposed inverse
+        logarithmic = at.inverse[:, :dim, :dim].transpose(0, 2, 1)
+        by_gradient = by_jacobian[:, :, None, None] * logarithmic[:, None]
         by_depth = at.share_by_depth[:, None] * at.whole
-        by_displacement = np.einsum("ni,nk->nik", by_depth, self._after.planes.direction)
+        by_displacement = by_depth[:, :, None] * self._after.planes.direction[:, None]
         if self.soil.kind == "axisymmetric":
-            radius = at.gradient[:, 2, 2] * points.position[:, 0]
-            by_displacement[:, :, 0] += by_jacobian / radius[:, None]
+            hoop = at.inverse[:, 2, 2] / points.position[:, 0]
+            by_displacement[:, :, 0] += by_jacobian * hoop[:, None]
         return by_displacement, by_gradient
 
-    def _nodal(self, at: _Wetted) -> Floats:
-        return self.soil.scatter(at.share[:, None] * at.whole)
-
-    def _wetted(self, moment: _Moment, displacement: Floats) -> _Wetted:
+    def _wetted(self, moment: _Moment, displacement: Floats) -> Wetted:
         points, planes = self.soil.points, moment.planes
         moved = self.soil.interpolate(displacement)
         share, share_by_depth = wet_share(
             planes.depth + (planes.direction * moved).sum(axis=1), moment.extents
         )
-        gradient = self.soil.step_gradients(displacement) + np.eye(3)
-        jacobian = np.linalg.det(gradient)
+        jacobian, inverse = self.soil.step_inverses(displacement)
         if not (jacobian > 0.0).all():
             number = int(points.point_id[jacobian.argmin()])
             raise StepFailed("a material point inverted (det F <= 0)", point=number)
@@ -157,7 +157,7 @@ class WaterForces(Term):
         drains = ~self._keeps_water
         whole[drains, -1] -= (volume - points.initial_volume)[drains] * by_volume[drains, -1]
         by_volume[drains, -1] = 0.0
-        return _Wetted(share, share_by_depth, volume, by_volume, whole, gradient)
+        return Wetted(share, share_by_depth, volume, by_volume, whole, inverse)
 
 
 def _moment(surface: PhreaticSurface, loads: Loads, soil: Soil, time: float) -> _Moment:
@@ -175,12 +175,15 @@ class _WaterForces(AssembledTerm):
 
     def __init__(self, forces: WaterForces, active: ActiveGrid) -> None:
         self._forces, self._pattern = forces, active
+        self._at: Wetted | None = None
 
     def force(self, displacement: Floats) -> Floats:
-        return -self._forces.force(displacement)
+        self._at = self._forces.wetted(displacement)
+        return -self._forces.nodal(self._at)
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        by_displacement, by_gradient = self._forces.derivative(displacement)
+        assert self._at is not None, "the force comes first"
+        by_displacement, by_gradient = self._forces.derivative(self._at)
         self._forces.soil.add_force_derivative(
             self._pattern, -by_displacement, -by_gradient, blocks
         )

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from tilth.verification import (
+    buoyancy,
     buried_pipe,
     cavity_expansion,
     collapse,
@@ -63,6 +64,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "upsetting": upsetting.comparisons,
     "pressure_cantilever": pressure_cantilever.comparisons,
     "cooks_membrane": cooks_membrane.comparisons,
+    "buoyancy": buoyancy.comparisons,
     "submerged_block": submerged_block.comparisons,
     "pressurised_ring": pressurised_ring.comparisons,
     "footing_on_spline": footing_on_spline.comparisons,
