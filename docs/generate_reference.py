@@ -88,6 +88,15 @@ TYPE_DESCRIPTIONS = {
     "Tables": "table component = rows (time, value)",
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
+    "StageName": "text",
+    "Schedule": "table, see [schedule](#schedule)",
+    "EntryNames": "list of names",
+    "Regions": "list of tables, see below",
+    "Factors": "table name = rows (time, factor)",
+    "ExchangedMaterials": "table old = new",
+    "Water": "table, see [water](#water)",
+    "StageGrid": "table, see below",
+    "Resets": 'list of `"displacement"`, `"plastic_strain"`',
 }
 """Field type of the model -> its description on the page; a type without an entry is an error."""
 
@@ -269,6 +278,10 @@ def page() -> str:
         *_variants("type", model.BodyForce, model.PointForce, model.SurfaceLoad),
         _section("`hydrostatic` of a surface load", model.Hydrostatic, 3),
         _section("`[schedule]`", model.Schedule),
+        _section("`[[stages]]`", model.Stage),
+        "[How to go through stages](../howto/stages.md) has examples.",
+        _section("`[[stages.excavate]]`", model.ExcavatedRegion, 3),
+        _section("`grid` of a stage", model.StageGrid, 3),
         _section("`[[track]]`", model.Track),
         _section("`[output]`", model.Output),
         "Names for `colour_by`: "

@@ -59,6 +59,7 @@ def snapshot(dim: int = 2, step: int = 1) -> Snapshot:
         step=step,
         time=0.25 * step,
         position=position + displacement,
+        point_id=np.arange(n),
         body_id=np.zeros(n, dtype=np.int64),
         point_fields={
             "displacement": displacement,

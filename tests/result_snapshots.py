@@ -32,6 +32,7 @@ def make_snapshot(step: int, dim: int = 2, points: int = 7, surfaces: bool = Fal
         step=step,
         time=0.1 * step,
         position=rng.random((points, dim)),
+        point_id=np.arange(points, dtype=np.int64),
         body_id=np.arange(points, dtype=np.int64) % 2,
         point_fields={
             "displacement": rng.random((points, dim)),

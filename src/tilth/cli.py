@@ -97,6 +97,12 @@ def cli() -> None:
 @_UNTIL
 @_MEMORY_LIMIT
 @click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
+@click.option(
+    "--from",
+    "start",
+    metavar="DIR:STAGE",
+    help="Go on from the end of a stage of the run in DIR; the stages up to it must be the same.",
+)
 @_QUIET
 def run(
     case: Path,
@@ -105,6 +111,7 @@ def run(
     until: float | None,
     memory_limit: str | None,
     overwrite: bool,
+    start: str | None,
     quiet: bool,
 ) -> None:
     """Run the analysis of a case file.
@@ -118,11 +125,13 @@ def run(
         _say_what_runs(model.functions, model.user_laws)
     folder = _folder_of_results(case, out)
     from tilth.analysis import run as analysis
+    from tilth.analysis.from_stage import parse_start
 
     try:
         result = analysis.run(
             model,
             folder,
+            from_stage=None if start is None else parse_start(start),
             threads=threads,
             until=until,
             memory_limit=memory_limit,

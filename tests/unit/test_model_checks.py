@@ -16,6 +16,7 @@ DRIVE = {
     "deformation_gradient": [[1.2, 0], [0, 1]],
     "path": "linear",
 }
+GRAVITY = {"type": "body_force", "name": "weight", "acceleration": [0, -10]}
 TOP = {"name": "top", "quantity": "displacement", "at": [0, 2], "component": "y"}
 
 
@@ -44,6 +45,11 @@ CUBE = {"type": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
     ("replaced", "key", "words"),
     [
         ({"boundaries": [BASE, BASE]}, "boundaries[1].name", "already the name of boundaries[0]"),
+        (
+            {"loads": [GRAVITY, {**GRAVITY, "name": "other"}, GRAVITY]},
+            "loads[2].name",
+            "already the name of loads[0]",
+        ),
         ({"track": [TOP, TOP]}, "track[1].name", "already the name of track[0]"),
         ({"track": [{**TOP, "body": "c"}]}, "track[0].body", "no body of this name"),
         (

@@ -153,7 +153,15 @@ def test_an_output_that_fails_does_not_spoil_the_next(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="fields"):
         writer.append(
             Snapshot(
-                3, 0.3, wrong.position, wrong.body_id, {}, wrong.node_position, wrong.cells, {}
+                3,
+                0.3,
+                wrong.position,
+                wrong.point_id,
+                wrong.body_id,
+                {},
+                wrong.node_position,
+                wrong.cells,
+                {},
             )
         )
     assert read_results(path).steps == [0, 1, 2]

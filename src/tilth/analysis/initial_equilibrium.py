@@ -108,7 +108,7 @@ def find_initial_equilibrium(
         BadInput: without its plastic strain a stress lies outside the yield surface.
     """
     points, model = simulation.points, simulation.model
-    before = _by_number(points, points.stress)
+    before = points.stress[points.in_order]
     gravity = [each.steps for each in model.initial.stress if isinstance(each, GravityStress)]
     search = _Search(simulation, max(gravity, default=1), on_iteration)
     result, residual = search.run()
@@ -116,8 +116,8 @@ def find_initial_equilibrium(
         points.plastic[:] = 0.0
         for body in points.bodies:
             require_within_yield(points.part(body), "initial.reset_plastic_strain")
-    after = _by_number(points, points.stress)
-    change = np.abs(after - before).max(axis=1)
+    order = points.in_order
+    change = np.abs(points.stress[order] - before).max(axis=1)
     worst = int(change.argmax())
     return InitialEquilibrium(
         iterations=search.iterations,
@@ -126,8 +126,8 @@ def find_initial_equilibrium(
         residual_before=search.first_residual,
         residual_after=residual,
         change=float(change[worst]),
-        largest=float(np.abs(after).max()),
-        place=points.position[points.index_of(np.array([worst]))[0]].copy(),
+        largest=float(np.abs(points.stress).max()),
+        place=points.position[order[worst]].copy(),
         result=result,
     )
 
@@ -284,7 +284,3 @@ def _volume_ratio(points: MaterialPoints) -> Floats:
         if body.anti_locking == "f_bar":
             ratio[body.points] = points.assumed_jacobian[body.points]
     return np.asarray(ratio)
-
-
-def _by_number(points: MaterialPoints, array: Floats) -> Floats:
-    return array[points.index_of(np.arange(len(points)))].copy()

@@ -91,7 +91,7 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
     before, after = clock.time, clock.next_time()
     factors = {
         f"loads[{i}] {curve.factor(before):.4g}": curve.factor(after) != curve.factor(before)
-        for i, load in enumerate(model.loads)
+        for i, load in model.acting_loads()
         if acts(load, model) and (curve := model.load_curve(load))
     }
     if not any(factors.values()):
@@ -110,7 +110,8 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
 def _domains(simulation: Simulation) -> Iterator[str]:
     """Domains of the points that have grown over the cells."""
     points, cell = simulation.points, simulation.grid.cell_size
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         width = 2.0 * (points.half_length[own] / cell).max(axis=1)
         if body.has_corners:
             wide, rule = width > WIDE_DOMAIN, f'basis = "{body.basis}"'
@@ -134,7 +135,8 @@ def _locking(simulation: Simulation) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
     points = simulation.points
     poisson = points.elastic_moduli().poisson
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         if body.anti_locking != "none":
             continue
         ratio = float(poisson[own].max())

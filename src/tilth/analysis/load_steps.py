@@ -52,10 +52,17 @@ def load_steps(
             on_cut(after, failure)
             continue
         except BadInput as error:  # code of the user that fails in this step
-            raise error.during(f"in step {clock.step + 1} to time {after:.6g}") from error
+            when = f"in step {clock.step + 1} to time {after:.6g}{_of_stage(simulation)}"
+            raise error.during(when) from error
         cuts = 0
         clock.accept(after)
         yield after - before, result
+
+
+def _of_stage(simulation: Simulation) -> str:
+    """Returns which stage the simulation is in, for messages; empty without stages."""
+    stage = simulation.model.stage.name
+    return f" of the stage {stage!r}" if stage else ""
 
 
 def _failed(
@@ -69,12 +76,14 @@ def _failed(
         where = f"; worst point: number {failure.point} at ({at})"
     shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
     residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
+    of_stage = _of_stage(simulation)
     causes = "; ".join(likely_causes(simulation, clock, failure))
     likely = f"likely causes: {causes}; " if causes else ""
     return AnalysisFailed(
-        f"step {clock.step + 1} to time {clock.time + size:.6g} failed: {failure.reason}"
+        f"step {clock.step + 1} to time {clock.time + size:.6g}{of_stage} failed: {failure.reason}"
         f" (step size {size:.2g}; relative residuals: {residuals}{where})",
-        f"the results up to step {clock.step}, time {clock.time:.6g}, are complete; {likely}"
+        f"the results up to step {clock.step}, time {clock.time:.6g}{of_stage}, are complete; "
+        f"{likely}"
         f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
         f"or see where the soil fails (`tilth report` writes {REPORT})",
     )

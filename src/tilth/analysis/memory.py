@@ -111,7 +111,7 @@ def memory_of(
         sides = (upper - lower) * (cells / np.prod(upper - lower)) ** (1.0 / len(lower)) + 1.0
         nodes = float(np.prod(sides))
     else:
-        number = np.bincount(points.body_id).astype(float).tolist()
+        number = np.bincount(points.body_id, minlength=len(model.bodies)).astype(float).tolist()
         cells, nodes = float(len(active.cell_keys)), float(active.nodes)
         shares = np.array(number)
         sides = np.ptp(active.lattice[:, : model.dimension], axis=0) + 1.0

@@ -69,7 +69,7 @@ def at(position: Floats) -> str:
 
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
-    loaded = model.water is not None or any(acts(load, model) for load in model.loads)
+    loaded = model.water is not None or any(acts(load, model) for _, load in model.acting_loads())
     if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
         yield (
             "no cause",
@@ -147,16 +147,18 @@ def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, 
     """Positions of point forces and tracked quantities away from the soil."""
     places: list[tuple[str, Sequence[float], str | None, str]] = [
         (f"loads[{i}].at", load.at, load.body, "the force acts on")
-        for i, load in enumerate(model.loads)
+        for i, load in model.acting_loads()
         if isinstance(load, PointForce)
     ]
     places += [
         (f"track[{i}].at", track.at, track.body, f"{track.name!r} is that of")
         for i, track in enumerate(model.track)
-        if track.at is not None
+        if track.at is not None and (track.body is None or model.present(track.body))
     ]
     diagonal = float(np.sqrt(model.dimension))
     for key, place, body, what in places:
+        if body is None and model.stage.absent_bodies:
+            continue  # it may be in soil that is not there in this stage
         nearest = points.index_of(nearest_points(points, place, model.cell_size, body))[0]
         offset = points.position[nearest] - np.array(place)
         cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
@@ -174,7 +176,8 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     if any(isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries):
         return
     poisson = points.elastic_moduli().poisson
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         ratio = float(poisson[own].max())
         if body.anti_locking != "none" or ratio < NEARLY_INCOMPRESSIBLE:
             continue
@@ -217,7 +220,8 @@ def _least_radius(boundary: Boundary, model: Model) -> float | None:
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Bodies thinner than a cell, or with cells that may hold no point."""
-    for i, (body, own) in enumerate(points.whole_bodies()):
+    for body, own in points.whole_bodies():
+        i = body.body
         position, half, cell = (
             points.position[own],
             points.initial_half_length[own],
@@ -267,7 +271,7 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             "factor = [[0, 1], [1, 1]], with the stress at the start, or `factor` of [water] the "
             "rows of the body force",
         )
-    for i, load in enumerate(model.loads):
+    for i, load in model.acting_loads():
         if isinstance(load, SurfaceLoad) and load.hydrostatic is not None and acts(load, model):
             yield (
                 f"water twice on {i}",
@@ -279,7 +283,7 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
-    used = {name for body in model.bodies for name in body.materials}
+    used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
         yield (

@@ -28,7 +28,8 @@ def overlapping_bodies(model: Model, points: MaterialPoints) -> Iterator[tuple[i
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
-    for one, other in combinations(range(len(model.bodies)), 2):
+    there = [body.body for body, _ in points.whole_bodies()]
+    for one, other in combinations(there, 2):
         found = [
             (body, host, _points_inside(model, points, body, host))
             for body, host in ((one, other), (other, one))
@@ -40,7 +41,7 @@ def overlapping_bodies(model: Model, points: MaterialPoints) -> Iterator[tuple[i
 
 def _points_inside(model: Model, points: MaterialPoints, body: int, host: int) -> Integers:
     """Returns the points of a body that are inside the shape of another."""
-    own, others = (points.whole_bodies()[i][1] for i in (body, host))
+    own, others = (points.of_body(model.bodies[i].name) for i in (body, host))
     lower = (points.position[others] - points.half_length[others]).min(axis=0)
     upper = (points.position[others] + points.half_length[others]).max(axis=0)
     position = points.position[own]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,16 @@ from tilth import __version__
 from tilth.analysis.clock import Clock
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.simulation import Simulation, StepResult
-from tilth.analysis.stored_run import StoredRun
+from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
 from tilth.analysis.tracker import Tracker
+from tilth.arrays import Floats, Integers
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, total_stress
 from tilth.output import (
     HistoryWriter,
@@ -36,9 +39,17 @@ from tilth.output import (
     write_checkpoint,
     write_surfaces,
 )
-from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, SURFACE
+from tilth.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    LOG,
+    MODEL,
+    RESULTS,
+    SURFACE,
+    stage_checkpoint,
+)
 from tilth.output.log import START
-from tilth.output.snapshot import FieldsOnDemand
+from tilth.output.snapshot import FieldsOnDemand, SurfaceShape
 
 
 @dataclass
@@ -46,14 +57,14 @@ class Recorder:
     """Writes the files of a run; each finished step is on disk when the next one begins."""
 
     folder: Path
-    simulation: Simulation
+    analysis: StagedAnalysis
     tracker: Tracker
     results: ResultsWriter
     history: HistoryWriter
     log: RunLog
     work: float = 0.0
     _progress: Progress | None = None
-    _last: tuple[Clock, StepResult] | None = None
+    _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
     """How the equilibrium of the initial state was found."""
     _beside_schedule: bool = False
@@ -63,7 +74,7 @@ class Recorder:
     def start(
         cls,
         folder: Path,
-        simulation: Simulation,
+        analysis: StagedAnalysis,
         active: ActiveGrid,
         threads: int,
         start: InitialEquilibrium | None = None,
@@ -72,52 +83,79 @@ class Recorder:
 
         start: how the equilibrium of this state was found.
         """
-        model = simulation.model
-        tracker = Tracker(model, simulation.points)
+        model, simulation = analysis.model, analysis.simulation
+        tracker = Tracker(model, analysis.initial)
         recorder = cls(
             folder=folder,
-            simulation=simulation,
+            analysis=analysis,
             tracker=tracker,
             results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
-            history=HistoryWriter(folder / HISTORY, tracker.columns),
+            history=HistoryWriter(folder / HISTORY, tracker.columns, stages=bool(model.stages)),
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
-        result = None
+        result, iterations = None, 0
         if start is not None:
-            result, active = start.result, start.result.active
+            result, active, iterations = start.result, start.result.active, start.iterations
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
-        recorder._output(snapshot(simulation, active, result, 0, 0.0))
-        iterations = 0 if start is None else start.iterations
-        recorder.history.append(0, 0.0, iterations, tracker.values(simulation, result, 0.0))
+        recorder._output(recorder._snapshot(active, result, 0, 0.0))
+        values = tracker.values(simulation, result, 0.0)
+        stage = (simulation.model.stage.name, 0.0)
+        recorder.history.append(0, 0.0, iterations, values, stage)
+        recorder._log_stage()
         return recorder
 
     @classmethod
-    def resume(cls, stored: StoredRun, simulation: Simulation, threads: int) -> Recorder:
+    def resume(cls, stored: StoredRun, analysis: StagedAnalysis, threads: int) -> Recorder:
         """Goes on with the files of a run, dropping what was written after the checkpoint."""
         model, folder, progress = stored.model, stored.folder, stored.progress
-        step = progress.clock.step
+        step, simulation = progress.clock.step, analysis.simulation
         simulation.timers.wall |= progress.seconds.wall
         simulation.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
-        tracker = Tracker(model, initial_points(model))
+        initial = analysis.initial if model.stages else initial_points(model)
+        tracker = Tracker(model, initial)
         recorder = cls(
             folder=folder,
-            simulation=simulation,
+            analysis=analysis,
             tracker=tracker,
             results=ResultsWriter.resume(folder / RESULTS, step),
-            history=HistoryWriter(folder / HISTORY, tracker.columns, stored.history),
+            history=HistoryWriter(
+                folder / HISTORY, tracker.columns, stored.history, stages=bool(model.stages)
+            ),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
             work=progress.work,
         )
         kept = read_results(folder / RESULTS)
-        regular = {0.0, *model.schedule.times_of_output()}
+        regular = {0.0, *output_times(model)}
         recorder._beside_schedule = kept.times[-1] not in regular
         if kept.surfaces:
             recorder._table_surfaces(kept.snapshot(-1))
         recorder._header(len(active.cells()), threads, step)
         return recorder
+
+    @property
+    def simulation(self) -> Simulation:
+        """The simulation of the present stage."""
+        return self.analysis.simulation
+
+    def stage_end(self) -> None:
+        """Keeps the state at the end of a stage as a checkpoint of its own."""
+        if self.analysis.model.stages:
+            number = self.analysis.number
+            self._checkpoint(self.analysis.clock, self.folder / stage_checkpoint(number))
+
+    def stage_start(self) -> None:
+        """Records that the next stage has begun."""
+        self._say_warnings()
+        self._log_stage()
+
+    def _log_stage(self) -> None:
+        stage = self.simulation.model.stage
+        if stage.name:
+            released = "" if stage.number == 0 else _vector(self.analysis.out_of_balance)
+            self.log.stage(stage.name, stage.start, released)
 
     def _header(self, cells: int, threads: int, last_step: int) -> None:
         self.log.header(
@@ -132,7 +170,9 @@ class Recorder:
     @contextmanager
     def recording(self, clock: Clock, quiet: bool) -> Iterator[Progress]:
         """Shows progress; closes all files however the run ends, and logs why."""
-        end = self.simulation.model.schedule.end if clock.until is None else clock.until
+        end = end_time(self.analysis.model)
+        if clock.until is not None:
+            end = self.simulation.model.stage.start + clock.until
         progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
@@ -143,13 +183,12 @@ class Recorder:
                     progress.message(f"{START}{self._at_start}")
                 self._say_warnings()
                 yield progress
-                if clock.stops and not clock.done:
+                if not self.analysis.done:
                     self._write_last()
             failure, broken = None, False
-            if not clock.done:
-                failure = (
-                    f"stopped at time {clock.until:.6g} as requested; `tilth resume` continues"
-                )
+            if not self.analysis.done:
+                at = f"time {end:.6g}"
+                failure = f"stopped at {at} as requested; `tilth resume` continues"
         except TilthError as error:
             failure = error.message
             with suppress(AnalysisFailed):
@@ -187,13 +226,15 @@ class Recorder:
         """Records a converged step."""
         equilibrium = result.equilibrium
         self.work += result.work
-        self.log.step(clock.step, clock.time, size, equilibrium.residuals)
+        time = self.analysis.time
+        self.log.step(clock.step, time, size, equilibrium.residuals)
         self._say_warnings()
-        model = self.simulation.model
+        model = self.analysis.model
         with self.simulation.timers.measure("other"):
             values = self.tracker.values(self.simulation, result, self.work)
-            self.history.append(clock.step, clock.time, equilibrium.iterations, values)
-            self._last = (clock, result)
+            stage = (self.simulation.model.stage.name, clock.time)
+            self.history.append(clock.step, time, equilibrium.iterations, values, stage)
+            self._last = (clock.step, time, result)
             self._drop_output_of_stop()
             if clock.is_output:
                 self._write_last()
@@ -206,8 +247,8 @@ class Recorder:
         """Writes the last converged step to the results, unless it is there already."""
         if self._last is None:
             return
-        clock, result = self._last
-        self._output(snapshot(self.simulation, result.active, result, clock.step, clock.time))
+        step, time, result = self._last
+        self._output(self._snapshot(result.active, result, step, time))
         self._last = None
 
     def _drop_output_of_stop(self) -> None:
@@ -216,6 +257,16 @@ class Recorder:
             results = read_results(self.folder / RESULTS)
             self.results = ResultsWriter.resume(results.path, results.steps[-1] - 1)
             self._beside_schedule = False
+
+    def _snapshot(
+        self, active: ActiveGrid, result: StepResult | None, step: int, time: float
+    ) -> Snapshot:
+        state = snapshot(self.simulation, active, result, step, time, self.analysis.point_fields)
+        there = {surface.name: surface for surface in state.surfaces}
+        model = self.analysis.model
+        names = [body.name for body in model.bodies if body.surface is not None]
+        empty = {name: SurfaceShape.empty(name, model.dimension) for name in names}
+        return replace(state, surfaces=tuple((empty | there).values()))
 
     def _output(self, state: Snapshot) -> None:
         self.results.append(state)
@@ -228,6 +279,7 @@ class Recorder:
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""
+        time += self.simulation.model.stage.start
         residuals = " ".join(f"{r:.1e}" for r in failure.residuals)
         reason = f"{failure.reason}; residuals {residuals}" if residuals else failure.reason
         self.log.cut(clock.step + 1, time, clock.size, reason)
@@ -239,14 +291,18 @@ class Recorder:
 
     def _say_warnings(self) -> None:
         for text in self.simulation.warnings:
+            if self.analysis.number > 0 and text in self.log.warnings:
+                continue  # said in an earlier stage
             self.log.warning(text)
             if self._progress is not None:
                 self._progress.message(f"warning: {text}")
         self.simulation.warnings.clear()
 
-    def _checkpoint(self, clock: Clock) -> None:
+    def _checkpoint(self, clock: Clock, file: Path | None = None) -> None:
         meta = {
             "version": __version__,
+            "format": CHECKPOINT_FORMAT,
+            "stage": self.analysis.number,
             "clock": {
                 "step": clock.step,
                 "time": clock.time,
@@ -263,7 +319,7 @@ class Recorder:
                 "processor": self.simulation.timers.processor,
             },
         }
-        write_checkpoint(self.folder / CHECKPOINT, self.simulation.arrays(), meta)
+        write_checkpoint(file or self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 
 
 def snapshot(
@@ -272,27 +328,30 @@ def snapshot(
     result: StepResult | None,
     step: int,
     time: float,
+    names: PointFields | None = None,
 ) -> Snapshot:
     """Returns the state for the results file, points in the order of their permanent numbers.
 
     The point fields are computed on access: write them before the points change.
+
+    names: of state variables and varying parameters; those of the points if None.
     """
     points, water = simulation.points, simulation.water
-    order = points.index_of(np.arange(len(points)))
+    order = points.in_order
+    number = points.point_id[order]
+    in_stage = time - simulation.model.stage.start
+    states, varying = names or (points.state_variables(), list(points.varying))
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
-        "cauchy_stress": lambda: total_stress(points, water, time)[order],
-        **{
-            name: partial(lambda name: points.state_variable(name)[order], name)
-            for name in points.state_variables()
-        },
+        "cauchy_stress": lambda: total_stress(points, water, in_stage)[order],
+        **{name: partial(lambda name: points.state_variable(name)[order], name) for name in states},
         "volume": lambda: points.volume[order],
-        **{name: partial(np.asarray, values) for name, values in points.varying.items()},
+        **{name: partial(_varying, points, name, number) for name in varying},
         "domain": lambda: points.half_length[order],
     }
     if water is not None:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
-        fields["pore_pressure"] = lambda: water.pore_pressure(points.position, time)[order]
+        fields["pore_pressure"] = lambda: water.pore_pressure(points.position, in_stage)[order]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]
@@ -305,6 +364,7 @@ def snapshot(
         step=step,
         time=time,
         position=points.position[order],
+        point_id=number,
         body_id=points.body_id[order],
         point_fields=FieldsOnDemand(fields),
         node_position=active.position,
@@ -315,6 +375,17 @@ def snapshot(
         },
         surfaces=simulation.surface_shapes(),
     )
+
+
+def _varying(points: MaterialPoints, name: str, number: Integers) -> Floats:
+    """Returns a varying parameter at points by their numbers, NaN where it does not vary, (n,)."""
+    if name not in points.varying:
+        return np.full(len(number), np.nan)
+    return points.varying[name][number]
+
+
+def _vector(components: Floats) -> str:
+    return "(" + ", ".join(f"{c:.6g}" for c in components) + ")"
 
 
 def units_of(model: Model) -> dict[str, str]:

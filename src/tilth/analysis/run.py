@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tilth import _core
-from tilth.analysis.clock import Clock
+from tilth.analysis.from_stage import begin_from, stored_stage
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
-from tilth.analysis.load_steps import load_steps
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.setup import initial_setup, write_report
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
@@ -76,6 +75,7 @@ def run(
     until: float | None = None,
     memory_limit: float | str | None = None,
     overwrite: bool = False,
+    from_stage: tuple[Path | str, str] | None = None,
     quiet: bool = False,
 ) -> Result:
     """Runs the analysis of a model and writes everything into the folder `out`.
@@ -88,6 +88,8 @@ def run(
         memory_limit: memory that the run may need by its estimate [byte], or with a unit ("64GB");
             what is available if None.
         overwrite: whether an earlier run in `out` is replaced.
+        from_stage: folder of another run and name of a stage from whose end this run goes on; the
+            stages up to that one must be the same. None to begin at the start.
         quiet: whether the progress bar is left out.
 
     Raises:
@@ -99,25 +101,34 @@ def run(
         KeyboardInterrupt: by Ctrl-C, and in the main thread also by SIGTERM and SIGHUP, unless the
             program has handlers of its own for them; `resume` continues.
     """
-    clock = _checked(Clock(model.schedule, until=until))
+    require_time(model, until)
     estimate = memory_of(model)
     require_memory(estimate, memory_limit)
     with memory_failures(estimate, Path(out)):
         used = set_threads(threads)
-        simulation = Simulation(model)
-        active = simulation.check()
+        analysis = StagedAnalysis(model, until)
+        active = analysis.check()
+        simulation = analysis.simulation
         require_memory(memory_of(model, simulation.points, active), memory_limit)
+        stored = None if from_stage is None else stored_stage(model, *from_stage)
         folder = make_folder(out)
         with FolderLock(folder) as lock:
+            if stored is not None and folder.resolve() == stored.folder.resolve():
+                what = "the run cannot be written into the folder from which it goes on"
+                raise BadInput(what, "choose another folder", key="out", value=str(out))
             prepare_output_folder(folder, overwrite)
+            if stored is not None:
+                begin_from(stored, model, folder)
+                write_setup(folder / SETUP, initial_setup(simulation, active))
+                return _resumed(folder, until, used, lock, quiet)
             with writing(folder / MODEL):
                 write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
             write_setup(folder / SETUP, initial_setup(simulation, active))
             start = None
-            if has_initial_equilibrium(model):
+            if has_initial_equilibrium(simulation.model):
                 start = find_initial_equilibrium(simulation)
-            recorder = Recorder.start(folder, simulation, active, used, start)
-            return _march(simulation, clock, recorder, lock, quiet)
+            recorder = Recorder.start(folder, analysis, active, used, start)
+            return _march(analysis, recorder, lock, quiet)
 
 
 @StopSignals()
@@ -145,29 +156,41 @@ def resume(
         estimate = memory_of(load_model(folder))
         require_memory(estimate, memory_limit)
         with memory_failures(estimate, folder):
-            used = set_threads(threads)
-            stored = StoredRun.read(folder)
-            reached = stored.progress.clock
-            clock = _checked(Clock(stored.model.schedule, **reached.model_dump(), until=until))
-            simulation = stored.simulation()
-            recorder = Recorder.resume(stored, simulation, used)
-            return _march(simulation, clock, recorder, lock, quiet)
+            return _resumed(folder, until, set_threads(threads), lock, quiet)
 
 
-def _checked(clock: Clock) -> Clock:
-    """Returns the clock; raises `BadInput` if its time to stop is not one that can be reached."""
-    until, end = clock.until, clock.schedule.end
-    if until is None:
-        return clock
-    if 0.0 < until <= end:
-        if not clock.stops:
-            return clock
-        problem = f"the run is already complete up to time {clock.time:.6g}"
-        remedy = f"give a later time, at most {end:.6g}, or leave it out"
-    else:
-        problem = f"is not a time of the schedule, which goes from 0 to {end:.6g}"
-        remedy = f"give a time above 0 and at most {end:.6g}"
-    raise BadInput(problem, remedy, key="until", value=until)
+def _resumed(
+    folder: Path, until: float | None, threads: int, lock: FolderLock, quiet: bool
+) -> Result:
+    """Continues from the last checkpoint in a folder."""
+    stored = StoredRun.read(folder)
+    require_time(stored.model, until)
+    analysis = stored.analysis(until)
+    if until is not None and analysis.stops:
+        raise BadInput(
+            f"the run is already complete up to time {analysis.time:.6g}",
+            f"give a later time, at most {end_time(stored.model):.6g}, or leave it out",
+            key="until",
+            value=until,
+        )
+    recorder = Recorder.resume(stored, analysis, threads)
+    return _march(analysis, recorder, lock, quiet)
+
+
+def require_time(model: Model, until: float | None) -> None:
+    """Checks that a total time at which to stop is one of the analysis.
+
+    Raises:
+        BadInput: it is not.
+    """
+    end = end_time(model)
+    if until is not None and not 0.0 < until <= end:
+        raise BadInput(
+            f"is not a time of the schedule, which goes from 0 to {end:.6g}",
+            f"give a time above 0 and at most {end:.6g}",
+            key="until",
+            value=until,
+        )
 
 
 def set_threads(threads: int | None) -> int:
@@ -178,41 +201,40 @@ def set_threads(threads: int | None) -> int:
     return used
 
 
-def _march(
-    simulation: Simulation, clock: Clock, recorder: Recorder, lock: FolderLock, quiet: bool
-) -> Result:
+def _march(analysis: StagedAnalysis, recorder: Recorder, lock: FolderLock, quiet: bool) -> Result:
     """Takes all load steps and writes the report, also of an analysis that failed."""
-    first = clock.step
+    first = analysis.clock.step
     if lock.warning:
-        simulation.run_warnings.note("lock", lock.warning)
+        analysis.simulation.run_warnings.note("lock", lock.warning)
     try:
-        iterations = _take_steps(simulation, clock, recorder, quiet)
+        iterations = _take_steps(analysis, recorder, quiet)
     except AnalysisFailed:
         with suppress(AnalysisFailed):
-            _report(simulation, recorder)
+            _report(recorder)
         raise
-    _report(simulation, recorder)
+    _report(recorder)
+    simulation = analysis.simulation
     return Result(
-        finished=clock.done,
+        finished=analysis.done,
         folder=recorder.folder,
         points=simulation.points,
-        steps=clock.step - first,
+        steps=analysis.clock.step - first,
         iterations=iterations,
         seconds=dict(simulation.timers.wall),
         processor_seconds=dict(simulation.timers.processor),
     )
 
 
-def _report(simulation: Simulation, recorder: Recorder) -> None:
+def _report(recorder: Recorder) -> None:
     """Writes the report; the results are complete without it.
 
     Raises:
         AnalysisFailed: it cannot be drawn or written, whatever the reason.
     """
-    if not simulation.model.output.report:
+    if not recorder.analysis.model.output.report:
         return
     try:
-        with simulation.timers.measure("other"):
+        with recorder.simulation.timers.measure("other"):
             write_report(recorder.folder)
     except Exception as error:
         reason = error.message if isinstance(error, TilthError) else f"{error}"
@@ -224,22 +246,25 @@ def _report(simulation: Simulation, recorder: Recorder) -> None:
         ) from error
 
 
-def _take_steps(simulation: Simulation, clock: Clock, recorder: Recorder, quiet: bool) -> int:
+def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> int:
     """Takes and records the load steps; returns the number of Newton iterations."""
     iterations = 0
     with DeferredStop() as stop:
-        with recorder.recording(clock, quiet) as progress:
+        with recorder.recording(analysis.clock, quiet) as progress:
 
             def on_iteration(iteration: int, residual: float) -> None:
                 stop.check()
-                progress.iteration(clock.step + 1, iteration, residual)
+                progress.iteration(analysis.clock.step + 1, iteration, residual)
 
             def on_cut(time: float, failure: StepFailed) -> None:
-                recorder.cut(clock, time, failure)
+                recorder.cut(analysis.clock, time, failure)
 
-            for size, result in load_steps(simulation, clock, on_iteration, on_cut):
+            for size, result in analysis.steps(
+                on_iteration, on_cut, recorder.stage_end, recorder.stage_start
+            ):
                 iterations += result.equilibrium.iterations
+                clock = analysis.clock
                 recorder.step(clock, size, result)
-                progress.step_done(clock.step, clock.time, result.equilibrium.iterations)
+                progress.step_done(clock.step, analysis.time, result.equilibrium.iterations)
         stop.check()  # a signal in the last iteration
     return iterations

@@ -83,7 +83,11 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
     `active` is the grid of that step.
     """
     model, points = simulation.model, simulation.points
-    gravity = [np.array(load.acceleration) for load in model.loads if isinstance(load, BodyForce)]
+    gravity = [
+        np.array(load.acceleration)
+        for _, load in model.acting_loads()
+        if isinstance(load, BodyForce)
+    ]
     return Setup(
         title=model.title,
         dim=model.dimension,

@@ -16,6 +16,7 @@ from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import Newton
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
+    DECLARED_POSITION,
     Arrays,
     Stateful,
     WrongState,
@@ -24,12 +25,13 @@ from tilth.analysis.state import (
     state_of,
 )
 from tilth.analysis.step import Equilibrium, solve_step
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.axis import Axis, AxisConstraints
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
+from tilth.model.load_curve import LoadCurve
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
@@ -46,10 +48,18 @@ from tilth.terms.linear import LinearForces
 from tilth.terms.loads import Loads
 from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Term, union
+from tilth.terms.released import Release, ReleasedForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
+
+
+def present_points(model: Model, points: MaterialPoints) -> Flags:
+    """Returns which points belong to bodies that are there in the stage of a model, shape (n,)."""
+    there = np.array([model.present(body.name) for body in model.bodies])
+    return np.asarray(there[points.body_id])
+
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
@@ -119,7 +129,9 @@ class Simulation:
 
     Args:
         model: the declared problem.
-        points: of a checkpoint; those of the undeformed bodies if None.
+        points: the present points; those of the undeformed bodies if None.
+        initial: the undeformed points of all bodies of all stages, in the order of their numbers;
+            computed if None.
 
     Attributes:
         points: the material points, changed by `advance`.
@@ -133,7 +145,12 @@ class Simulation:
         BadInput: a body without points, conditions that leave a rigid motion or contradict.
     """
 
-    def __init__(self, model: Model, points: MaterialPoints | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        points: MaterialPoints | None = None,
+        initial: MaterialPoints | None = None,
+    ) -> None:
         self.model = model
         self.timers = Timers()
         self.run_warnings = RunWarnings()
@@ -143,19 +160,28 @@ class Simulation:
         self._grid_motion = GridMotion(model, self.implicit)
         self.grid = self._grid_motion.at(0.0)
         model.require_state_variables()
-        initial = initial_points(model)
+        initial = initial_points(model) if initial is None else initial
+        self._declared_position = initial.position if model.stage.name else None
+        if points is None:
+            points = (
+                initial.selected(present_points(model, initial)) if model.stage.name else initial
+            )
+        self.points = points
         self._solver = linear_solver(
-            model.analysis.solver, model.dimension, len(initial), self.run_warnings.fallback
+            model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
         self.loads = Loads(model, initial)
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
-        self.points = initial if points is None else points
         self.surfaces = make_surfaces(model, initial)
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._passage = PassageCheck()
         self._predictor = Predictor(model.dimension)
+        stage = model.stage.declared
+        share = ((0.0, 0.0), (model.schedule.end, 1.0))
+        given = None if stage is None else stage.release
+        self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
         self.round_off = (
             ROUND_OFF
@@ -174,15 +200,20 @@ class Simulation:
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
-    def restored(cls, model: Model, arrays: Arrays) -> Simulation:
+    def restored(
+        cls, model: Model, arrays: Arrays, initial: MaterialPoints | None = None
+    ) -> Simulation:
         """Returns a simulation in the state that `arrays` stored.
+
+        initial: as in the constructor.
 
         Raises:
             MissingState: they lack something that a step reads.
             WrongState: they are not of this model.
         """
-        simulation = cls(model, restored_points(initial_points(model), arrays))
-        owners = simulation._owners()
+        initial = initial_points(model) if initial is None else initial
+        simulation = cls(model, restored_points(initial, arrays, model.stage.name != ""), initial)
+        owners = simulation.owners()
         restore_all(owners, arrays)
         unknown = set(arrays) - set(simulation.arrays())
         if unknown:
@@ -205,9 +236,12 @@ class Simulation:
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points and state variables of the owners."""
-        return dict(self.points.arrays()) | state_of(self._owners())
+        arrays = dict(self.points.arrays())
+        if self._declared_position is not None:
+            arrays[DECLARED_POSITION] = self._declared_position[self.points.point_id]
+        return arrays | state_of(self.owners())
 
-    def _owners(self) -> dict[str, Stateful]:
+    def owners(self) -> dict[str, Stateful]:
         """Returns the objects with variables that persist from step to step, except the points.
 
         The names are unique: boundaries and surfaces have numbers, not the names of the user.
@@ -217,9 +251,21 @@ class Simulation:
             "last step": self._predictor,
             "axis": self.axis,
         }
+        if self.model.stage.number > 0:
+            owners["released"] = self.released
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
         return owners
+
+    def go_on_from(self, last: Simulation, same_grid: bool) -> None:
+        """Takes over from the last stage what persists besides points, boundaries and surfaces.
+
+        same_grid: whether the background grid is that of the last stage.
+        """
+        self.timers = last.timers
+        if same_grid:
+            self._ghost.restore(last._ghost.state())
+            self.axis.restore(last.axis.state())
 
     def check(self) -> ActiveGrid:
         """Checks the conditions of the first step; returns its grid.
@@ -396,9 +442,11 @@ class Simulation:
                 self._surface_loads, self.kind, self.surfaces, active, before, after
             )
         on_points = PointLoads(self.loads, soil, before, after)
-        terms = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
+        terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
+        if self.model.stage.number > 0:
+            terms.append(Release(self.released, active, before, after))
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
 

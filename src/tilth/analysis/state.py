@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints, PointRange
+
+DECLARED_POSITION = "declared position"
+"""Array of a checkpoint: where the points were declared, in an analysis with stages."""
 
 SAME = 1e-9
 """Relative difference of numbers that are the same but for round-off."""
@@ -50,8 +54,12 @@ def state_of(owners: Mapping[str, Stateful]) -> dict[str, npt.NDArray[Any]]:
     }
 
 
-def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
+def restored_points(
+    initial: MaterialPoints, arrays: Arrays, staged: bool = False
+) -> MaterialPoints:
     """Returns the material points that a checkpoint stored; `initial` are those of the model.
+
+    staged: whether the analysis has stages, so that points may be missing or placed later.
 
     Raises:
         MissingState: an array is missing.
@@ -62,15 +70,14 @@ def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
         if name not in arrays:
             raise MissingState(name)
         require_kind(name, arrays[name], first)
-        if len(arrays[name]) != len(first):
-            raise WrongState(f"{name!r} is of {len(arrays[name])} points instead of {len(first)}")
         found[name] = arrays[name]
-    points = MaterialPoints(bodies=initial.bodies, varying=initial.varying, **found)
-    for body in points.bodies:
-        own = np.sort(points.point_id[body.start : body.stop])
-        if not np.array_equal(own, np.arange(body.start, body.stop)):
-            raise WrongState(f"'point_id' has not the numbers of the points of {body.name!r}")
-    _require_same_start(points, initial)
+    number = found["point_id"]
+    count = len(number) if staged else len(initial)
+    for name, array in found.items():
+        if len(array) != count:
+            raise WrongState(f"{name!r} is of {len(array)} points instead of {count}")
+    points = MaterialPoints(bodies=_ranges_with(initial, number), varying=initial.varying, **found)
+    _require_same_start(points, initial, arrays.get(DECLARED_POSITION) if staged else None)
     for name, least in (
         ("initial_volume", points.initial_volume.min()),
         ("assumed_jacobian", points.assumed_jacobian.min()),
@@ -82,13 +89,38 @@ def restored_points(initial: MaterialPoints, arrays: Arrays) -> MaterialPoints:
     return points
 
 
-def _require_same_start(points: MaterialPoints, initial: MaterialPoints) -> None:
+def _ranges_with(initial: MaterialPoints, number: npt.NDArray[Any]) -> list[PointRange]:
+    """Returns the ranges of the points with these permanent numbers, one range after the other."""
+    ranges, start = [], 0
+    for body in initial.bodies:
+        own = (number >= body.start) & (number < body.stop)
+        stop = start + int(own.sum())
+        if not own[start:stop].all() or len(np.unique(number[start:stop])) != stop - start:
+            raise WrongState(f"'point_id' has not the numbers of the points of {body.name!r}")
+        if stop > start:
+            ranges.append(replace(body, start=start, stop=stop))
+        start = stop
+    if start != len(number) or start == 0:
+        raise WrongState("'point_id' has numbers of no point of the model")
+    return ranges
+
+
+def _require_same_start(
+    points: MaterialPoints, initial: MaterialPoints, declared: npt.NDArray[Any] | None
+) -> None:
     """Checks that the points began where those of the model do, with the same parameters.
 
     The model names files, of horizons, tables or functions, which may have changed since.
+
+    declared: where they were declared when the run began, if that does not follow from their
+        displacements.
     """
     number = points.point_id
-    moved = np.abs(points.position - points.displacement - initial.position[number])
+    if declared is None:
+        declared = points.position - points.displacement
+    elif declared.shape != points.position.shape:
+        raise WrongState(f"{DECLARED_POSITION!r} is not of these points")
+    moved = np.abs(declared - initial.position[number])
     size = np.abs(points.position) + np.abs(points.displacement)
     if (moved > SAME * (size + initial.initial_half_length[number])).any():
         raise WrongState("the points do not begin where those of the model do: a file has changed")

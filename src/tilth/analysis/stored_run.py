@@ -12,15 +12,27 @@ from typing import Annotated, Any
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from tilth.analysis.simulation import Simulation
+from tilth import __version__
+from tilth.analysis.staged import StagedAnalysis, output_times
 from tilth.analysis.state import MissingState, WrongState
 from tilth.analysis.tracker import unit_of
 from tilth.errors import BadInput, StepFailed, shown
 from tilth.model import Model
 from tilth.output import read_checkpoint, read_results
 from tilth.output.files import RESTORE
-from tilth.output.folder import CHECKPOINT, HISTORY, LOG, MODEL, RESULTS, load_model
+from tilth.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    LOG,
+    MODEL,
+    RESULTS,
+    load_model,
+    stage_checkpoint,
+)
 from tilth.output.history import Mark, checked_history
+
+CHECKPOINT_FORMAT = 2
+"""Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Number = Annotated[int, Field(ge=0)]
@@ -33,8 +45,8 @@ class _Plain(BaseModel):
 class ClockState(_Plain):
     """Where the run is in its schedule, see `Clock`."""
 
-    step: Annotated[int, Field(ge=1)]
-    time: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    step: _Number
+    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
     size: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     successes: _Number
 
@@ -52,6 +64,8 @@ class Progress(_Plain):
 
     Attributes:
         version: of tilth.
+        format: of the checkpoint, `CHECKPOINT_FORMAT`.
+        stage: number of the stage, from 0.
         clock: where the run is in its schedule.
         work: external work since the start [force length].
         model: check sum of model.json.
@@ -61,6 +75,8 @@ class Progress(_Plain):
     """
 
     version: str
+    format: _Number
+    stage: _Number
     clock: ClockState
     work: Annotated[float, Field(allow_inf_nan=False)]
     model: _Number
@@ -83,43 +99,51 @@ class StoredRun:
     model: Model
     progress: Progress
     history: bytes
+    checkpoint: Path
     _arrays: Mapping[str, npt.NDArray[Any]]
 
     @classmethod
-    def read(cls, folder: Path) -> StoredRun:
+    def read(cls, folder: Path, stage: int | None = None) -> StoredRun:
         """Reads and checks the files of a run.
+
+        stage: number of the stage whose end is meant; the last checkpoint if None.
 
         Raises:
             BadInput: one is missing, damaged, or not as the checkpoint expects it.
         """
         model = load_model(folder)
-        arrays, meta = read_checkpoint(folder / CHECKPOINT)
-        progress = _progress(folder / CHECKPOINT, meta)
+        checkpoint = folder / (CHECKPOINT if stage is None else stage_checkpoint(stage))
+        arrays, meta = read_checkpoint(checkpoint)
+        progress = _progress(checkpoint, meta)
         if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:
             raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
-        _check_clock(folder / CHECKPOINT, progress.clock, model)
+        _check_clock(checkpoint, progress, model)
         history = checked_history(
             folder / HISTORY,
             [(track.name, unit_of(track, model)) for track in model.track],
             progress.clock.step,
             Mark(*progress.history),
+            bool(model.stages),
         )
         _check_outputs(folder / RESULTS, progress, model)
         if (folder / LOG).exists() and not (folder / LOG).is_file():
             raise BadInput(f"{folder / LOG} is no file", "rename or delete it")
-        return cls(folder, model, progress, history, arrays)
+        return cls(folder, model, progress, history, checkpoint, arrays)
 
-    def simulation(self) -> Simulation:
-        """Returns the simulation in the state of the checkpoint.
+    def analysis(self, until: float | None) -> StagedAnalysis:
+        """Returns the analysis in the state of the checkpoint; until: see `StagedAnalysis`.
 
         Raises:
             BadInput: the checkpoint's arrays are not those of this model.
         """
-        file = self.folder / CHECKPOINT
+        file = self.checkpoint
         try:
-            simulation = Simulation.restored(self.model, self._arrays)
-            simulation.locate(self.progress.clock.time)
-            return simulation
+            analysis = StagedAnalysis.restored(
+                self.model, self.progress.stage, self.progress.clock.model_dump(), self._arrays,
+                until,
+            )  # fmt: skip
+            analysis.simulation.locate(self.progress.clock.time)
+            return analysis
         except MissingState as missing:
             raise BadInput(
                 f"{file} has no {str(missing)!r}: it is of another version of tilth "
@@ -133,6 +157,13 @@ class StoredRun:
 
 
 def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
+    if (found := meta.get("format")) != CHECKPOINT_FORMAT:
+        which = "has no format" if found is None else f"is of format {shown(found)}"
+        raise BadInput(
+            f"{file} {which} (tilth {shown(meta.get('version', 'unknown'))} wrote it); this "
+            f"version of tilth ({__version__}) reads format {CHECKPOINT_FORMAT}",
+            "resume it with that version, or run the case again",
+        )
     try:
         # lists of JSON stand for tuples
         entries = dict(meta)
@@ -157,8 +188,11 @@ def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
         ) from None
 
 
-def _check_clock(file: Path, clock: ClockState, model: Model) -> None:
-    schedule = model.schedule
+def _check_clock(file: Path, progress: Progress, model: Model) -> None:
+    if progress.stage >= len(model.of_stages):
+        problem = f"{file}: stage = {progress.stage} is more than the model has"
+        raise BadInput(problem, RESTORE)
+    clock, schedule = progress.clock, model.of_stages[progress.stage].schedule
     for name, value, most in (
         ("time", clock.time, schedule.end),
         ("size", clock.size, schedule.first_step * (1.0 + 1e-9)),
@@ -174,7 +208,8 @@ def _check_outputs(file: Path, progress: Progress, model: Model) -> None:
     The state at which a run stopped may come in addition.
     """
     results, clock = read_results(file), progress.clock
-    due = [0.0, *(time for time in model.schedule.times_of_output() if time <= clock.time)]
+    total = model.of_stages[progress.stage].stage.start + clock.time
+    due = [0.0, *(time for time in output_times(model) if time <= total)]
     found = [output for output in results.outputs if output[0] <= clock.step]
     if found != progress.outputs and not (
         found[:-1] == progress.outputs and found[-1][0] == clock.step

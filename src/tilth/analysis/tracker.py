@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tracked quantities: what a column of the history is after each step."""
+"""Tracked quantities: what a column of the history is after each step.
+
+What is not there in a stage, such as the displacement of soil that is placed later, is "not a
+number"; the reaction of a boundary that does not act is 0.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -61,13 +66,16 @@ class Tracker:
 
             def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
                 values = _values(track, simulation, 0.0 if result is None else result.time)
-                chosen = values[simulation.points.index_of(ids)].mean(axis=0)
+                there = _there(simulation.points, ids)
+                if len(there) == 0:
+                    return math.nan
+                chosen = values[there].mean(axis=0)
                 return _component(chosen, track.component) if track.component else float(chosen)
 
             return of_points
         if track.quantity == "enclosed":
             name = track.body or ""
-            return lambda simulation, result, work: simulation.surfaces[name].enclosed()
+            return lambda simulation, result, work: _enclosed(simulation, name)
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
             return lambda simulation, result, work: _extent(track, simulation.points, axis)
@@ -94,26 +102,43 @@ def unit_of(track: Track, model: Model) -> str:
 
 
 def _reaction(track: Track, result: StepResult | None) -> float:
-    if result is None:
+    if result is None or track.boundary not in result.forces:
         return 0.0
     return float(result.resultant(track.boundary or "")[AXES.index(track.component)])
 
 
 def _moment(track: Track, result: StepResult | None) -> float:
-    if result is None:
+    if result is None or track.boundary not in result.forces:
         return 0.0
     moment = result.moment(track.boundary or "", np.array(track.about))
     return float(moment[AXES.index(track.component)])
 
 
 def _penetration(track: Track, simulation: Simulation, result: StepResult | None) -> float:
-    boundary = next(b for b in simulation.implicit if b.name == track.boundary)
+    boundary = next((b for b in simulation.implicit if b.name == track.boundary), None)
+    if boundary is None:
+        return math.nan
     time = 0.0 if result is None else result.time
     return boundary.penetration(simulation.points.position, time)
 
 
 def _state(track: Track, points: MaterialPoints, ids: Integers) -> float:
-    return float(points.state_variable(track.variable or "")[points.index_of(ids)].mean())
+    there = _there(points, ids)
+    if len(there) == 0:
+        return math.nan
+    return float(points.state_variable(track.variable or "")[there].mean())
+
+
+def _there(points: MaterialPoints, ids: Integers) -> Integers:
+    """Returns the indices of those of the points that are there."""
+    index = points.index_of(ids)
+    return index[index >= 0]
+
+
+def _enclosed(simulation: Simulation, name: str) -> float:
+    if name not in simulation.surfaces:
+        return math.nan
+    return simulation.surfaces[name].enclosed()
 
 
 def _values(track: Track, simulation: Simulation, time: float) -> Floats:
@@ -145,8 +170,8 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     chosen = slice(None)
     if track.body is not None:
         chosen = points.of_body(track.body)
-    upper = upper_edges(points) if track.of == "domains" else points.position
-    return float(upper[chosen, axis].max())
+    upper = (upper_edges(points) if track.of == "domains" else points.position)[chosen, axis]
+    return float(upper.max()) if len(upper) else math.nan
 
 
 def _energy(track: Track, simulation: Simulation, work: float) -> float:

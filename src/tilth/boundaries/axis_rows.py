@@ -37,6 +37,7 @@ class AxisRows:
 
     def __init__(self, model: Model, initial: MaterialPoints) -> None:
         self._next_to_axis = _initially_next_to_axis(model, initial)
+        self._initial_radius = initial.position[:, 0]
 
     def find(self, active: ActiveGrid) -> tuple[Integers, Floats]:
         """Returns the rows' lattice coordinates along y, ascending, and the soil's Young's modulus.
@@ -67,7 +68,7 @@ class AxisRows:
         """
         radius = points.position[:, 0]
         half = np.abs(points.deformation_gradient[:, 0, 0]) * points.initial_half_length[:, 0]
-        start = radius - points.displacement[:, 0]
+        start = self._initial_radius[points.point_id]
         hole = radius * (radius - half * (2.0 - points.initial_half_length[:, 0] / start))
         initially = self._next_to_axis[points.point_id] & (radius <= 2.0 * half)
         return np.asarray(initially | (hole <= (HOLE_RADIUS_TOLERANCE * cell_width) ** 2))
@@ -81,8 +82,8 @@ def _initially_next_to_axis(model: Model, initial: MaterialPoints) -> Flags:
     """
     half = initial.initial_half_length[:, 0]
     at_axis = initial.position[:, 0] <= (2.0 + OVERLAP_TOLERANCE) * half
-    for (_, own), declared in zip(initial.whole_bodies(), model.bodies, strict=True):
-        bounds = declared.shape.bounds()
+    for body, own in initial.whole_bodies():
+        bounds = model.bodies[body.body].shape.bounds()
         if bounds is not None and bounds[0][0] > HOLE_RADIUS_TOLERANCE * model.cell_size[0]:
             at_axis[own] = False
     return np.asarray(at_axis)

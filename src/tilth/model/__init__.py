@@ -60,6 +60,9 @@ from tilth.model.shapes import Sphere as Sphere
 from tilth.model.soils import DruckerPrager as DruckerPrager
 from tilth.model.soils import MohrCoulomb as MohrCoulomb
 from tilth.model.soils import Tresca as Tresca
+from tilth.model.stages import ExcavatedRegion as ExcavatedRegion
+from tilth.model.stages import Stage as Stage
+from tilth.model.stages import StageGrid as StageGrid
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad

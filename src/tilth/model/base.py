@@ -55,6 +55,11 @@ class Declared(BaseModel):
         given = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**{**given, **(update or {})})
 
+    @classmethod
+    def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
+        """Returns the names of the fields that must be given beside the entries `given`."""
+        return {name for name, field in cls.model_fields.items() if field.is_required()}
+
     @model_validator(mode="before")
     @classmethod
     def _keys_are_known_and_complete(cls, data: Any) -> Any:
@@ -66,7 +71,8 @@ class Declared(BaseModel):
         data = {keys.get(key, key): value for key, value in data.items()}
         fields = {key: cls.model_fields[name] for key, name in names.items()}
         unknown = [key for key in data if key not in fields]
-        missing = [key for key, field in fields.items() if field.is_required() and key not in data]
+        required = cls.required_keys(data)
+        missing = [key for key in fields if names[key] in required and key not in data]
         problems = []
         for number, key in enumerate(unknown):
             open_keys = [name for name in fields if name not in data]

@@ -18,6 +18,7 @@ from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
 from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
+from tilth.model.staging import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:
@@ -37,18 +38,33 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_densities(model),
         *size_problems(model),
     ]
+    if model.stages:
+        problems += [*_without_schedule(model), *stage_problems(model)]
     if not problems:
-        problems = [*_affine_stands_alone(model), *_constrained_directions(model)]
-        problems += [*magnitude_problems(model)] or geometry_problems(model)
+        problems = [*magnitude_problems(model)] or geometry_problems(model)
+        of_stages = problems_in_stages(model) if model.stages else problems_of_stage(model)
+        problems = [*of_stages, *problems]
     return problems
 
 
+def problems_of_stage(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the boundaries that act together."""
+    yield from _affine_stands_alone(model)
+    yield from _constrained_directions(model)
+
+
+def _without_schedule(model: Model) -> Iterator[Problem]:
+    if "schedule" in model.model_fields_set:
+        what = "is given together with `stages`, each of which has its own"
+        yield Problem("schedule", what, "leave it out")
+
+
 def _repeated_names(model: Model) -> Iterator[Problem]:
-    for section in ("bodies", "boundaries", "track"):
+    for section in ("bodies", "boundaries", "loads", "track", "stages"):
         numbers: dict[str, int] = {}
         for i, entry in enumerate(getattr(model, section)):
             name = entry.name
-            if numbers.setdefault(name, i) != i:
+            if name is not None and numbers.setdefault(name, i) != i:
                 first = f"{section}[{numbers[name]}]"
                 yield Problem(
                     f"{section}[{i}].name",

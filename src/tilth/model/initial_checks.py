@@ -66,9 +66,11 @@ def _entries(model: Model) -> Iterator[Problem]:
 
 
 def _is_loaded(model: Model) -> bool:
-    """Whether a load or water acts at time 0."""
-    return model.water is not None or any(
-        model.load_curve(load).factor(0.0) != 0.0 for load in model.loads
+    """Whether a load or water may act at time 0; a stage may have other factors."""
+    return (
+        bool(model.stages)
+        or model.water is not None
+        or any(model.load_curve(load).factor(0.0) != 0.0 for load in model.loads)
     )
 
 

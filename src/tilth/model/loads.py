@@ -16,6 +16,8 @@ class BodyForce(Declared):
     """Force on all mass, such as gravity."""
 
     type: Literal["body_force"] = "body_force"
+    name: Name | None = None
+    """Name by which stages and messages refer to the load; different from those of other loads."""
     acceleration: Vector
     """Force per mass at factor 1 [length / time^2], shape (dimension,)."""
     factor: Table | None = None
@@ -26,6 +28,8 @@ class PointForce(Declared):
     """Dead force on the material points nearest to a given position at the start."""
 
     type: Literal["point_force"] = "point_force"
+    name: Name | None = None
+    """Name by which stages and messages refer to the load; different from those of other loads."""
     body: Name
     """Name of the body on which the force acts."""
     at: Vector

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -24,6 +24,8 @@ from tilth.model.materials import Material, codes_of, laws_of
 from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
+from tilth.model.stages import Stages
+from tilth.model.staging import StageOfModel, stage_models
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 from tilth.model.variation import variations
@@ -111,12 +113,24 @@ class Model(Declared):
     """Water at rest in the soil and above it; none if not given."""
     initial: Initial = Initial()
     """State at the start."""
-    schedule: Schedule
-    """a section [schedule] with the number of steps or the step_size."""
+    water: Water | None = None
+    """Water at rest."""
+    schedule: Schedule = Schedule(steps=1)
+    """a section [schedule] with the number of steps or the step_size; not with `stages`, each of
+    which has its own.
+    """
+    stages: Stages = ()
+    """Stages, in the order in which they follow each other; none if the analysis has one only."""
     track: Annotated[Sequence[Track], Entries, AsTuple] = ()
     """Tracked quantities, one column of history.csv each."""
     output: Output = Output()
     """Additional output."""
+
+    @classmethod
+    def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
+        """As `Declared.required_keys`: a schedule, unless there are stages."""
+        keys = super().required_keys(given)
+        return keys if given.get("stages") else keys | {"schedule"}
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -192,8 +206,29 @@ class Model(Declared):
         ramp = ((0.0, 0.0), (self.schedule.end, 1.0))
         return LoadCurve(getattr(item, "factor", None) or ramp)
 
+    @cached_property
+    def of_stages(self) -> tuple[Model, ...]:
+        """The model of each stage (see `staging`); this one alone if it has no stages."""
+        return stage_models(self)
+
+    @cached_property
+    def stage(self) -> StageOfModel:
+        """Which stage this is the model of; `stage_models` sets it."""
+        return StageOfModel()
+
+    def present(self, body: str) -> bool:
+        """Returns whether a body is there in this stage."""
+        return body not in self.stage.absent_bodies
+
+    def acting_loads(self) -> Iterator[tuple[int, Load]]:
+        """Yields the loads that act in this stage, with their numbers."""
+        absent = self.stage.absent_loads
+        return ((i, load) for i, load in enumerate(self.loads) if i not in absent)
+
     def boundary_keys(self) -> dict[str, str]:
         """Returns where each boundary stands in the case file, such as `boundaries[0]`, by name."""
+        if self.stage.boundary_keys is not None:
+            return dict(self.stage.boundary_keys)
         return {each.name: f"boundaries[{i}]" for i, each in enumerate(self.boundaries)}
 
     def delta(self, boundary: ImplicitBoundary) -> float:
@@ -202,7 +237,8 @@ class Model(Declared):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the model as a dictionary that JSON stores without loss; see `from_dict`."""
-        return self.model_dump(mode="json", exclude_none=True, by_alias=True)
+        without = {"schedule"} if self.stages else {"stages"}
+        return self.model_dump(mode="json", exclude_none=True, by_alias=True, exclude=without)
 
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Model:

@@ -88,6 +88,8 @@ class SurfaceLoad(Declared):
     """Load distributed over a body's surface or a part of it; the body needs a `surface`."""
 
     type: Literal["surface"] = "surface"
+    name: Name | None = None
+    """Name by which stages and messages refer to the load; different from those of other loads."""
     body: Name
     """Name of the body."""
     start: Vector | None = None

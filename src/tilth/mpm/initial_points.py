@@ -37,7 +37,9 @@ def initial_points(model: Model) -> MaterialPoints:
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         part, counts = by_layer(body, part, f"bodies[{number}]")
-        declared_starts = declared_start(model, number, part.position, counts)
+        declared_starts = None
+        if model.present(body.name):  # a body that is placed later begins without stress
+            declared_starts = declared_start(model, number, part.position, counts)
         first = 0
         for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
             own = slice(first, first + count)

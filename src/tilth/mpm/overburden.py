@@ -82,7 +82,10 @@ def _strata(
     """
     low, high, level = heights
     has_ground = bool(np.isfinite(high).all())
-    bodies = [_parts(model, i, position, low, high) for i in range(len(model.bodies))]
+    bodies = [
+        _parts(model, i, position, low, high) if model.present(body.name) else []
+        for i, body in enumerate(model.bodies)
+    ]
     for i, parts in enumerate(bodies):
         if i == number and has_ground:
             continue
@@ -186,7 +189,7 @@ def _require_below(position: Floats, ground: Floats, key: str, entry: AtRest) ->
 def _gravity(model: Model, key: str) -> float:
     """Returns the downward acceleration at time 0 [length / time^2]."""
     total = np.zeros(model.dimension)
-    for load in model.loads:
+    for _, load in model.acting_loads():
         if isinstance(load, BodyForce):
             total += model.load_curve(load).factor(0.0) * np.asarray(load.acceleration)
     if np.any(total[:-1]) or total[-1] > 0.0:

@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
 
@@ -309,13 +309,20 @@ class MaterialPoints:
 
     def whole_bodies(self) -> list[tuple[PointRange, slice]]:
         """Returns the first range of each body, and the points of all its ranges, in order."""
-        firsts = [body for body in self.bodies if body.layer == 0]
+        number = [body.body for body in self.bodies]
+        firsts = [
+            body for i, body in enumerate(self.bodies) if i == 0 or number[i - 1] != body.body
+        ]
         ends = [body.start for body in firsts[1:]] + [len(self)]
         return [(body, slice(body.start, end)) for body, end in zip(firsts, ends, strict=True)]
 
     def of_body(self, name: str) -> slice:
-        """Returns the range of the points of the body with this name, all its layers."""
-        return next(points for body, points in self.whole_bodies() if body.name == name)
+        """Returns the range of the points of the body with this name, all its layers.
+
+        It is empty if the body is not there.
+        """
+        found = (points for body, points in self.whole_bodies() if body.name == name)
+        return next(found, slice(0, 0))
 
     @property
     def mass(self) -> Floats:
@@ -389,10 +396,53 @@ class MaterialPoints:
         return "3d" if self.position.shape[1] == 3 else "plane_strain"
 
     def index_of(self, point_ids: Integers) -> Integers:
-        """Returns the current indices of the points with these permanent numbers."""
-        where = np.empty(len(self), dtype=np.int64)
+        """Returns the current indices of points by their permanent numbers; -1 where not there."""
+        greatest = max(int(ids.max(initial=-1)) for ids in (self.point_id, point_ids))
+        where = np.full(greatest + 1, -1)
         where[self.point_id] = np.arange(len(self))
         return where[point_ids]
+
+    @property
+    def in_order(self) -> Integers:
+        """Current indices of the points in the order of their permanent numbers, shape (n,)."""
+        return np.argsort(self.point_id)
+
+    def selected(self, kept: Flags) -> MaterialPoints:
+        """Returns copies of the points with a flag, shape (n,), in their order.
+
+        Ranges without points are left out.
+        """
+        arrays = {name: array[kept] for name, array in self.arrays().items()}
+        counts = [int(kept[body.points].sum()) for body in self.bodies]
+        ranges = _ranges_of(self.bodies, counts)
+        return MaterialPoints(bodies=ranges, varying=self.varying, **arrays)  # type: ignore[arg-type]
+
+    def joined(self, other: MaterialPoints) -> MaterialPoints:
+        """Returns the points of both, whose ranges are of different bodies or layers.
+
+        The ranges are in the order of the bodies and their layers, and the arrays have the same
+        columns. `varying` is that of `self`.
+        """
+        found = sorted(
+            ((body, each) for each in (self, other) for body in each.bodies),
+            key=lambda pair: (pair[0].body, pair[0].layer),
+        )
+        arrays = {
+            name: np.concatenate([getattr(each, name)[body.points] for body, each in found])
+            for name in self.array_names()
+        }
+        ranges = _ranges_of([b for b, _ in found], [b.stop - b.start for b, _ in found])
+        return MaterialPoints(bodies=ranges, varying=self.varying, **arrays)
+
+
+def _ranges_of(bodies: list[PointRange], counts: list[int]) -> list[PointRange]:
+    """Returns ranges with other numbers of points that follow each other; empty ones left out."""
+    ends = np.cumsum(counts).tolist()
+    return [
+        replace(body, start=end - count, stop=end)
+        for body, count, end in zip(bodies, counts, ends, strict=True)
+        if count
+    ]
 
 
 def _varying_parameters(

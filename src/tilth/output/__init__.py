@@ -3,7 +3,7 @@
 
 from tilth.output.checkpoint import read_checkpoint, write_checkpoint
 from tilth.output.folder import prepare_output_folder
-from tilth.output.history import HistoryWriter, read_history
+from tilth.output.history import HistoryWriter, read_history, read_stages
 from tilth.output.log import RunLog, read_log
 from tilth.output.progress import Progress
 from tilth.output.snapshot import Snapshot, SurfaceShape
@@ -23,6 +23,7 @@ __all__ = [
     "read_history",
     "read_log",
     "read_results",
+    "read_stages",
     "read_surface",
     "write_checkpoint",
     "write_surfaces",

@@ -24,13 +24,21 @@ CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
 SETUP = "setup.npz"
 
+STAGE_CHECKPOINT = re.compile(r"checkpoint_stage_[0-9]{2,}\.npz")
+"""Names of the checkpoints at the ends of stages."""
+
+
+def stage_checkpoint(number: int) -> str:
+    """Returns the name of the checkpoint at the end of a stage; the first stage has number 0."""
+    return f"checkpoint_stage_{number + 1:02d}.npz"
+
+
 FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP)
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed."""
 
-_TEMPORARY = re.compile(
-    rf"\.({'|'.join(map(re.escape, FILES))})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)"
-)
+_NAMES = "|".join([*map(re.escape, FILES), STAGE_CHECKPOINT.pattern])
+_TEMPORARY = re.compile(rf"\.({_NAMES})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)")
 """Names of the files that exist only while one of them is written."""
 
 
@@ -46,7 +54,8 @@ def prepare_output_folder(
     protected = {Path(file).resolve() for file in protect}
     folder = make_folder(path)
     require_empty(folder, overwrite)
-    own = [file for file in folder.iterdir() if _TEMPORARY.fullmatch(file.name)]
+    patterns = (_TEMPORARY, STAGE_CHECKPOINT)
+    own = [f for f in folder.iterdir() if any(each.fullmatch(f.name) for each in patterns)]
     for file in [*(folder / name for name in FILES), *own]:
         if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
             file.unlink()

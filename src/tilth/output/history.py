@@ -20,6 +20,9 @@ from tilth.output.files import RESTORE, write_durably
 
 FIRST_COLUMNS = ("step", "time", "iterations")
 
+OF_STAGES = ("stage", "stage_time")
+"""Columns that follow in an analysis with stages: name of the stage, and the time within it."""
+
 
 class Mark(NamedTuple):
     """Up to where a checkpoint counts on the history: number of bytes and their check sum."""
@@ -37,26 +40,43 @@ class HistoryWriter:
     """
 
     def __init__(
-        self, path: Path | str, columns: Sequence[tuple[str, str]], content: bytes = b""
+        self,
+        path: Path | str,
+        columns: Sequence[tuple[str, str]],
+        content: bytes = b"",
+        stages: bool = False,
     ) -> None:
         """Starts a new file, replacing any at ``path``, or goes on after ``content``.
+
+        ``stages`` tells whether the columns ``OF_STAGES`` are written.
 
         ``content`` is what :func:`checked_history` returned; what the file has after it is deleted.
         """
         self.path = Path(path)
-        self._count = len(columns)
-        content = content or heading_row(columns).encode()
+        self._count, self._stages = len(columns), stages
+        content = content or heading_row(columns, stages).encode()
         self._mark = Mark(len(content), zlib.crc32(content))
         with writing(self.path):
             write_durably(self.path, content)
             self._file = self.path.open("ab")
 
-    def append(self, step: int, time: float, iterations: int, values: Sequence[float]) -> None:
-        """Writes the row of one step; ``values`` in the order of the columns."""
+    def append(
+        self,
+        step: int,
+        time: float,
+        iterations: int,
+        values: Sequence[float],
+        stage: tuple[str, float] = ("", 0.0),
+    ) -> None:
+        """Writes the row of one step; ``values`` in the order of the columns.
+
+        ``time`` is the total time, ``stage`` the name of the stage and the time within it.
+        """
         if len(values) != self._count:
             raise ValueError(f"{len(values)} values for {self._count} columns")
+        of_stage = [stage[0], repr(float(stage[1]))] if self._stages else []
         numbers = [repr(float(value)) for value in (time, *values)]
-        row = _row([str(step), numbers[0], str(iterations), *numbers[1:]]).encode()
+        row = _row([str(step), numbers[0], str(iterations), *of_stage, *numbers[1:]]).encode()
         with writing(self.path):
             self._file.write(row)
             self._file.flush()
@@ -75,7 +95,11 @@ class HistoryWriter:
 
 
 def checked_history(
-    path: Path | str, columns: Sequence[tuple[str, str]], last_step: int, mark: Mark
+    path: Path | str,
+    columns: Sequence[tuple[str, str]],
+    last_step: int,
+    mark: Mark,
+    stages: bool = False,
 ) -> bytes:
     """Returns the rows of the steps 0 to ``last_step`` with the headings, as they are in the file.
 
@@ -88,7 +112,7 @@ def checked_history(
         content = path.read_bytes()
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}", RESTORE) from error
-    heading = heading_row(columns).encode()
+    heading = heading_row(columns, stages).encode()
     if not content.startswith(heading):
         raise BadInput(f"{path}: the columns are not those of this case", RESTORE)
     rows = content[len(heading) :].splitlines(keepends=True)[: last_step + 1]
@@ -96,7 +120,7 @@ def checked_history(
     if Mark(len(kept), zlib.crc32(kept)) == mark and len(rows) == last_step + 1:
         return kept
     for step in range(last_step + 1):
-        if step >= len(rows) or not _is_row(rows[step], step, len(columns)):
+        if step >= len(rows) or not _is_row(rows[step], step, len(columns), stages):
             state = "missing" if step >= len(rows) else "damaged"
             problem = (
                 f"{path}: the row of step {step} is {state}, but the checkpoint is of step "
@@ -119,7 +143,12 @@ def read_history(path: Path | str) -> dict[str, Floats]:
         rows = list(csv.reader(line for line in lines if line.endswith("\n")))
         if not rows:
             raise BadInput(f"{path} is empty: it is not the history of a tilth run", RESTORE)
-        table = np.array(rows[1:], dtype=np.float64).reshape(len(rows) - 1, len(rows[0]))
+        headings = [h for h in rows[0] if h != OF_STAGES[0]]
+        numbers = [
+            [cell for heading, cell in zip(rows[0], row, strict=True) if heading != OF_STAGES[0]]
+            for row in rows[1:]
+        ]
+        table = np.array(numbers, dtype=np.float64).reshape(len(rows) - 1, len(headings))
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}", RESTORE) from error
     except (ValueError, csv.Error) as error:
@@ -131,13 +160,33 @@ def read_history(path: Path | str) -> dict[str, Floats]:
     if len(wrong) or not np.isfinite(table[:, : len(FIRST_COLUMNS)]).all():
         step = int(wrong[0]) if len(wrong) else "a later one"
         raise BadInput(f"{path}: the row of step {step} is missing or damaged", RESTORE)
-    return {heading: table[:, index].copy() for index, heading in enumerate(rows[0])}
+    return {heading: table[:, index].copy() for index, heading in enumerate(headings)}
 
 
-def heading_row(columns: Sequence[tuple[str, str]]) -> str:
-    """Returns the first line of a history; ``columns`` as in :class:`HistoryWriter`."""
+def read_stages(path: Path | str) -> list[tuple[str, float, float]]:
+    """Returns the stages of a history: name, total time of the first and the last row of each.
+
+    An empty list for a history without stages, or a file that cannot be read.
+    """
+    try:
+        with Path(path).open(encoding="utf-8", newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row.get(OF_STAGES[0])]
+        found: list[tuple[str, float, float]] = []
+        for row in rows:
+            name, time = row[OF_STAGES[0]], float(row["time"])
+            if found and found[-1][0] == name:
+                found[-1] = (name, found[-1][1], time)
+            else:
+                found.append((name, found[-1][2] if found else time, time))
+    except (OSError, ValueError, TypeError, csv.Error):
+        return []
+    return found
+
+
+def heading_row(columns: Sequence[tuple[str, str]], stages: bool = False) -> str:
+    """Returns the first line of a history; arguments as in :class:`HistoryWriter`."""
     headings = [f"{name} [{unit}]" if unit else name for name, unit in columns]
-    return _row([*FIRST_COLUMNS, *headings])
+    return _row([*FIRST_COLUMNS, *(OF_STAGES if stages else ()), *headings])
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -147,9 +196,12 @@ def _row(cells: Sequence[str]) -> str:
     return text.getvalue()
 
 
-def _is_row(line: bytes, step: int, columns: int) -> bool:
+def _is_row(line: bytes, step: int, columns: int, stages: bool) -> bool:
     """Returns whether a line is complete, of this step, and of numbers."""
     cells = line.split(b",")
+    if stages:
+        del cells[len(FIRST_COLUMNS) : len(FIRST_COLUMNS) + 1]
+        columns += 1
     try:
         numbers = [float(cell) for cell in cells[1:]]
         return (

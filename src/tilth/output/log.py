@@ -16,6 +16,7 @@ from tilth.output.disk import writing
 
 START = "at the start: "
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
+STAGE = "stage: "
 _RESIDUALS_PER_LINE = 6
 _INDENT = " " * 34
 _DURATION = re.compile(r"  time taken:\s+(\d+\.\d+) s")
@@ -68,6 +69,11 @@ class RunLog:
             self._write(f"  {name + ':':<14}{value}")
         self._write("")
         self._write(f"{'step':>6}  {'time':>12}  {'step size':>10}  relative residual of Newton")
+
+    def stage(self, name: str, time: float, released: str) -> None:
+        """Writes that a stage begins at a total time; ``released``: resultant, empty for none."""
+        forces = f"; forces released in it: {released}" if released else ""
+        self._write(f"{STAGE}{name}, from time {time:.6g}{forces}")
 
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
         """Writes one converged step and its relative residuals, that of the predictor first."""

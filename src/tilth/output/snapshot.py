@@ -47,6 +47,14 @@ class SurfaceShape:
     """Fields of the vertices: ``normal`` [-], unit vectors into the soil, shape (n, dim), and in 2D
     ``arc_length`` [length], shape (n,)."""
 
+    @classmethod
+    def empty(cls, name: str, dim: int) -> SurfaceShape:
+        """Returns the surface of a body that is not there."""
+        fields: dict[str, NDArray[Any]] = {"normal": np.zeros((0, dim))}
+        if dim == 2:
+            fields["arc_length"] = np.zeros(0)
+        return cls(name, np.zeros((0, dim)), np.zeros((0, dim), dtype=np.int64), fields)
+
     @property
     def polylines(self) -> list[Integers]:
         """Vertices along each chain of a surface in 2D; a closed one ends with its first vertex."""
@@ -60,11 +68,11 @@ class SurfaceShape:
 class Snapshot:
     """Data written to ``results.vtkhdf`` at one output time.
 
-    Point arrays have one row per material point, in the order of the permanent ``point_id``
-    (row ``i`` is the point with ``point_id == i`` in every snapshot of a run). ``n`` is the number
-    of points, ``m`` of active nodes, ``c`` of active cells, ``dim`` is 2 or 3. Units are the
-    user's; tension is positive; tensors are in VTK's symmetric order xx yy zz xy yz xz with tensor
-    (not engineering) shear components.
+    Point arrays have one row per material point, in the order of the permanent ``point_id``; in a
+    run without stages row ``i`` is the point with ``point_id == i``. ``n`` is the number of points,
+    ``m`` of active nodes, ``c`` of active cells, ``dim`` is 2 or 3. Units are the user's; tension
+    is positive; tensors are in VTK's symmetric order xx yy zz xy yz xz with tensor (not
+    engineering) shear components.
 
     The arrays must not be changed after the snapshot is created.
     """
@@ -75,6 +83,8 @@ class Snapshot:
     """Time of the schedule (argument of the load factor)."""
     position: Floats
     """Current position of the points [length], shape (n, dim)."""
+    point_id: Integers
+    """Permanent number of each point, ascending, shape (n,)."""
     body_id: Integers
     """Number of the body each point belongs to, shape (n,)."""
     point_fields: Mapping[str, NDArray[Any]]

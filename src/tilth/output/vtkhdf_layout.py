@@ -3,8 +3,8 @@
 
 Source: VTK documentation, "VTKHDF format specification". Each block is an unstructured grid whose
 arrays grow with every output; the group ``Steps`` contains, per output, where its rows begin. One
-output is one part. The points keep their count, so their vertices, ``point_id`` and ``body_id``
-are written once and all outputs refer to that part. Each tracked surface is a block of its own.
+output is one part. As long as the points are the same, their vertices, ``point_id`` and ``body_id``
+are written once and the outputs refer to that part. Each tracked surface is a block of its own.
 Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels, the
 names of the surfaces as the user wrote them and a check sum of each output; VTK ignores it.
 
@@ -115,7 +115,7 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> int:
         raise ValueError(f"surfaces {names} differ from the first output's {list(blocks)}")
     n = len(snapshot.position)
     numbers = {
-        "point_id": np.arange(n, dtype=np.int64),
+        "point_id": np.asarray(snapshot.point_id, dtype=np.int64),
         "body_id": np.asarray(snapshot.body_id, dtype=np.int64),
     }
     # computed one after the other, if the fields are computed at access
@@ -179,7 +179,11 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
             replace(surface, fields=dict(surface.fields)) for surface in on_demand.surfaces
         ),
     )
-    fields = {**snapshot.point_fields, "body_id": snapshot.body_id}
+    fields = {
+        **snapshot.point_fields,
+        "point_id": snapshot.point_id,
+        "body_id": snapshot.body_id,
+    }
     sums = [_checksum_of_block(snapshot.position, None, fields)]
     sums += [_checksum_of_block(snapshot.node_position, snapshot.cells, snapshot.node_fields)]
     sums += [
@@ -221,8 +225,7 @@ class _BlockSum:
         self._sums: dict[str, int] = {}
 
     def add(self, name: str, values: NDArray[Any]) -> None:
-        if name != "point_id":  # follows from the number of points
-            self._sums[name] = zlib.crc32(np.ascontiguousarray(values).data)
+        self._sums[name] = zlib.crc32(np.ascontiguousarray(values).data)
 
     @property
     def total(self) -> int:
@@ -236,12 +239,12 @@ def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
     position, point_fields = _read_block(points, index, dim)
     node_position, node_fields = _read_block(grid, index, dim)
     make = dict(point_fields.make)
-    body_id = make.pop("body_id")()
-    del make["point_id"]
+    point_id, body_id = make.pop("point_id")(), make.pop("body_id")()
     return Snapshot(
         step=int(file["tilth/step"][index]),
         time=float(points["Steps/Values"][index]),
         position=position,
+        point_id=point_id,
         body_id=body_id,
         point_fields=FieldsOnDemand(make),
         node_position=node_position,
@@ -282,7 +285,10 @@ def _append_block(
     reuse = cell_type == VTK_VERTEX and index > 0
     if reuse:
         part = int(steps["PartOffsets"][index - 1])
-        reuse = int(block["NumberOfPoints"][part]) == len(position)
+        reuse = int(block["NumberOfPoints"][part]) == len(position) and all(
+            np.array_equal(_static(block, name, index - 1, len(position)), fields[name])
+            for name in STATIC_FIELDS
+        )
     if reuse:
         cell_start = int(steps["CellOffsets"][index - 1, 0])
         connectivity_start = int(steps["ConnectivityIdOffsets"][index - 1, 0])
@@ -310,6 +316,12 @@ def _append_block(
     _append(steps, "Values", np.array([time], dtype=np.float64))
     steps.attrs["NSteps"] = index + 1
     return checksum.total
+
+
+def _static(block: Any, name: str, index: int, count: int) -> NDArray[Any]:
+    """Returns a field of a block that seldom changes, in an earlier output."""
+    first = int(block["Steps/PointDataOffsets"][name][index])
+    return np.asarray(block["PointData"][name][first : first + count])
 
 
 def _read_block(block: Any, index: int, dim: int) -> tuple[NDArray[np.float64], FieldsOnDemand]:

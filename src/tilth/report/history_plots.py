@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.output.history import FIRST_COLUMNS
+from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
@@ -23,7 +23,7 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
     """Returns plots of all tracked quantities against time; None if there are none."""
     from matplotlib.figure import Figure
 
-    names = [name for name in history if name not in FIRST_COLUMNS]
+    names = [name for name in history if name not in (*FIRST_COLUMNS, *OF_STAGES)]
     if not names:
         return None
     columns = 1 if len(names) == 1 else 2

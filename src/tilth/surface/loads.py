@@ -45,7 +45,7 @@ def declared_loads(model: Model) -> list[DeclaredLoad]:
     """Returns the loads on surfaces of a model."""
     return [
         DeclaredLoad(number, load, model.load_curve(load))
-        for number, load in enumerate(model.loads)
+        for number, load in model.acting_loads()
         if isinstance(load, SurfaceLoad)
     ]
 

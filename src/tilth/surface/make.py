@@ -24,7 +24,7 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
     """
     surfaces: dict[str, BodySurface] = {}
     for number, body in enumerate(model.bodies):
-        if body.surface is None:
+        if body.surface is None or not model.present(body.name):
             continue
         # imported only where needed: they import much of the package
         from tilth.surface.tracked import TrackedSurface
@@ -36,7 +36,7 @@ def make_surfaces(model: Model, points: MaterialPoints) -> dict[str, BodySurface
             else TrackedSolidSurface(model, number)
         )
     for number, track in enumerate(model.track):
-        if track.quantity == "enclosed":
+        if track.quantity == "enclosed" and track.body in surfaces:
             try:
                 surfaces[track.body or ""].enclosed()
             except BadSurface as error:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy.typing as npt
@@ -50,6 +50,13 @@ class BodySurface(Protocol):
 
     def commit(self, state: Any) -> None:
         """Sets the state that `moved` returned."""
+        ...
+
+    def move_vertically(self, displacement: Callable[[Floats], Floats]) -> None:
+        """Moves the undeformed surface of new soil vertically, before the first step.
+
+        displacement: at horizontal positions (n, dim - 1) [length], shape (n,).
+        """
         ...
 
     def enclosed(self) -> float:

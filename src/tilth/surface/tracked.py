@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -225,6 +225,16 @@ class TrackedSurface:
             point_id=tracked.point_id,
         )
 
+    def move_vertically(self, displacement: Callable[[Floats], Floats]) -> None:
+        """As `BodySurface.move_vertically`."""
+        chains = []
+        for tracked in self.chains:
+            points = tracked.current.points.copy()
+            points[:, 1] += displacement(points[:, :1])
+            chain = Chain(points, tracked.current.closed, tracked.current.corner)
+            chains.append(replace(tracked, current=chain, initial=chain))
+        self.chains = chains
+
     def enclosed(self) -> float:
         """As `BodySurface.enclosed`; negative for holes."""
         return sum(LocalCubicSpline(tracked.current).area for tracked in self.chains)
@@ -325,7 +335,7 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
 
 def _outer_layer(chain: Chain, points: MaterialPoints, number: int) -> tuple[Chain, Integers]:
     """Returns the chain of the material points nearest to an outline, and their numbers."""
-    _, own = points.whole_bodies()[number]
+    own = next(own for body, own in points.whole_bodies() if body.body == number)
     position, point_id = points.position[own], points.point_id[own]
     distance = np.linalg.norm(position[None] - chain.points[:, None], axis=2)
     nearest = distance.argmin(axis=1)

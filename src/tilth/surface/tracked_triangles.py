@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,6 +118,14 @@ class TrackedSolidSurface:
     def commit(self, state: TrackedTriangles) -> None:
         """As `BodySurface.commit`."""
         self.triangles = state
+
+    def move_vertically(self, displacement: Callable[[Floats], Floats]) -> None:
+        """As `BodySurface.move_vertically`."""
+        old = self.triangles.current
+        vertices = old.vertices.copy()
+        vertices[:, 2] += displacement(vertices[:, :2])
+        current = Triangles(vertices, old.triangle, old.part, old.part_number)
+        self.triangles = TrackedTriangles(current, vertices)
 
     def enclosed(self) -> float:
         """As `BodySurface.enclosed`."""

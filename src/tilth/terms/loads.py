@@ -43,7 +43,7 @@ class Loads:
     def __init__(self, model: Model, points: MaterialPoints) -> None:
         self._body_forces = [
             (np.array(load.acceleration), model.load_curve(load))
-            for load in model.loads
+            for _, load in model.acting_loads()
             if isinstance(load, BodyForce)
         ]
         self.on_points = [
@@ -52,7 +52,7 @@ class Loads:
                 nearest_points(points, load.at, model.cell_size, load.body),
                 model.load_curve(load),
             )
-            for load in model.loads
+            for _, load in model.acting_loads()
             if isinstance(load, PointForce)
         ]
 

@@ -312,6 +312,17 @@ class Implicit:
             behind = behind[along > 1.0 - 1e-9]
         return float(-distance[behind].min(initial=0.0))
 
+    def carry_from(self, other: Implicit) -> None:
+        """Takes over the tractions of the same boundary on another grid, by nearest points."""
+        assert other.quadrature is not None
+        from scipy.spatial import cKDTree
+
+        self._lower, self._upper = other._lower, other._upper
+        self._make_points()
+        assert self.quadrature is not None
+        _, nearest = cKDTree(other.quadrature.reference).query(self.quadrature.reference)
+        self.carried = other.carried[nearest]
+
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
         return {"lower": self._lower, "upper": self._upper, "carried": self.carried}

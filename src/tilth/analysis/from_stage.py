@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A new run that goes on from the end of a stage of another one.
+
+The folder of the new run gets what the other one wrote up to that moment, so that history and
+results run through, and is then resumed.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tilth.analysis.staged import PointFields, StagedAnalysis
+from tilth.analysis.stored_run import StoredRun
+from tilth.errors import BadInput
+from tilth.model import Model, SurfaceLoad
+from tilth.model.problems import unknown_name
+from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results, write_checkpoint
+from tilth.output.disk import writing
+from tilth.output.files import write_durably
+from tilth.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    LOG,
+    MODEL,
+    RESULTS,
+    load_model,
+    require_folder,
+    stage_checkpoint,
+)
+from tilth.output.snapshot import SurfaceShape
+
+
+def parse_start(text: str) -> tuple[Path, str]:
+    """Returns folder and name of the stage of "DIR:STAGE".
+
+    Raises:
+        BadInput: it is not of this form.
+    """
+    folder, colon, stage = text.rpartition(":")
+    if not (folder and colon and stage):
+        raise BadInput(
+            "does not name a folder and a stage",
+            'write the folder of a run, a colon and the name of a stage, such as "pit.results:dig"',
+            key="from",
+            value=text,
+        )
+    return Path(folder), stage
+
+
+def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
+    """Returns the run in `folder` at the end of a stage, from which a run of `model` can go on.
+
+    Raises:
+        BadInput: there is no such stage, it is not finished, or `model` differs from that of the
+            run before its end.
+    """
+    folder = require_folder(folder)
+    earlier = load_model(folder)
+    names = [each.name for each in earlier.stages]
+    if stage not in names:
+        words = unknown_name("stage", stage, names)
+        raise BadInput(words[0], words[1], key="from", value=f"{folder}:{stage}")
+    number = names.index(stage)
+    if number >= len(model.stages) or model.stages[number].name != stage:
+        raise BadInput(
+            f"stage {number + 1} of the new case is not {stage!r}",
+            "leave the stages up to that one as they were",
+            key="stages",
+        )
+    if not (folder / stage_checkpoint(number)).exists():
+        raise BadInput(
+            f"the run in {folder} has not finished the stage {stage!r}",
+            f"finish it with: tilth resume {folder}",
+            key="from",
+            value=f"{folder}:{stage}",
+        )
+    for key, what in _differences(earlier, model, number):
+        raise BadInput(
+            f"{what} is not as in the run in {folder}, up to the end of the stage {stage!r}",
+            "only what comes later may differ; run the whole case for other changes",
+            key=key,
+        )
+    if number + 1 == len(model.stages):
+        raise BadInput(
+            f"the case has no stage after {stage!r}", "add the stages that follow", key="stages"
+        )
+    return StoredRun.read(folder, number)
+
+
+def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[str, str]]:
+    """Yields (key, text) of what differs in two models up to the end of a stage."""
+    for key in ("analysis", "units", "track", "initial"):
+        if getattr(earlier, key) != getattr(model, key):
+            yield key, f"`{key}`"
+    if earlier.output.deformation_gradient != model.output.deformation_gradient:
+        yield "output.deformation_gradient", "`output.deformation_gradient`"
+    for i, (one, other) in enumerate(
+        zip(earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True)
+    ):
+        before, after = _declared(one), _declared(other)
+        for key in before:
+            if before[key] != after[key]:
+                yield (
+                    f"stages[{i}]",
+                    f"`{key}` of this stage, or what is carried on from earlier ones,",
+                )
+    there = [
+        i
+        for i, body in enumerate(earlier.bodies)
+        if any(each.present(body.name) for each in earlier.of_stages[: number + 1])
+    ]
+    last = max(there) + 1
+    if earlier.bodies[:last] != model.bodies[:last]:
+        yield "bodies", "a body"
+    for i in there:
+        if earlier.bodies[i].surface is not None and (
+            _stretches(earlier, i) != _stretches(model, i)
+        ):
+            yield "loads", f"a stretch of the surface of {earlier.bodies[i].name!r} that is loaded"
+
+
+def _declared(model: Model) -> dict[str, Any]:
+    """Returns all that acts in a stage, by its key."""
+    stage = model.stage.declared
+    assert stage is not None
+    present = [body for body in model.bodies if model.present(body.name)]
+    used = {name for body in present for name in body.materials}
+    return {
+        "bodies": present,
+        "materials": {name: each for name, each in model.materials.items() if name in used},
+        "boundaries": model.boundaries,
+        "loads": [load for _, load in model.acting_loads()],
+        "water": model.water,
+        "grid": model.grid,
+        "schedule": model.schedule,
+        "excavate": stage.excavate,
+        "release": stage.release,
+        "reset": stage.reset,
+    }
+
+
+def _stretches(model: Model, number: int) -> list[Any]:
+    name = model.bodies[number].name
+    return [
+        (i, load.start, load.end, load.part)
+        for i, load in enumerate(model.loads)
+        if isinstance(load, SurfaceLoad) and load.body == name
+    ]
+
+
+def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
+    """Writes into an empty folder what the stored run wrote up to its checkpoint.
+
+    The model is the new one; the run is then resumed.
+
+    Raises:
+        BadInput: a file of the stored run is damaged.
+        AnalysisFailed: a file cannot be written.
+    """
+    declared = json.dumps(model.to_dict(), indent=1).encode()
+    with writing(folder / MODEL):
+        write_durably(folder / MODEL, declared)
+    with writing(folder / HISTORY):
+        write_durably(folder / HISTORY, stored.history)
+    with writing(folder / LOG):
+        write_durably(folder / LOG, (stored.folder / LOG).read_bytes())
+    outputs = _copy_results(stored, model, folder)
+    number = stored.progress.stage
+    for i in range(number + 1):
+        source = stored.folder / stage_checkpoint(i)
+        if not source.exists():
+            continue
+        arrays, meta = read_checkpoint(source)
+        meta["model"] = zlib.crc32(declared)
+        meta["outputs"] = outputs[: len(meta["outputs"])]
+        write_checkpoint(folder / source.name, arrays, meta)
+        if i == number:
+            write_checkpoint(folder / CHECKPOINT, arrays, meta)
+
+
+def _copy_results(stored: StoredRun, model: Model, folder: Path) -> list[tuple[int, int]]:
+    """Copies the outputs up to the checkpoint, with the fields of the new run's outputs."""
+    results = read_results(stored.folder / RESULTS)
+    names = StagedAnalysis.fields_of(model)
+    old = StagedAnalysis.fields_of(stored.model)
+    surfaces = [body.name for body in model.bodies if body.surface is not None]
+    writer = ResultsWriter(folder / RESULTS, title=model.title, units=results.units)
+    for index in range(len(stored.progress.outputs)):
+        writer.append(_with_fields(results.snapshot(index), names, old, surfaces))
+    writer.close()
+    return writer.outputs
+
+
+def _with_fields(
+    state: Snapshot, names: PointFields, old: PointFields, surfaces: list[str]
+) -> Snapshot:
+    """Returns an output with other state variables, varying parameters and surfaces."""
+    wanted, known = [*names[0], *names[1]], {*old[0], *old[1]}
+    fields: Mapping[str, Any] = {
+        name: values
+        for name, values in state.point_fields.items()
+        if name in wanted or name not in known
+    }
+    added = {name: np.full(len(state.position), np.nan) for name in wanted if name not in fields}
+    there = {surface.name: surface for surface in state.surfaces}
+    return replace(
+        state,
+        point_fields={**fields, **added},
+        surfaces=tuple(there.get(name, SurfaceShape.empty(name, state.dim)) for name in surfaces),
+    )

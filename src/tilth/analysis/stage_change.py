@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The change from one stage of an analysis to the next: soil, materials, grid, boundaries."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from tilth.analysis.placement import placed_on_ground, settlement
+from tilth.analysis.simulation import Simulation, present_points
+from tilth.arrays import Flags, Floats
+from tilth.bodies.inside import inside_of
+from tilth.boundaries.implicit.boundary import Implicit
+from tilth.errors import BadInput, StepFailed
+from tilth.fields.tables import place_text
+from tilth.model import Model
+from tilth.model.stages import Stage
+from tilth.model.staging import copied
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.terms.balance import Balance
+
+EXCESS_PORE_PRESSURE = "excess_pore_pressure"
+"""State variable of undrained laws, whose stress is total (compression positive)."""
+
+
+def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
+    """Returns the simulation at the start of a stage, from the state at the end of the last one.
+
+    Args:
+        last: the simulation of the last stage at its end; it must not be used afterwards.
+        model: of the stage.
+        initial: undeformed points of all bodies of all stages, with the materials of the stage.
+
+    Raises:
+        BadInput: no soil is left, new soil would overlap with soil, a stress that an exchanged
+            material cannot have, or conditions that cannot be met.
+    """
+    stage = model.stage.declared
+    assert stage is not None
+    key = f"stages[{model.stage.number}]"
+    points = last.points.selected(_remaining(last.points, model, stage))
+    if len(points) == 0:
+        raise BadInput(f"no soil is left in the stage {stage.name!r}", "keep some", key=key)
+    points = _with_materials(points, initial, key)
+    points, grounds = _with_new_bodies(points, last, model, initial, key)
+    _reset(points, stage)
+    simulation = Simulation(model, points, initial)
+    _carry(last, simulation, grounds)
+    return simulation
+
+
+def _remaining(points: MaterialPoints, model: Model, stage: Stage) -> Flags:
+    """Returns which points are still there at the start of the stage, shape (n,)."""
+    kept = present_points(model, points)
+    for i, region in enumerate(stage.excavate):
+        inside = inside_of(region.shape)
+        own = points.of_body(region.body)
+        removed = inside(points.position[own])
+        if not removed.any():
+            raise BadInput(
+                f"no soil of {region.body!r} is in this region at the start of {stage.name!r}",
+                "correct its shape, which lies in the deformed ground",
+                key=f"stages[{model.stage.number}].excavate[{i}].shape",
+            )
+        kept[own] &= ~removed
+    return kept
+
+
+def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -> MaterialPoints:
+    """Returns the points with the laws that `initial` has, their effective stress as it was."""
+    new = {(body.body, body.layer): body for body in initial.bodies}
+    ranges = [
+        replace(new[body.body, body.layer], start=body.start, stop=body.stop)
+        for body in points.bodies
+    ]
+    columns = initial.state.shape[1]
+    state = np.zeros((len(points), columns))
+    shared = min(columns, points.state.shape[1])
+    state[:, :shared] = points.state[:, :shared]
+    changed = MaterialPoints(
+        **{
+            **points.arrays(),
+            "state": state,
+            "parameters": initial.parameters[points.point_id],
+        },  # type: ignore[arg-type]
+        bodies=ranges,
+        varying=initial.varying,
+    )
+    for before, after in zip(points.bodies, ranges, strict=True):
+        if not _same_law(points, before, changed, after):
+            _exchange(points.part(before), changed.part(after), key)
+    return changed
+
+
+def _same_law(
+    points: MaterialPoints, before: PointRange, changed: MaterialPoints, after: PointRange
+) -> bool:
+    one, other = points.parameters_of(before), changed.parameters_of(after)
+    same = before.law.name == after.law.name and before.law.core is after.law.core
+    if isinstance(before.law.core, str):
+        same = before.law.core == after.law.core
+    return same and one.shape == other.shape and bool((one == other).all())
+
+
+def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
+    """Gives the points of one range, which have a new law, the state that belongs to their stress.
+
+    The elastic strain is that of the effective stress with the new law.
+    """
+    jacobian = before.volume / before.initial_volume
+    if before.bodies[0].anti_locking == "f_bar":
+        jacobian = before.assumed_jacobian
+    stress = before.stress.copy()
+    if EXCESS_PORE_PRESSURE in before.bodies[0].law.state_variables:
+        stress[:, :3] += before.state_variable(EXCESS_PORE_PRESSURE)[:, None]
+    part.state[:] = 0.0
+    kirchhoff = np.ascontiguousarray(stress * jacobian[:, None])
+    failed = part.start_with(kirchhoff)
+    part.stress[:] = stress
+    if failed >= 0:
+        raise BadInput(
+            f"the material {part.bodies[0].law.name!r} cannot have the stress of the soil at "
+            f"{place_text(part.position[failed])}",
+            "exchange it in a stage in which the soil has another stress",
+            key=f"{key}.materials",
+        )
+
+
+def _with_new_bodies(
+    points: MaterialPoints, last: Simulation, model: Model, initial: MaterialPoints, key: str
+) -> tuple[MaterialPoints, dict[str, Floats]]:
+    """Returns the points with those of bodies that are new, and the ground below each (see
+    `placed_on_ground`).
+    """
+    new = initial.selected(present_points(model, initial) & ~present_points(last.model, initial))
+    if len(new) == 0:
+        return points, {}
+    grounds = placed_on_ground(new, points, initial, key)
+    return points.joined(new), grounds
+
+
+def _reset(points: MaterialPoints, stage: Stage) -> None:
+    if "displacement" in stage.reset:
+        points.displacement[:] = 0.0
+    if "plastic_strain" in stage.reset:
+        points.plastic[:, 0] = 0.0
+
+
+def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats]) -> None:
+    """Hands on what persists: tractions of boundaries, tracked surfaces, stabilisation."""
+    same_grid = np.array_equal(last.grid.cell_size, simulation.grid.cell_size) and np.array_equal(
+        last.grid.origin, simulation.grid.origin
+    )
+    before = {boundary.name: boundary for boundary in last.implicit}
+    for boundary in simulation.implicit:
+        if (earlier := before.get(boundary.name)) is not None:
+            _carry_tractions(earlier, boundary, same_grid)
+    for name, surface in simulation.surfaces.items():
+        if name in last.surfaces:
+            surface.restore(last.surfaces[name].state())
+        elif name in grounds:
+            surface.move_vertically(partial(settlement, grounds[name]))
+    simulation.go_on_from(last, same_grid)
+
+
+def _carry_tractions(before: Implicit, after: Implicit, same_grid: bool) -> None:
+    """Hands on the tractions of a boundary; with another grid, those of the nearest points."""
+    if same_grid:
+        after.restore(before.state())
+    elif before.quadrature is not None:
+        after.carry_from(before)
+
+
+def release_out_of_balance(simulation: Simulation) -> Floats:
+    """Lets the forces that are out of balance at the start of a stage act as released forces.
+
+    Returns their resultant on the free nodes [force], shape (dim,).
+
+    Raises:
+        StepFailed: the forces cannot be computed.
+    """
+    step = simulation.prepare(0.0, 0.0)
+    balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
+    residual = balance.forces(np.zeros(step.active.position.shape)).residual
+    force = np.where(step.conditions.constrained, 0.0, residual)
+    simulation.released.set(balance.active, force)
+    return np.asarray(force.sum(axis=0))
+
+
+def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
+    """As `next_stage`, with the first step's conditions checked and out-of-balance forces found.
+
+    Raises:
+        BadInput: as `next_stage` and `Simulation.check`.
+    """
+    simulation = next_stage(last, model, initial)
+    try:
+        simulation.check()
+        release_out_of_balance(simulation)
+    except StepFailed as failure:
+        raise BadInput(
+            f"the stage cannot begin: {failure.reason}",
+            "change what the stage removes, exchanges or places",
+            key=f"stages[{model.stage.number}]",
+        ) from failure
+    except BadInput as error:
+        raise error.during(f"at the start of the stage {model.stage.name!r}") from error
+    return simulation
+
+
+def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:
+    """Returns the undeformed points of all bodies for each stage, with the stage's materials.
+
+    Stages with the same materials share them; they must not be changed.
+    """
+    found: list[MaterialPoints] = []
+    for number, model in enumerate(models):
+        same = number > 0 and model.bodies == models[number - 1].bodies
+        of_first = copied(model, grid=models[0].grid)  # points per cell are those of [grid]
+        found.append(found[-1] if same else initial_points(of_first))
+    return found

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An analysis stage by stage: the simulation of the present stage and its clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from tilth.analysis.clock import Clock
+from tilth.analysis.load_steps import load_steps
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.stage_change import checked_next_stage, points_of_stages
+from tilth.analysis.state import Arrays
+from tilth.arrays import Floats
+from tilth.errors import StepFailed
+from tilth.model import Model
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+
+PointFields = tuple[list[str], list[str]]
+"""Names of the state variables and of the varying parameters that all outputs of a run have."""
+
+
+def end_time(model: Model) -> float:
+    """Returns the total time at the end of the last stage."""
+    last = model.of_stages[-1]
+    return last.stage.start + last.schedule.end
+
+
+def output_times(model: Model) -> list[float]:
+    """Returns the total times of output of all stages, without that at the start."""
+    return [
+        each.stage.start + time
+        for each in model.of_stages
+        for time in each.schedule.times_of_output()
+    ]
+
+
+def _fields_of(of_stages: Sequence[MaterialPoints]) -> PointFields:
+    states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
+    varying = dict.fromkeys(name for each in of_stages for name in each.varying)
+    return list(states), list(varying)
+
+
+class StagedAnalysis:
+    """An analysis of one or several stages, at a moment of one of them.
+
+    A model without stages is an analysis of one stage.
+
+    Args:
+        model: the whole model.
+        until: total time at which to stop; None for the end.
+
+    Attributes:
+        models: the model of each stage.
+        initial: undeformed points of all bodies, in the order of their numbers, for each stage; of
+            a model without stages those of the simulation, which change.
+        simulation: of the present stage.
+        clock: of the present stage; its time begins at 0 in each stage.
+        out_of_balance: resultant of the forces released in the present stage [force], (dim,).
+    """
+
+    def __init__(self, model: Model, until: float | None = None) -> None:
+        self._begin(model, until)
+        initial = self._initial[0] if model.stages else None
+        self.simulation = Simulation(self.models[0], initial=initial)
+        self.clock = self._clock(0, step=0)
+
+    def _begin(self, model: Model, until: float | None) -> None:
+        self.model = model
+        self.models = model.of_stages
+        self._until = until
+        self._initial = points_of_stages(self.models) if model.stages else []
+        self.out_of_balance: Floats = np.zeros(model.dimension)
+
+    @classmethod
+    def restored(
+        cls, model: Model, number: int, clock: dict[str, float], arrays: Arrays, until: float | None
+    ) -> StagedAnalysis:
+        """Returns the analysis at a moment that a checkpoint stored.
+
+        Args:
+            model: the whole model.
+            number: of the stage.
+            clock: step, time, size and successes of its clock.
+            arrays: state of its simulation.
+            until: as in the constructor.
+
+        Raises:
+            MissingState, WrongState: see `Simulation.restored`.
+        """
+        analysis = cls.__new__(cls)
+        analysis._begin(model, until)
+        initial = analysis._initial[number] if model.stages else None
+        analysis.simulation = Simulation.restored(analysis.models[number], arrays, initial)
+        analysis.clock = analysis._clock(number, **clock)
+        return analysis
+
+    @property
+    def point_fields(self) -> PointFields:
+        """The state variables and varying parameters of all stages."""
+        return _fields_of(self._initial or [self.simulation.points])
+
+    @staticmethod
+    def fields_of(model: Model) -> PointFields:
+        """Returns the same for a model with stages that is not yet run."""
+        return _fields_of(points_of_stages(model.of_stages))
+
+    def _clock(self, number: int, **position: float) -> Clock:
+        model = self.models[number]
+        until = None if self._until is None else self._until - model.stage.start
+        if until is not None and until > model.schedule.end * (1.0 + 1e-12):
+            until = None
+        return Clock(model.schedule, until=until, **position)  # type: ignore[arg-type]
+
+    @property
+    def initial(self) -> MaterialPoints:
+        """The undeformed points of all bodies, with the materials of the present stage."""
+        number = self.simulation.model.stage.number
+        return self._initial[number] if self._initial else self.simulation.points
+
+    @property
+    def number(self) -> int:
+        """Number of the present stage, from 0."""
+        return self.simulation.model.stage.number
+
+    @property
+    def time(self) -> float:
+        """Total time reached."""
+        return self.simulation.model.stage.start + self.clock.time
+
+    @property
+    def done(self) -> bool:
+        """Whether the end of the last stage is reached."""
+        return self.clock.done and self.number == len(self.models) - 1
+
+    @property
+    def stops(self) -> bool:
+        """Whether the time at which to stop is reached."""
+        return self._until is not None and (self.clock.stops or self.time > self._until)
+
+    def check(self) -> ActiveGrid:
+        """Checks the first step, and goes through the stages with the undeformed soil.
+
+        Returns:
+            The grid of the first step.
+
+        Raises:
+            BadInput: see `next_stage` and `Simulation.check`.
+        """
+        active = self.simulation.check()
+        if len(self.models) > 1:
+            simulation = Simulation(self.models[0], initial=self._initial[0])
+            for model, initial in zip(self.models[1:], self._initial[1:], strict=True):
+                simulation = checked_next_stage(simulation, model, initial)
+        return active
+
+    def enter_next(self) -> None:
+        """Goes to the start of the next stage, whose clock begins at 0.
+
+        Raises:
+            BadInput: see `next_stage`.
+        """
+        number = self.number + 1
+        model, initial = self.models[number], self._initial[number]
+        self.simulation = checked_next_stage(self.simulation, model, initial)
+        self.out_of_balance = self.simulation.released.force.sum(axis=0)
+        self.clock = self._clock(number, step=self.clock.step)
+
+    def steps(
+        self,
+        on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+        on_cut: Callable[[float, StepFailed], None] = lambda time, failure: None,
+        on_stage_end: Callable[[], None] = lambda: None,
+        on_stage_start: Callable[[], None] = lambda: None,
+    ) -> Iterator[tuple[float, StepResult]]:
+        """Takes the load steps of all stages that are left, see `load_steps`.
+
+        on_stage_end, on_stage_start: are called at the end of each stage and at the start of the
+            next one.
+
+        Yields:
+            The size of each converged step [time] and its result.
+
+        Raises:
+            AnalysisFailed: no equilibrium with the smallest step.
+            BadInput: code of the user fails, or a stage cannot begin.
+        """
+        while True:
+            yield from load_steps(self.simulation, self.clock, on_iteration, on_cut)
+            stopped = self.clock.stops and not self.clock.done
+            if not self.clock.done or stopped:
+                return
+            on_stage_end()
+            if self.number == len(self.models) - 1 or self.clock.stops:
+                return
+            self.enter_next()
+            on_stage_start()

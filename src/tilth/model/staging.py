@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The stages of a model, each as a model of its own: what acts in it, and how it grows.
+
+A stage's model has all bodies of the whole model, so that their numbers stay, and tells which of
+them are there (`Model.present`). It has only the boundaries that act. Its loads keep their numbers;
+`Model.acting_loads` are those that act. The tables of factors are those of the stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+
+from tilth.errors import Problem
+from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
+from tilth.model.implicit import ImplicitBoundary
+from tilth.model.load_curve import LoadCurve
+from tilth.model.loads import BodyForce, Load
+from tilth.model.problems import unknown_name
+from tilth.model.stages import MOST_STAGES, Stage
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+Rows = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class StageOfModel:
+    """Which stage of a whole model a model is.
+
+    Attributes:
+        number: of the stage, from 0.
+        declared: the stage; None in a model without stages.
+        start: total time at its start [time].
+        absent_bodies: names of the bodies that are not there.
+        absent_loads: numbers of the loads that do not act.
+        boundary_keys: where each boundary stands in the case file, by name.
+    """
+
+    number: int = 0
+    declared: Stage | None = None
+    start: float = 0.0
+    absent_bodies: frozenset[str] = frozenset()
+    absent_loads: frozenset[int] = frozenset()
+    boundary_keys: Mapping[str, str] | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the stage; empty in a model without stages."""
+        return "" if self.declared is None else self.declared.name
+
+
+def copied(declared: Any, **changes: Any) -> Any:
+    """Returns a copy of a declaration with other entries, which are not validated."""
+    return BaseModel.model_copy(declared, update=changes)
+
+
+def moves(boundary: Boundary) -> bool:
+    """Whether a boundary has a motion, which a table of factors scales."""
+    if isinstance(boundary, PlaneBoundary | NodeBoundary):
+        return boundary.condition == "prescribed"
+    return isinstance(boundary, AffineBoundary) or boundary.is_moving
+
+
+def first_mentions(stages: Iterable[Stage]) -> dict[str, str]:
+    """Returns whether each name is first mentioned to "activate" or to "deactivate" it."""
+    found: dict[str, str] = {}
+    for stage in stages:
+        for key in ("activate", "deactivate"):
+            for name in getattr(stage, key):
+                found.setdefault(name, key)
+    return found
+
+
+def stage_models(model: Model) -> tuple[Model, ...]:
+    """Returns the model of each stage; the model itself if it has no stages."""
+    if not model.stages:
+        return (model,)
+    later = {name for name, first in first_mentions(model.stages).items() if first == "activate"}
+    acting = _names(model) - later
+    held: dict[str, float] = {}
+    materials: dict[str, str] = {}
+    water, grid, start = model.water, model.grid, 0.0
+    found = []
+    for number, stage in enumerate(model.stages):
+        before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
+        end = stage.schedule.end
+        tables: dict[str, Rows] = {}
+        for name, declared in _named_items(model):
+            ending = name in stage.deactivate and not isinstance(declared, _BOUNDARIES)
+            if name in acting or (ending and name in before):
+                table = _table(declared, name, stage, held.get(name), ending)
+                tables[name], held[name] = table, LoadCurve(table).factor(end)
+            elif not isinstance(declared, _BOUNDARIES):
+                held.pop(name, None)
+        materials = {old: stage.materials.get(new, new) for old, new in materials.items()}
+        materials |= {old: new for old, new in stage.materials.items() if old not in materials}
+        change: dict[str, Any] = {}
+        if stage.water is not None:
+            change["initial_level"] = stage.water.level if water is None else water.level
+            water = copied(stage.water, **change)
+        elif water is not None and number > 0:
+            water = copied(water, initial_level=None)
+        if stage.grid is not None:
+            origin = grid.origin if stage.grid.origin is None else stage.grid.origin
+            grid = copied(grid, cell_size=stage.grid.cell_size, origin=origin)
+        found.append(
+            _model_of(
+                model, number, stage, start, acting, tables,
+                bodies=_with_materials(model, materials), water=water, grid=grid,
+            )
+        )  # fmt: skip
+        start += end
+    return tuple(found)
+
+
+_BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
+
+
+def _load_name(number: int, load: Load) -> str:
+    """Returns the name of a load; one that no user can give for a load without a name."""
+    return load.name if load.name is not None else f"\0{number}"
+
+
+def _named_items(model: Model) -> Iterator[tuple[str, Any]]:
+    """Yields all loads and boundaries with their names."""
+    for number, load in enumerate(model.loads):
+        yield _load_name(number, load), load
+    for boundary in model.boundaries:
+        yield boundary.name, boundary
+
+
+def _names(model: Model) -> set[str]:
+    return {name for name, _ in _named_items(model)} | {body.name for body in model.bodies}
+
+
+def _table(declared: Any, name: str, stage: Stage, held: float | None, ending: bool) -> Rows:
+    """Returns the rows (time, factor) of a load or boundary in a stage.
+
+    held: its factor at the end of the last stage; None if it did not act.
+    """
+    end = stage.schedule.end
+    if name in stage.factors:
+        return tuple((row[0], row[1]) for row in stage.factors[name])
+    if ending:
+        return ((0.0, held or 0.0), (end, 0.0))
+    if held is not None:
+        return ((0.0, held),)
+    rows = getattr(declared, "factor", None) or ((0.0, 0.0), (end, 1.0))
+    return tuple((row[0], row[1]) for row in rows)
+
+
+def _with_materials(model: Model, exchanged: Mapping[str, str]) -> tuple[Any, ...]:
+    """Returns the bodies with the materials of a stage."""
+
+    def of(entry: Any) -> Any:
+        name = entry.material
+        return copied(entry, material=None if name is None else exchanged.get(name, name))
+
+    if not any(old != new for old, new in exchanged.items()):
+        return tuple(model.bodies)
+    return tuple(
+        copied(of(body), layers=tuple(of(layer) for layer in body.layers)) for body in model.bodies
+    )
+
+
+def _model_of(
+    model: Model, number: int, stage: Stage, start: float, acting: set[str],
+    tables: Mapping[str, Rows], **changes: Any,
+) -> Model:  # fmt: skip
+    """Returns the model of a stage."""
+    kept = [b for b in model.boundaries if b.name in acting]
+    boundaries = tuple(copied(b, factor=tables[b.name]) if moves(b) else b for b in kept)
+    loads = tuple(
+        copied(load, factor=tables.get(_load_name(i, load), load.factor))
+        for i, load in enumerate(model.loads)
+    )
+    result: Model = copied(
+        model, stages=(), schedule=stage.schedule, boundaries=boundaries, loads=loads, **changes
+    )
+    result.__dict__["stage"] = StageOfModel(
+        number=number,
+        declared=stage,
+        start=start,
+        absent_bodies=frozenset(b.name for b in model.bodies if b.name not in acting),
+        absent_loads=frozenset(
+            i for i, load in enumerate(model.loads) if _load_name(i, load) not in tables
+        ),
+        boundary_keys=model.boundary_keys(),
+    )
+    return result
+
+
+def stage_problems(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the entries of the stages of a model."""
+    if len(model.stages) > MOST_STAGES:
+        yield Problem("stages", f"has {len(model.stages):,} entries", f"at most {MOST_STAGES:,}")
+        return
+    kinds: dict[str, list[str]] = {}
+    for name, declared in _named_items(model):
+        kind = "boundary" if isinstance(declared, _BOUNDARIES) else "load"
+        kinds.setdefault(name, []).append(kind)
+    for body in model.bodies:
+        kinds.setdefault(body.name, []).append("body")
+    known = [name for name in kinds if not name.startswith("\0")]
+    later = {name for name, first in first_mentions(model.stages).items() if first == "activate"}
+    acting = set(kinds) - later
+    for number, stage in enumerate(model.stages):
+        key = f"stages[{number}]"
+        for which in ("activate", "deactivate"):
+            for name in getattr(stage, which):
+                if name not in kinds:
+                    yield Problem(
+                        f"{key}.{which}", *unknown_name("body, boundary or load", name, known), name
+                    )
+                elif len(kinds[name]) > 1:
+                    what = f"{' and '.join(kinds[name])} have this name"
+                    yield Problem(f"{key}.{which}", what, "give them different names", name)
+                elif (name in acting) == (which == "activate"):
+                    state = "acts already" if which == "activate" else "does not act before"
+                    if kinds[name] == ["body"]:
+                        state = "is already there" if which == "activate" else "is not there before"
+                    yield Problem(f"{key}.{which}", f"{name!r} {state}", "leave it out", name)
+        before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
+        yield from _factor_problems(model, key, stage, before | acting, kinds)
+        for old, new in stage.materials.items():
+            for name in (old, new):
+                if name not in model.materials:
+                    words = unknown_name("material", name, model.materials)
+                    yield Problem(f"{key}.materials", *words, name)
+        yield from _excavation_problems(model, key, stage, before)
+        if number == 0 and stage.release is not None:
+            what = "has no meaning in the first stage, which changes nothing"
+            yield Problem(f"{key}.release", what, "leave it out")
+        for table, where in ((stage.release, "release"),):
+            if table is not None and table[-1][0] > stage.schedule.end:
+                what = f"ends after the stage, which ends at {stage.schedule.end:g}"
+                yield Problem(f"{key}.{where}", what, "end it with the stage", table)
+
+
+def _factor_problems(
+    model: Model, key: str, stage: Stage, acting: set[str], kinds: Mapping[str, list[str]]
+) -> Iterator[Problem]:
+    items = dict(_named_items(model))
+    scaled = [n for n, d in items.items() if not isinstance(d, _BOUNDARIES) or moves(d)]
+    for name, table in stage.factors.items():
+        where = f"{key}.factors"
+        if name not in items:
+            choices = [each for each in scaled if not each.startswith("\0")]
+            words = unknown_name("load or moving boundary", name, choices)
+            yield Problem(where, *words, name)
+        elif name not in scaled:
+            what = f"the boundary {name!r} does not move: there is nothing to scale"
+            yield Problem(where, what, "leave it out", name)
+        elif name not in acting:
+            what = f"{name!r} does not act in this stage"
+            yield Problem(where, what, f"add it to `{key}.activate`", name)
+        elif table[-1][0] > stage.schedule.end:
+            what = f"the table of {name!r} ends after the stage, at {table[-1][0]:g}"
+            yield Problem(where, what, f"the stage ends at {stage.schedule.end:g}", table)
+
+
+def _excavation_problems(
+    model: Model, key: str, stage: Stage, present: set[str]
+) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.bodies}
+    for i, region in enumerate(stage.excavate):
+        where = f"{key}.excavate[{i}].body"
+        if region.body not in bodies:
+            yield Problem(where, *unknown_name("body", region.body, bodies), region.body)
+        elif region.body not in present:
+            yield Problem(where, f"{region.body!r} is not there before", "leave it out")
+        elif bodies[region.body].surface is not None:
+            what = f"the body {region.body!r} has a tracked surface, which cannot be cut"
+            remedy = "declare the part to be excavated as a body of its own and deactivate it"
+            yield Problem(where, what, remedy, region.body)
+
+
+def problems_in_stages(model: Model) -> Iterator[Problem]:
+    """Yields what does not fit together in the model of a stage; its own entries are right."""
+    from tilth.model.checks import problems_of_stage
+
+    held: dict[str, float] = {}
+    for number, of_stage in enumerate(stage_models(model)):
+        key, stage = f"stages[{number}]", model.stages[number]
+        for boundary in of_stage.boundaries:
+            if not moves(boundary):
+                continue
+            table = of_stage.load_curve(boundary).table
+            first, expected = table[0][1], held.get(boundary.name, 0.0)
+            if first != expected:
+                what = (
+                    f"the motion of {boundary.name!r} begins with the factor {first:g}, "
+                    f"but the last stage ended with {expected:g}"
+                )
+                remedy = f"begin the table with [0, {expected:g}]: the boundary cannot jump"
+                yield Problem(f"{key}.factors", what, remedy, boundary.name)
+            held[boundary.name] = of_stage.load_curve(boundary).factor(stage.schedule.end)
+        for _, load in of_stage.acting_loads():
+            body = getattr(load, "body", None)
+            if not isinstance(load, BodyForce) and body is not None and not of_stage.present(body):
+                what = f"a load acts on the body {body!r}, which is not there in this stage"
+                remedy = "deactivate the load with its body, or before; give it a `name` for that"
+                yield Problem(key, what, remedy, body)
+        if not any(of_stage.present(body.name) for body in model.bodies):
+            yield Problem(key, "no body is left", "keep at least one body")
+            continue
+        for problem in problems_of_stage(of_stage):
+            where = f" (in {problem.key})" if problem.key != "boundaries" else ""
+            what = f"{problem.problem}{where}, in this stage"
+            yield Problem(key, what, problem.remedy, problem.value)
