@@ -130,8 +130,8 @@ without running it.
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
-  `"function"`, a material parameter, an initial stress) or a law of your own (materials `"user_python"`,
-  `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`, `tilth element` and
+  `"function"`, a material parameter, an initial stress) or a law of your own (materials
+  `"user_python"`, `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`, `tilth element` and
   `tilth resume` say so and run that file with your rights. `tilth report` runs no such code.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,

@@ -113,8 +113,6 @@ class Model(Declared):
     """Water at rest in the soil and above it; none if not given."""
     initial: Initial = Initial()
     """State at the start."""
-    water: Water | None = None
-    """Water at rest."""
     schedule: Schedule = Schedule(steps=1)
     """a section [schedule] with the number of steps or the step_size; not with `stages`, each of
     which has its own.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -75,7 +76,7 @@ class Start:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """The slope on two grids, in the long form on three; level and sloping ground; a bench in 3D."""
+    """The slope on two grids, in the long form on three; level, sloping ground; a bench in 3D."""
     for size in (1.0, 0.5, 0.25) if long else (1.0, 0.5):
         start = Start.of(varied(example(PROBLEM), {"grid.cell_size": size}))
         yield from _in_equilibrium(f"layered slope, h {size:g} m", start)
@@ -113,7 +114,7 @@ def _far_field(size: float, start: Start) -> Iterator[Comparison]:
 
 
 def _below_crest(y: Floats) -> Floats:
-    """Returns the effective vertical stress below the crest at y = 12 m: sand to 6 m, water to 9."""
+    """Returns the effective vertical stress below the crest, y = 12 m: sand to 6 m, water to 9."""
     dry, wet = 12.0 - np.maximum(y, 9.0), np.maximum(9.0 - np.maximum(y, 6.0), 0.0)
     clay, water = np.maximum(6.0 - y, 0.0), np.maximum(9.0 - y, 0.0)
     return np.asarray(18e3 * dry + 20e3 * wet + 19.5e3 * clay - 10e3 * water)
@@ -158,10 +159,7 @@ def _sloping_ground(sizes: tuple[float, ...]) -> Iterator[Comparison]:
         for shifted in (False, True):
             starts = [Start.of(ground(basis, h, shifted, vertices=SLOPE)) for h in sizes]
             place = "shifted" if shifted else "on grid lines"
-            differences = [
-                _difference(coarse, fine)
-                for coarse, fine in zip(starts[:-1], starts[1:], strict=True)
-            ]
+            differences = [_difference(coarse, fine) for coarse, fine in pairwise(starts)]
             quantity = f"mean square change of the found stress with the grid, {basis}, {place}, "
             quantity += f"h {sizes[0]:g} to {sizes[1]:g} m over the next"
             yield at_least(
