@@ -18,7 +18,7 @@ from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residua
 from tilth.analysis.simulation import PreparedStep, Simulation, StepResult
 from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
-from tilth.errors import AnalysisFailed, StepFailed
+from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.initial import GravityStress
@@ -105,13 +105,17 @@ def find_initial_equilibrium(
 
     Raises:
         AnalysisFailed: there is no equilibrium.
-        BadInput: without its plastic strain a stress lies outside the yield surface.
+        BadInput: without its plastic strain a stress lies outside the yield surface, or code of
+            the user fails.
     """
     points, model = simulation.points, simulation.model
     before = points.stress[points.in_order]
     gravity = [each.steps for each in model.initial.stress if isinstance(each, GravityStress)]
     search = _Search(simulation, max(gravity, default=1), on_iteration)
-    result, residual = search.run()
+    try:
+        result, residual = search.run()
+    except BadInput as error:  # code of the user that fails
+        raise error.during("in the search for the equilibrium of the starting state") from error
     if model.initial.reset_plastic_strain:
         points.plastic[:] = 0.0
         for body in points.bodies:
@@ -182,7 +186,10 @@ class _Search:
             constrained = step.conditions.constrained
             residual = Residual(balance, constrained)
             zero = np.zeros_like(step.conditions.increment)
-            now = residual.at(zero, np.zeros_like(balance.global_scale))
+            try:
+                now = residual.at(zero, np.zeros_like(balance.global_scale))
+            except StepFailed as failure:
+                raise self._failed(failure) from failure
             if first:
                 self.first_residual, first = now.relative, False
             if self._settled(residual, now):

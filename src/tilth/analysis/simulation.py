@@ -384,7 +384,8 @@ class Simulation:
                 )
             except StepFailed as failure:
                 guess = None
-                self.run_warnings.line_search(failure.reason, step.after)
+                if step.after > step.before:  # else a search for the starting state
+                    self.run_warnings.line_search(failure.reason, step.after)
         return solve_step(
             balance, step.conditions, self._solver, attempts[-1], self.timers, guess,
             on_iteration,
