@@ -131,8 +131,9 @@ without running it.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
   `"function"`, a material parameter, an initial stress) or a law of your own (materials
-  `"user_python"`, `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`, `tilth element` and
-  `tilth resume` say so and run that file with your rights. `tilth report` runs no such code.
+  `"user_python"`, `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`,
+  `tilth element` and `tilth resume` say so and run that file with your rights. `tilth report` runs
+  no such code.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.
