@@ -4,8 +4,9 @@
 Runs case.toml of the examples; draws the output at half time and the last one as the report does.
 Of those in `FIELDS` it draws the initial values of a field and the last output.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
-of those in `BASES` a case at one time with several bases, on the true domains. For the example of
-element tests it draws the first picture of each of its case files, `picture.png` of case.toml.
+of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
+at one time with several bases, on the true domains. For the example of element tests it draws the
+first picture of each of its case files, `picture.png` of case.toml.
 """
 
 import sys
@@ -28,11 +29,13 @@ from tilth.report.setup_file import read_setup
 from tilth.verification.cases import varied
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
+from tilth.verification.tunnel import settle
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
 FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
+TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
 
@@ -86,6 +89,15 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def stack(name: str, pictures: list[np.ndarray]) -> None:
+    """Stores pictures one above the other."""
+    width = max(picture.shape[1] for picture in pictures)
+    whole = [
+        np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=255) for p in pictures
+    ]
+    imsave(EXAMPLES / name / "picture.png", np.concatenate(whole))
+
+
 def draw_field(name: str, field: str) -> None:
     """A field at the start above the displacement at the end, from two figures of the report."""
     model = tilth.load_case(EXAMPLES / name / "case.toml")
@@ -98,11 +110,7 @@ def draw_field(name: str, field: str) -> None:
             canvas = FigureCanvasAgg(figure)
             canvas.draw()
             pictures.append(np.asarray(canvas.buffer_rgba()))
-    width = max(picture.shape[1] for picture in pictures)
-    whole = [
-        np.pad(p, ((0, 0), (0, width - p.shape[1]), (0, 0)), constant_values=255) for p in pictures
-    ]
-    imsave(EXAMPLES / name / "picture.png", np.concatenate(whole))
+    stack(name, pictures)
 
 
 def von_mises_stress(points):
@@ -153,6 +161,33 @@ def draw_bases(name: str, file: str, steps: int) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_trough(name: str, sizes: tuple[float, ...]) -> None:
+    """The surface on some grids and the closed form, above the displacement at the end."""
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    figure = Figure(figsize=(8.2, 3.2), layout="constrained")
+    axes = figure.subplots()
+    for size, style in zip(sizes, ("o", "."), strict=True):
+        found = settle(varied(model, {"grid.cell_size": size}))
+        axes.plot(found.x, 1e3 * found.settlement, style, markersize=4, label=f"cells of {size} m")
+    axes.plot(found.x, 1e3 * found.sink.settlement(found.x), "k", linewidth=1, label="closed form")
+    axes.invert_yaxis()
+    axes.set_xlabel("distance from the axis [m]")
+    axes.set_ylabel("settlement of the surface [mm]")
+    axes.legend(frameon=False)
+    canvas = FigureCanvasAgg(figure)
+    figure.set_dpi(110)
+    canvas.draw()
+    pictures = [np.asarray(canvas.buffer_rgba())]
+    with tempfile.TemporaryDirectory() as folder:
+        result = tilth.run(model, Path(folder) / "results", quiet=True)
+        results = read_results(result.folder / "results.vtkhdf")
+        last = [results.snapshot(len(results) - 1)]
+        canvas = FigureCanvasAgg(draw_frames(last, model.output.colour_by, results.units))
+        canvas.draw()
+        pictures.append(np.asarray(canvas.buffer_rgba()))
+    stack(name, pictures)
+
+
 def draw_element_tests(name: str) -> None:
     """The first picture that each case file of element tests declares."""
     for file in sorted((EXAMPLES / name).glob("*.toml")):
@@ -172,6 +207,8 @@ if __name__ == "__main__":
             draw_field(name, FIELDS[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
+        elif name in TROUGHS:
+            draw_trough(name, TROUGHS[name])
         elif name == "element_tests":
             draw_element_tests(name)
         else:

@@ -159,10 +159,11 @@ def run(
 def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
-    Each parameter that varies from place to place gets a picture of its own beside it. Python
-    functions that the case names are run.
+    With stages the picture has a panel for each. Each parameter that varies from place to place
+    gets a picture of its own beside it. Python functions that the case names are run.
     """
     from tilth.case import load_case
+    from tilth.report.setup_data import Setup
     from tilth.report.summary import print_summary
 
     model = load_case(case)
@@ -178,7 +179,8 @@ def check(case: Path, picture: Path | None) -> None:
         estimate, available = memory_of(model), available_memory()
         too_large = require_memory_to_check(estimate, available)
         setup, figures = setup_figures(model)
-        print_summary(model, setup, estimate, available)
+        soil = setup if isinstance(setup, Setup) else setup.whole()
+        print_summary(model, soil, estimate, available)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     files = {name: _beside(file, name) for name in figures}

@@ -250,6 +250,37 @@ body = "column"
     assert "column: stress [-10, -20, -10, 0] Pa" in printed
 
 
+STAGES = """[[stages]]
+name = "weight"
+schedule = { steps = 2 }
+
+[[stages]]
+name = "dig"
+schedule = { steps = 2 }
+reset = ["plastic_strain"]
+
+[[stages.excavate]]
+body = "column"
+shape = { type = "box", lower = [-1, 1], upper = [2, 4] }
+"""
+
+
+def test_check_lists_and_draws_stages(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    file = case(("[schedule]\nsteps = 2\n", STAGES))
+    checked = tilth("check", file)
+    assert checked.code == 0
+    printed = " ".join(checked.out.split())
+    assert "stage 1 weight: 2 steps from time 0 to 1, adaptive; 2 outputs" in printed
+    assert "excavates a box of column resets plastic strain to 0" in printed
+    assert "schedule" not in printed
+    assert "64 in 16 cells" in printed
+    assert (tmp_path / "column.setup.png").stat().st_size > 10_000
+    ran = tilth("run", file, "--out", tmp_path / "results")
+    assert ran.code == 0
+    assert "stage 2/2 dig, step 4" in ran.err
+    assert "<h2>Stages</h2>" in (tmp_path / "results" / "report.html").read_text()
+
+
 def test_check_draws_the_set_up(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     pytest.importorskip("tilth._core")
     file = case()

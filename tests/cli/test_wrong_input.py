@@ -204,6 +204,34 @@ at = 0
         ),
         ["boundaries[0].radius_change = -2.0", "the radius 1 becomes -1 at factor 1"],
     ),
+    "a volume loss in percent": (
+        implicit(
+            'condition = "fixed"\nvolume_loss = 2',
+            '{ type = "circle", centre = [0, 0], radius = 1, soil = "inside" }',
+        ),
+        ["boundaries[0].volume_loss = 2", "must be between 0 and 1", "0.02 is a share of 2 %"],
+    ),
+    "an earthquake without gravity": (
+        (
+            'type = "body_force"\nacceleration = [0, -9.81]',
+            'type = "seismic"\ncoefficient = [1, 0]',
+        ),
+        ['loads[0].type = "seismic"', "a part of gravity", 'type = "body_force"'],
+    ),
+    "a point force in the air": (
+        (
+            'type = "body_force"\nacceleration = [0, -9.81]',
+            'type = "point_force"\nbody = "column"\nat = [9, 9]\nforce = [1, 0]',
+        ),
+        ["loads[0].at = [9.0, 9.0]", "no soil is within a cell", "move it to the soil"],
+    ),
+    "a line force in the plane": (
+        (
+            'type = "body_force"\nacceleration = [0, -9.81]',
+            'type = "line_force"\nbody = "column"\nstart = [0, 1]\nend = [1, 1]\nforce = [1, 0]',
+        ),
+        ['loads[0].type = "line_force"', "is for 3D", "point_force"],
+    ),
     "a surface that is not there": (
         implicit('condition = "fixed"', '{ type = "stl", file = "a.stl", soil = "inside" }'),
         ['boundaries[0].geometry.file = "a.stl"', "no such file", "relative to the case file"],

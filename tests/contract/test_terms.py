@@ -50,6 +50,8 @@ def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float =
     level = np.array([[-1.0, 1.1], [0.9, 1.3], [4.0, 0.9]])  # cuts the domains of points
     for parameter in ("young_modulus", "yield_stress", "hardening_modulus"):
         soil[parameter] *= stress
+    axisymmetric = kind == "axisymmetric"
+    force = stress * length ** (2 if axisymmetric else 1)
     wall = implicit("wall", flat([0.0, 0.0], [1.0, 0.0]), "roller")
     entries: dict[str, Any] = {
         "analysis": {"kind": kind, "ghost_stabilisation": gamma, "tolerance": 1e-12},
@@ -59,11 +61,15 @@ def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float =
             {"name": "block", "material": "soil", "shape": square, "basis": "gimp",
              "spacing": 0.125 * length, "surface": {}}
         ],
-        "boundaries": [base] if kind == "axisymmetric" else [base, wall],
+        "boundaries": [base] if axisymmetric else [base, wall],
         "loads": [
             {"type": "body_force", "acceleration": [0.0, -0.02 * stress / length]},
             {"type": "surface", "body": "block", "pressure": 0.05 * stress,
              "start": [2.0 * length, 2.03 * length], "end": [0.0, 2.03 * length]},
+            {"type": "seismic", "coefficient": [0.0 if axisymmetric else 0.3, -0.1],
+             "factor": [[0.0, 1.0], [1.0, 1.0]]},
+            {"type": "point_force", "body": "block", "at": [1.1 * length, 2.03 * length],
+             "force": [0.002 * force, -0.005 * force]},
         ],
         "water": {"level": (length * level).tolist(), "unit_weight": 0.03 * stress / length,
                   "factor": [[0.0, 0.0], [1.0, 1.0]]},

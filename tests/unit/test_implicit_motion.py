@@ -52,6 +52,10 @@ MOTIONS = {
     "radius of a circle": (CIRCLE, {"radius_change": 0.5}),
     "radius of a cylinder": (CYLINDER, {"radius_change": 0.5}),
     "radius of a sphere": (SPHERE, {"radius_change": 0.5}),
+    "volume of a circle": (CIRCLE, {"volume_loss": 0.3}),
+    "volume of a cylinder": (CYLINDER, {"volume_loss": 0.3}),
+    "volume of a sphere": (SPHERE, {"volume_loss": 0.3}),
+    "all of a circle with a volume": (CIRCLE, {**ALL, "radius_change": None, "volume_loss": 0.3}),
     "all of a circle": (CIRCLE, ALL),
     "all of a cylinder": (
         CYLINDER,
@@ -210,6 +214,19 @@ def test_a_circle_grows() -> None:
     assert pose.increment == pytest.approx(
         made.motion.position(made.quadrature.reference, 1.0) - pose.position, abs=1e-14
     )
+
+
+@pytest.mark.parametrize(("geometry", "power"), [(CIRCLE, 2), (CYLINDER, 2), (SPHERE, 3)])
+def test_a_tunnel_loses_the_given_share(geometry: dict[str, Any], power: int) -> None:
+    """Area of a circle, section of a cylinder, volume of a sphere: the power of its radius."""
+    made = boundary(geometry, volume_loss=0.2)
+    assert made.quadrature is not None
+    axis = np.array(geometry.get("axis", np.zeros(len(geometry["centre"]))))
+    axis = axis / (np.linalg.norm(axis) or 1.0)
+    for factor in (0.0, 0.5, 1.0):
+        arm = made.motion.position(made.quadrature.reference, factor) - geometry["centre"]
+        radius = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
+        np.testing.assert_allclose((radius / 1.5) ** power, 1.0 - 0.2 * factor, rtol=1e-12)
 
 
 def test_a_sphere_grows() -> None:

@@ -54,45 +54,18 @@ def point_force(at: list[float], force: list[float], body: str = "block") -> dic
     return {"type": "point_force", "body": body, "at": at, "force": force}
 
 
-def test_one_nearest_point_takes_the_whole_force() -> None:
-    loads, points = loaded("plane_strain", [point_force([2.0, 2.0], [3.0, -4.0])])
+def test_a_point_at_the_place_takes_the_whole_force() -> None:
+    loads, points = loaded("plane_strain", [point_force([1.75, 1.75], [3.0, -4.0])])
     force = loads.force(points, 1.0)
-    corner = (points.position == [1.75, 1.75]).all(axis=1)
-    assert force[corner].tolist() == [[3.0, -4.0]]
-    assert not force[~corner].any()
-
-
-@pytest.mark.parametrize(
-    ("kind", "at", "share"),
-    [
-        ("plane_strain", [1.0, 2.0], 2),
-        ("plane_strain", [1.0, 1.0], 4),
-        ("axisymmetric", [1.0, 2.0], 2),
-        ("3d", [1.0, 1.0, 2.0], 4),
-        ("3d", [1.0, 1.0, 1.0], 8),
-    ],
-)
-def test_points_equally_near_share_the_force(kind: str, at: list[float], share: int) -> None:
-    direction = [1.0, -2.0, 0.5][: len(at)]
-    loads, points = loaded(kind, [point_force(at, direction)])
-    force = loads.force(points, 1.0)
-    touched = force.any(axis=1)
-    assert touched.sum() == share
-    np.testing.assert_allclose(force[touched], np.tile(direction, (share, 1)) / share, rtol=1e-15)
-    moment = force[:, 1] @ points.position
-    np.testing.assert_allclose(moment, direction[1] * np.array(at)[:], rtol=0, atol=0.6)
-
-
-@pytest.mark.parametrize(("offset", "share"), [(1e-8, 2), (1e-5, 1)])
-def test_ties_end_at_a_millionth_of_a_cell(offset: float, share: int) -> None:
-    loads, points = loaded("plane_strain", [point_force([1.0 + offset, 2.0], [0.0, -1.0])])
-    assert loads.force(points, 1.0).any(axis=1).sum() == share
+    there = (points.position == [1.75, 1.75]).all(axis=1)
+    assert force[there].tolist() == [[3.0, -4.0]]
+    assert not force[~there].any()
 
 
 def test_force_rides_on_its_points_when_these_are_reordered() -> None:
     """Points are sorted by cell every step: the force must find them again."""
     entries = block_entries(
-        "plane_strain", "linear", loads=[point_force([2.0, 2.0], [0.0, -1.0])],
+        "plane_strain", "linear", loads=[point_force([1.83, 1.97], [0.0, -1.0])],
         boundaries=[affine(np.array([[0.3, -2.0], [0.0, 1.0]]))], schedule={"steps": 8},
     )  # fmt: skip
     entries["grid"]["cell_size"] = 0.4
@@ -103,7 +76,48 @@ def test_force_rides_on_its_points_when_these_are_reordered() -> None:
         simulation.advance(k / 8, (k + 1) / 8)
     assert not np.array_equal(simulation.points.point_id, np.sort(simulation.points.point_id))
     force = simulation.loads.force(simulation.points, 1.0)
-    assert simulation.points.point_id[force.any(axis=1)].tolist() == number.tolist()
+    carrying = simulation.points.point_id[force.any(axis=1)]
+    assert len(number) > 1
+    assert sorted(carrying.tolist()) == sorted(number.tolist())
+    of_points = force[simulation.points.index_of(number)]
+    assert np.array_equal(of_points, first[first.any(axis=1)])
+
+
+def test_seismic_load_is_a_part_of_all_body_forces() -> None:
+    """Of their sum at the time, in its own direction: (3, -4) has the magnitude 5."""
+    whole = [[0.0, 1.0], [1.0, 1.0]]
+    pull = {"type": "body_force", "acceleration": [3.0, 0.0], "factor": whole}
+    weight = {"type": "body_force", "acceleration": [0.0, -8.0]}
+    quake = {"type": "seismic", "coefficient": [0.2, -0.1], "factor": [[0, 0], [0.25, 1], [0.5, 1]]}
+    loads, points = loaded("plane_strain", [quake, pull, weight])
+    assert loads.acceleration(0.0).tolist() == [3.0, 0.0]
+    np.testing.assert_allclose(loads.acceleration(0.5), [3.0 + 1.0, -4.0 - 0.5], rtol=1e-15)
+    total = loads.force(points, 0.5).sum(axis=0)
+    np.testing.assert_allclose(total, 2 * 4.0 * np.array([4.0, -4.5]), rtol=1e-13)
+
+
+def test_two_body_forces_tilt_gravity() -> None:
+    """Tables of the cosine and the sine every degree: exact there, to 4e-5 of g between."""
+    angle = np.radians(np.arange(31.0))
+    time = np.linspace(0.0, 1.0, 31)
+    parts = [[0.0, -10.0], [10.0, 0.0]]
+    values = [np.cos(angle), np.sin(angle)]
+    loads, _ = loaded(
+        "plane_strain",
+        [
+            {
+                "type": "body_force",
+                "acceleration": a,
+                "factor": np.stack([time, v], axis=1).tolist(),
+            }
+            for a, v in zip(parts, values, strict=True)
+        ],
+    )
+    for degrees, tolerance in ((0.0, 1e-15), (7.0, 1e-14), (29.5, 4e-5)):
+        turned = np.radians(degrees)
+        expected = 10.0 * np.array([np.sin(turned), -np.cos(turned)])
+        found = loads.acceleration(degrees / 30.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=10.0 * tolerance)
 
 
 def two_bodies() -> MaterialPoints:
@@ -125,7 +139,7 @@ def test_nearest_point_of_a_body(body: str, x: float) -> None:
 def test_work_of_a_dead_force_is_force_times_displacement() -> None:
     """The nodal force is spread by the same functions that move the point."""
     entries = block_entries(
-        "plane_strain", "gimp", loads=[point_force([2.0, 2.0], [3.0, -4.0])],
+        "plane_strain", "gimp", loads=[point_force([1.75, 1.75], [3.0, -4.0])],
         boundaries=[affine(np.array([[1.1, 0.2], [0.0, 0.9]]))],
     )  # fmt: skip
     simulation = Simulation(Model.from_dict(entries))

@@ -260,6 +260,20 @@ MOVED = {"displacement": {"y": 1}}
             boundary(CIRCLE, radius_change=0.1, factor=[[0, 0], [0.5, -4], [1, 1]]),
             "plane_strain", "radius_change", "becomes -0.1 at factor -4",
         ),
+        *(
+            (boundary(CIRCLE, volume_loss=v), "plane_strain", "volume_loss", "between 0 and 1")
+            for v in (0, 1, -0.02, 2)
+        ),
+        (boundary(volume_loss=0.02), "plane_strain", "volume_loss", "has no radius"),
+        (
+            boundary(CIRCLE, volume_loss=0.02, radius_change=-0.1),
+            "plane_strain", "volume_loss", "given together with `radius_change`",
+        ),
+        (
+            boundary(CIRCLE, volume_loss=0.4, factor=[[0, 0], [1, 3]]),
+            "plane_strain", "volume_loss", "becomes 0 at factor 3",
+        ),
+        (boundary(CIRCLE, volume_loss=0.02), "axisymmetric", "volume_loss", "a sphere or a ring"),
         (boundary(motion="lift"), "plane_strain", "motion", "does not name a function"),
         (
             boundary(CIRCLE, motion="m.py:lift", radius_change=0.1, **MOVED),

@@ -104,10 +104,10 @@ def test_arc_lengths_count_from_the_start_of_a_part() -> None:
     surface, active = surface_of(simulation), simulation.check()
     quadrature = surface.quadrature(active)
     for number, start, length in ((0, [2.1, 2.2], 2.0), (1, [0.1, 1.7], 1.09)):
-        rows, arc = surface.loaded(number, quadrature)
-        distance = np.linalg.norm(quadrature.position[rows] - start, axis=1)
+        loaded, arc = surface.loaded(number, quadrature)
+        distance = np.linalg.norm(loaded.position - start, axis=1)
         np.testing.assert_allclose(arc, distance, atol=1e-12)
-        total = np.linalg.norm(quadrature.edges[rows][:, 0], axis=1).sum()
+        total = np.linalg.norm(loaded.edges[:, 0], axis=1).sum()
         assert total == pytest.approx(length, rel=1e-12)
 
 

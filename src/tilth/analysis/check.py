@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis
 from tilth.model import Model
 
 
@@ -14,8 +14,9 @@ class CheckResult:
     """A model that can be computed: its size, and what in it is probably not meant.
 
     Attributes:
-        points: number of material points.
-        active_cells: number of grid cells in the points' supports before the first step.
+        points: number of material points, the largest of all stages.
+        active_cells: number of grid cells in the points' supports before the first step, of the
+            stage with the most points.
         unknowns: displacement components of their nodes, prescribed ones included.
         warnings: texts with place in the case file, numbers and remedy, as `tilth run` logs them.
     """
@@ -35,14 +36,16 @@ class CheckResult:
 def check(model: Model) -> CheckResult:
     """Checks a model as `run` does before its first step, without running it.
 
+    The stages are gone through with the undeformed soil.
+
     Raises:
         BadInput: the model cannot be computed.
     """
-    simulation = Simulation(model)
-    active = simulation.check()
-    return CheckResult(
-        points=len(simulation.points),
-        active_cells=len(active.cell_keys),
-        unknowns=active.nodes * model.dimension,
-        warnings=list(simulation.warnings),
-    )
+    sizes: list[tuple[int, int, int]] = []
+    warnings: list[str] = []
+    for simulation, active in StagedAnalysis(model).starts():
+        unknowns = active.nodes * model.dimension
+        sizes.append((len(simulation.points), len(active.cell_keys), unknowns))
+        warnings += simulation.warnings
+    points, active_cells, unknowns = max(sizes)
+    return CheckResult(points, active_cells, unknowns, warnings)

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +20,7 @@ from tilth.analysis.available_memory import (
     size_text,
 )
 from tilth.arrays import Floats
-from tilth.bodies.size import body_size
+from tilth.bodies.size import BodySize, body_size
 from tilth.errors import BadInput
 from tilth.model import Body, Model
 from tilth.model.variation import variations
@@ -26,6 +29,8 @@ from tilth.mpm.points import MaterialPoints
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
+
+UNDEFORMED = "the undeformed points of the stages"
 
 REPORT = 70e6
 """Libraries of the report's pictures [byte]; measured."""
@@ -77,7 +82,8 @@ class MemoryEstimate:
     @property
     def of_set_up(self) -> float:
         """Memory before the first step [byte]: program and material points."""
-        return self.parts["the program"] + self.parts["the material points"]
+        of_points = self.parts["the material points"] + self.parts.get(UNDEFORMED, 0.0)
+        return self.parts["the program"] + of_points
 
     @property
     def size(self) -> str:
@@ -94,6 +100,8 @@ def memory_of(
 ) -> MemoryEstimate:
     """Returns the estimate for a model: without points and grid from its shapes alone, in no time.
 
+    With stages it is that of the stage that needs most, and of the undeformed points of all.
+
     Args:
         model: the declared problem.
         points, active: its points and the grid of its first step, if they exist already.
@@ -101,8 +109,43 @@ def memory_of(
     Raises:
         BadInput: a mesh that cannot be used, or a number of points that can only be an error.
     """
+    if not model.stages:
+        return _of_stage(model, model.bodies, points, active, partial(body_size, model=model))
+    first = model.of_stages[0]
+    sizes = {body.name: body_size(body, first) for body in first.bodies}
+    estimates: dict[Any, MemoryEstimate] = {}
+    for stage in model.of_stages:
+        present = [body for body in stage.bodies if stage.present(body.name)]
+        kind = (frozenset(body.name for body in present), stage.cell_size)
+        refined = np.array(first.cell_size) / np.array(stage.cell_size)
+
+        def size_of(body: Body, refined: Floats = refined) -> BodySize:
+            """Returns its size on the grid of the stage; its points are those of the first."""
+            size = sizes[body.name]
+            cells, lower, upper = size.cells * refined.prod(), size.lower, size.upper
+            return BodySize(size.points, float(cells), lower * refined, upper * refined)
+
+        if not estimates and points is not None:
+            estimates[kind] = _of_stage(stage, present, points, active, size_of)
+        elif kind not in estimates:
+            estimates[kind] = _of_stage(stage, present, None, None, size_of)
+    largest = max(estimates.values(), key=lambda estimate: estimate.total)
+    pairs = zip(model.of_stages, model.of_stages[1:], strict=False)
+    copies = 1 + sum(one.bodies != other.bodies for one, other in pairs)
+    number = sum(sizes[body.name].points * _of_state(model, body) for body in first.bodies)
+    return replace(largest, parts={**largest.parts, UNDEFORMED: 8.0 * copies * number})
+
+
+def _of_stage(
+    model: Model,
+    bodies: Sequence[Body],
+    points: MaterialPoints | None,
+    active: ActiveGrid | None,
+    size_of: Callable[[Body], BodySize],
+) -> MemoryEstimate:
+    """Returns the estimate for some of the bodies."""
     if points is None or active is None:
-        of_bodies = [body_size(body, model) for body in model.bodies]
+        of_bodies = [size_of(body) for body in bodies]
         number = [size.points for size in of_bodies]
         lower = np.min([size.lower for size in of_bodies], axis=0)
         upper = np.max([size.upper for size in of_bodies], axis=0)
@@ -111,19 +154,21 @@ def memory_of(
         sides = (upper - lower) * (cells / np.prod(upper - lower)) ** (1.0 / len(lower)) + 1.0
         nodes = float(np.prod(sides))
     else:
-        number = np.bincount(points.body_id, minlength=len(model.bodies)).astype(float).tolist()
+        counts = np.bincount(points.body_id, minlength=len(model.bodies)).astype(float).tolist()
+        names = {body.name for body in bodies}
+        number = [n for body, n in zip(model.bodies, counts, strict=True) if body.name in names]
         cells, nodes = float(len(active.cell_keys)), float(active.nodes)
         shares = np.array(number)
         sides = np.ptp(active.lattice[:, : model.dimension], axis=0) + 1.0
         sides *= (nodes / float(np.prod(sides))) ** (1.0 / model.dimension)
     cells_of = cells * shares / max(float(shares.sum()), 1.0)
-    distance = max(_reach(body) for body in model.bodies)
+    distance = max(_reach(body) for body in bodies)
     solver = _solver(model, sum(number), sides, distance)
     blocks = float(np.prod(np.maximum(sides * (2 * distance + 1) - distance * (distance + 1), 1.0)))
     parts = {"the program": PROGRAM + (REPORT if model.output.report else 0.0)}
     parts["the material points"] = sum(
         _of_points(model, body, *own)
-        for body, *own in zip(model.bodies, number, cells_of.tolist(), strict=True)
+        for body, *own in zip(bodies, number, cells_of.tolist(), strict=True)
     )
     parts["the grid"] = nodes * model.dimension * 8 * NODE_VECTORS.get(solver, 20) + 200 * cells
     parts["the matrix"] = blocks * (8 * model.dimension**2 + 4)
@@ -181,16 +226,10 @@ def _reach(body: Body) -> int:
 def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     """Returns the memory of a body's points, their trial state, basis and groups [byte]."""
     dim, nodes_per_axis = model.dimension, _reach(body) + 1
-    corners = 2**dim * dim if any(b.basis.startswith("cpdi") for b in model.bodies) else 0
-    edges = dim**2 if any(b.basis == "cpdi1" for b in model.bodies) else 0
-    used = body.materials
-    variables = max(len(model.laws[name].state_variables) for name in used)
-    state = float(27 + 5 * dim + dim**2 + corners + edges + variables)
-    for name in used:  # values of varying entries, and the parameters of their laws
-        if varying := variations(model.materials[name]):
-            state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
+    state = _of_state(model, body)
     if model.water is not None:  # derivatives of its force, twice, and the gradients of the step
         state += 2 * (dim**3 + dim**2) + 27
+    variables = _state_variables(model, body)
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim
     values = {"linear": dim, "gimp": 2 * dim * nodes_per_axis}.get(body.basis, (1 + dim) * nodes)
@@ -200,6 +239,22 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     groups = cells if body.basis == "linear" else min(points, cells * min(per_axis, 3.0) ** dim)
     of_group = GROUP + nodes * (4 + 4 + 4 + 8) + 4 * nodes * nodes // nodes_per_axis
     return float(8 * points * numbers + groups * of_group)
+
+
+def _state_variables(model: Model, body: Body) -> int:
+    return max(len(model.laws[name].state_variables) for name in body.materials)
+
+
+def _of_state(model: Model, body: Body) -> float:
+    """Returns the numbers of the state of each point of a body."""
+    dim, used = model.dimension, body.materials
+    corners = 2**dim * dim if any(b.basis.startswith("cpdi") for b in model.bodies) else 0
+    edges = dim**2 if any(b.basis == "cpdi1" for b in model.bodies) else 0
+    state = float(27 + 5 * dim + dim**2 + corners + edges + _state_variables(model, body))
+    for name in used:  # values of varying entries, and the parameters of their laws
+        if varying := variations(model.materials[name]):
+            state += (len(varying) + 2 * len(model.laws[name].parameters)) / len(used)
+    return state
 
 
 def _solver(model: Model, points: float, sides: Floats, distance: int) -> str:

@@ -7,7 +7,8 @@ them all.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +20,10 @@ from tilth.model import (
     AffineBoundary,
     BodyForce,
     ImplicitBoundary,
+    LineForce,
     Model,
     PointForce,
+    SeismicLoad,
     SurfaceLoad,
 )
 from tilth.model.boundaries import Boundary
@@ -38,6 +41,8 @@ LEAST_RADIUS = 4.0
 """Least radius of a curved boundary, in cells, for which results were compared with others
 (examples/buried_pipe, examples/rigid_sphere)."""
 
+_STAGE = re.compile(r": in the stage '[^']*': ")
+
 ROUND_OFF = 1e-9
 """Share of a cell that does not count."""
 
@@ -45,21 +50,36 @@ ROUND_OFF = 1e-9
 def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Yields the warnings of a model before its first step: what each is about, and its text.
 
-    The simulation must have prepared its first step.
+    Those of a stage name it; they are of the soil as it was declared. The simulation must have
+    prepared its first step.
 
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
-    model, points = simulation.model, simulation.points
-    yield from _no_cause(model)
+    stage = simulation.model.stage.name
+    for key, text in _warnings_of(simulation):
+        place, _, rest = text.partition(": ")
+        yield key, f"{place}: in the stage {stage!r}: {rest}" if stage else text
+
+
+def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    model, points = simulation.model, simulation.undeformed()
+    if model.stage.number == 0:  # later ones begin with stresses
+        yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation)
     yield from _far_positions(model, points)
+    yield from _long_parts(simulation)
     yield from _locking(model, points)
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)
     yield from _water(simulation)
+
+
+def without_stage(text: str) -> str:
+    """Returns a warning without the stage that it names: what is warned of once."""
+    return _STAGE.sub(": ", text, count=1)
 
 
 def at(position: Floats) -> str:
@@ -87,7 +107,10 @@ def acts(load: Load, model: Model) -> bool:
         used = {material for body in model.bodies for material in body.materials}
         mass = any(model.materials[name].density for name in used)
         return mass and any(load.acceleration)
-    if isinstance(load, PointForce):
+    if isinstance(load, SeismicLoad):
+        weights = [each for _, each in model.acting_loads() if isinstance(each, BodyForce)]
+        return any(load.coefficient) and any(acts(each, model) for each in weights)
+    if isinstance(load, PointForce | LineForce):
         return any(load.force)
     assert isinstance(load, SurfaceLoad)
     profile = any(pressure for _, pressure in load.pressure_along or ())
@@ -107,7 +130,8 @@ def _moves(boundary: Boundary, model: Model) -> bool:
     if not isinstance(boundary, ImplicitBoundary):
         return False
     turns = boundary.rotation is not None and boundary.rotation.angle != 0.0
-    return turns or bool(boundary.radius_change) or boundary.motion is not None
+    wider = bool(boundary.radius_change or boundary.volume_loss)
+    return turns or wider or boundary.motion is not None
 
 
 def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
@@ -127,7 +151,11 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
 def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
     points, cell_size = simulation.points, simulation.grid.cell_size
+    stage = simulation.model.stage
     for boundary in simulation.implicit:
+        known = stage.declared is not None and boundary.name not in stage.declared.activate
+        if stage.number > 0 and known:
+            continue
         behind, depth = points_behind(boundary, points, 0.0, cell_size)
         if len(behind) == 0:
             continue
@@ -144,30 +172,35 @@ def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 
 def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
-    """Positions of point forces and tracked quantities away from the soil."""
-    places: list[tuple[str, Sequence[float], str | None, str]] = [
-        (f"loads[{i}].at", load.at, load.body, "the force acts on")
-        for i, load in model.acting_loads()
-        if isinstance(load, PointForce)
-    ]
-    places += [
-        (f"track[{i}].at", track.at, track.body, f"{track.name!r} is that of")
-        for i, track in enumerate(model.track)
-        if track.at is not None and (track.body is None or model.present(track.body))
-    ]
+    """Positions of tracked quantities away from the soil."""
     diagonal = float(np.sqrt(model.dimension))
-    for key, place, body, what in places:
-        if body is None and model.stage.absent_bodies:
+    for i, track in enumerate(model.track):
+        if track.at is None or (track.body is not None and not model.present(track.body)):
+            continue
+        if track.body is None and model.stage.absent_bodies:
             continue  # it may be in soil that is not there in this stage
-        nearest = points.index_of(nearest_points(points, place, model.cell_size, body))[0]
-        offset = points.position[nearest] - np.array(place)
+        key, place = f"track[{i}].at", np.array(track.at)
+        nearest = points.index_of(nearest_points(points, place, model.cell_size, track.body))[0]
+        offset = points.position[nearest] - place
         cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
         if cells > diagonal * (1.0 + ROUND_OFF):
             yield (
                 f"place of {key}",
-                f"{key}: no soil is at {at(np.array(place))}: {what} the nearest material point, "
-                f"number {points.point_id[nearest]} at {at(points.position[nearest])}, "
+                f"{key}: no soil is at {at(place)}: {track.name!r} is that of the nearest material "
+                f"point, number {points.point_id[nearest]} at {at(points.position[nearest])}, "
                 f"{np.linalg.norm(offset):.3g} ({cells:.1f} cells) away; correct the position",
+            )
+
+
+def _long_parts(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Loads on more than half an outline, as where their ends are exchanged."""
+    for name, surface in simulation.surfaces.items():
+        for number, share in surface.long_parts().items():
+            yield (
+                f"length of load {number}",
+                f"loads[{number}].start: the load acts on {100.0 * share:.0f} % of the closed "
+                f"outline of {name!r}, from `start` to `end` with the soil on the left; to load "
+                "the other part exchange `start` and `end`",
             )
 
 
@@ -210,12 +243,10 @@ def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
 
 def _least_radius(boundary: Boundary, model: Model) -> float | None:
     """Returns the least radius of a boundary in the schedule [length]; None if it has none."""
-    radius = boundary.geometry.radius_at_rest if isinstance(boundary, ImplicitBoundary) else None
-    if radius is None:
+    if not isinstance(boundary, ImplicitBoundary) or boundary.geometry.radius_at_rest is None:
         return None
-    assert isinstance(boundary, ImplicitBoundary)
-    change = boundary.radius_change or 0.0
-    return radius + min(0.0, *(change * factor for _, factor in model.load_curve(boundary).table))
+    factors = [0.0, *(factor for _, factor in model.load_curve(boundary).table)]
+    return min(boundary.radius(factor) for factor in factors)
 
 
 def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
@@ -286,8 +317,9 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
+        of_stage = f"stages[{model.stage.number}]." if model.stage.name else ""
         yield (
-            "one step",
-            "schedule.steps = 1: the whole load acts in one step, but the plastic strain depends "
-            "on the path; compare a run with ten steps or more",
+            f"{of_stage}one step",
+            f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic "
+            "strain depends on the path; compare a run with ten steps or more",
         )

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from tilth import __version__
 from tilth.analysis.clock import Clock
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
+from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
@@ -150,6 +151,14 @@ class Recorder:
         """Records that the next stage has begun."""
         self._say_warnings()
         self._log_stage()
+        if self._progress is not None:
+            self._show_stage(self._progress)
+
+    def _show_stage(self, progress: Progress) -> None:
+        stage = self.simulation.model.stage
+        if stage.name:
+            points, count = len(self.simulation.points), len(self.analysis.models)
+            progress.stage(stage.name, stage.number + 1, count, points)
 
     def _log_stage(self) -> None:
         stage = self.simulation.model.stage
@@ -174,6 +183,7 @@ class Recorder:
         if clock.until is not None:
             end = self.simulation.model.stage.start + clock.until
         progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
+        self._show_stage(progress)
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
         try:
@@ -290,9 +300,10 @@ class Recorder:
         self._say_warnings()
 
     def _say_warnings(self) -> None:
+        said = {without_stage(text) for text in self.log.warnings}
         for text in self.simulation.warnings:
-            if self.analysis.number > 0 and text in self.log.warnings:
-                continue  # said in an earlier stage
+            if self.analysis.number > 0 and without_stage(text) in said:
+                continue  # in an earlier stage
             self.log.warning(text)
             if self._progress is not None:
                 self._progress.message(f"warning: {text}")

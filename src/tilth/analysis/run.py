@@ -15,7 +15,7 @@ from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_ini
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.setup import initial_setup, write_report
+from tilth.analysis.setup import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
@@ -107,7 +107,7 @@ def run(
     with memory_failures(estimate, Path(out)):
         used = set_threads(threads)
         analysis = StagedAnalysis(model, until)
-        active = analysis.check()
+        active, setup = checked_setup(analysis)
         simulation = analysis.simulation
         require_memory(memory_of(model, simulation.points, active), memory_limit)
         stored = None if from_stage is None else stored_stage(model, *from_stage)
@@ -119,11 +119,12 @@ def run(
             prepare_output_folder(folder, overwrite)
             if stored is not None:
                 begin_from(stored, model, folder)
-                write_setup(folder / SETUP, initial_setup(simulation, active))
+                write_setup(folder / SETUP, setup)
                 return _resumed(folder, until, used, lock, quiet)
             with writing(folder / MODEL):
                 write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
-            write_setup(folder / SETUP, initial_setup(simulation, active))
+            write_setup(folder / SETUP, setup)
+            del setup  # it may have copies of the points
             start = None
             if has_initial_equilibrium(simulation.model):
                 start = find_initial_equilibrium(simulation)

@@ -30,13 +30,19 @@ class RunWarnings:
 
     def __init__(self) -> None:
         self.texts: list[str] = []
-        self._said: set[str] = set()
+        self._said: dict[str, str] = {}
 
     def note(self, key: str, text: str) -> None:
         """Warns, unless there was a warning with this key."""
         if key not in self._said:
-            self._said.add(key)
+            self._said[key] = text
             self.texts.append(text)
+
+    def go_on_from(self, last: RunWarnings) -> None:
+        """Leaves out what was warned of in the last stage, now and later."""
+        known = {text for key, text in self._said.items() if key in last._said}
+        self.texts = [text for text in self.texts if text not in known]
+        self._said = last._said | self._said
 
     def fallback(self, reason: str) -> None:
         """A linear system that multigrid left to the direct solver."""
@@ -149,7 +155,7 @@ class RunWarnings:
 
     def known_depth(self, name: str, depth: float, cell_size: Floats) -> None:
         """Leaves out the warning of `depths` for soil so deep [length] behind a boundary."""
-        self._said.add(_depth_key(name, depth, PASSAGE_TOLERANCE * float(cell_size.min())))
+        self._said[_depth_key(name, depth, PASSAGE_TOLERANCE * float(cell_size.min()))] = ""
 
     def jump(
         self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,16 +12,21 @@ import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.simulation import Simulation
-from tilth.arrays import Floats
+from tilth.analysis.staged import StagedAnalysis
+from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce
+from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 from tilth.output.folder import SETUP, load_model
+from tilth.output.snapshot import Snapshot
 from tilth.report.fields import parameter_fields
-from tilth.report.setup_data import Condition, Load, Setup, Surface
+from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
+from tilth.report.stage_setups import StagedSetup, StageSetup
+from tilth.report.stage_texts import boundary_names, brings_soil, changes
 from tilth.surface.loads import SurfaceLoads, declared_loads
-from tilth.terms.loads import Loads
+from tilth.surface.make import make_surfaces
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -43,37 +50,112 @@ def write_report(folder: Path) -> Path:
     )
 
 
-def setup_of(model: Model) -> Setup:
+def setup_of(model: Model) -> Setup | StagedSetup:
     """Returns the data for the picture of a model's set-up; runs the functions that it names.
 
     Raises:
-        BadInput: the model cannot be computed (see `Simulation.check`).
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
     """
-    simulation = Simulation(model)
-    return initial_setup(simulation, simulation.check())
+    return checked_setup(StagedAnalysis(model))[1]
 
 
-def setup_figures(model: Model) -> tuple[Setup, dict[str, Figure]]:
-    """Returns the set-up of a model and its figures by name.
+def checked_setup(
+    analysis: StagedAnalysis, on_start: Callable[[Simulation, ActiveGrid], None] | None = None
+) -> tuple[ActiveGrid, Setup | StagedSetup]:
+    """Checks an analysis; returns the grid of its first step and the data for the picture.
 
-    They are "" for the picture of the set-up, and the name of each parameter that varies from place
-    to place and of the layers. Runs the functions that the model names.
+    on_start: is called at the start of each stage, with its simulation and grid.
 
     Raises:
-        BadInput: the model cannot be computed (see `Simulation.check`).
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
+    """
+    first: tuple[ActiveGrid, Setup] | None = None
+    stages: list[StageSetup] = []
+    model = analysis.model
+    for simulation, active in analysis.starts():
+        setup = initial_setup(simulation, active)
+        first = first or (active, setup)
+        if model.stages:
+            stages.append(_stage(model, simulation, setup, analysis.soil))
+        if on_start is not None:
+            on_start(simulation, active)
+    assert first is not None
+    return first if not stages else (first[0], _staged(model, analysis.soil, stages))
+
+
+def _stage(
+    model: Model, simulation: Simulation, setup: Setup, initial: MaterialPoints
+) -> StageSetup:
+    """Returns what acts in a stage, without the soil."""
+    of_stage, points = simulation.model, simulation.points
+    present = np.zeros(len(initial), dtype=bool)
+    present[points.point_id] = True
+    nothing = np.zeros((0, model.dimension))
+    return StageSetup(
+        name=of_stage.stage.name,
+        start=of_stage.stage.start,
+        end=of_stage.stage.start + of_stage.schedule.end,
+        changes=changes(of_stage),
+        present=present,
+        setup=replace(
+            setup,
+            position=nothing,
+            half_lengths=nothing,
+            corners=None,
+            body_id=np.zeros(0, dtype=np.int64),
+            tracked=(),
+            loads=[load for load in setup.loads if load.force.any()],
+            boundary_names=boundary_names(model),
+        ),
+    )
+
+
+def _staged(model: Model, initial: MaterialPoints, stages: list[StageSetup]) -> StagedSetup:
+    """Returns the set-up of all stages with the undeformed soil."""
+    soil = Soil(initial.position, initial.half_length, initial.all_corners(), initial.body_id)
+    surfaces = [surface.shape() for surface in make_surfaces(model, initial).values()]
+    return StagedSetup(soil, surfaces, stages)
+
+
+def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]:
+    """Returns the set-up of a model and its figures by name.
+
+    They are "" for the picture of the set-up, "page_2" and so on for further pages of one with many
+    stages, and the name of each parameter that varies from place to place and of the layers. Runs
+    the functions that the model names.
+
+    Raises:
+        BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
     """
     from tilth.report.field_plots import draw_frames
     from tilth.report.setup import draw_setup
+    from tilth.report.stage_pages import draw_stages
 
-    simulation = Simulation(model)
-    active = simulation.check()
-    setup = initial_setup(simulation, active)
-    start = snapshot(simulation, active, None, 0, 0.0)
+    analysis = StagedAnalysis(model)
+    starts: dict[str, Snapshot] = {}
+
+    def keep(simulation: Simulation, active: ActiveGrid) -> None:
+        stage = simulation.model.stage
+        state = snapshot(simulation, active, None, 0, stage.start, analysis.point_fields)
+        names = parameter_fields(state)
+        if names and brings_soil(simulation.model):
+            fields = {name: state.point_fields[name] for name in ("domain", *names)}
+            corners = state.point_fields.get("domain_corners")
+            fields |= {} if corners is None else {"domain_corners": corners}
+            starts[stage.name] = replace(state, point_fields=fields)
+
+    _, setup = checked_setup(analysis, keep)
     units = units_of(model)
     axisymmetric = model.analysis.kind == "axisymmetric"
-    return setup, {"": draw_setup(setup)} | {
-        name: draw_frames([start], name, units, axisymmetric=axisymmetric)
-        for name in parameter_fields(start)
+    names = dict.fromkeys(name for state in starts.values() for name in parameter_fields(state))
+    figures = {"": draw_setup(setup)} if isinstance(setup, Setup) else {}
+    if isinstance(setup, StagedSetup):
+        pages = enumerate(draw_stages(setup), start=1)
+        figures = {f"page_{page}" if page > 1 else "": figure for page, figure in pages}
+    titles = [*starts] if model.stages else None
+    return setup, figures | {
+        name: draw_frames([*starts.values()], name, units, axisymmetric=axisymmetric, titles=titles)
+        for name in names
     }
 
 
@@ -83,11 +165,6 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
     `active` is the grid of that step.
     """
     model, points = simulation.model, simulation.points
-    gravity = [
-        np.array(load.acceleration)
-        for _, load in model.acting_loads()
-        if isinstance(load, BodyForce)
-    ]
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -102,8 +179,8 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
         tracked=simulation.surface_shapes(),
-        loads=[*_loads(model, simulation), *_surface_loads(simulation, active)],
-        body_force=sum(gravity) if gravity else None,  # type: ignore[arg-type]
+        loads=[*_loads(simulation), *_surface_loads(simulation, active)],
+        body_force=_body_force(model),
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
@@ -173,7 +250,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     )
     found = []
     for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
-        group = np.arange(len(place)) * min(ARROWS, len(place)) // len(place)
+        group = _groups(np.linalg.norm(force, axis=1))
         count = np.bincount(group)[:, None]
         position, total = (
             np.stack([np.bincount(group, column) for column in of_points.T], axis=1, dtype=float)
@@ -181,7 +258,7 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
         )
         found.append(
             Load(
-                name=f"load on the surface of {declared.body}",
+                name=declared.name or f"load on the surface of {declared.body}",
                 position=position / count,
                 force=total,
             )
@@ -189,18 +266,55 @@ def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
     return found
 
 
-def _loads(model: Model, simulation: Simulation) -> list[Load]:
-    points = simulation.points
+def _groups(size: Floats) -> Integers:
+    """Returns the arrow of each point of a load, (n,): groups of neighbours of about equal forces.
+
+    size: magnitudes of the points' forces [force], shape (n,).
+    """
+    if not size.any():
+        size = np.ones_like(size)
+    share = (np.cumsum(size) - 0.5 * size) / size.sum()
+    group = np.floor(share * min(ARROWS, len(size))).astype(np.int64)
+    return np.asarray(np.unique(group, return_inverse=True)[1])
+
+
+def _loads(simulation: Simulation) -> list[Load]:
+    """Point forces and line forces at the end of the schedule, where they act at the start."""
     loads = []
-    for declared, ids, curve in Loads(model, points).on_points:
-        assert isinstance(declared, PointForce)
-        position = points.position[points.index_of(ids)]
-        force = np.array(declared.force) * curve.factor(model.schedule.end)
+    for each in simulation.loads.on_points:
+        declared, end = each.load, simulation.model.schedule.end
+        what = "point force" if isinstance(declared, PointForce) else "line force"
+        force = np.array(declared.force) * each.curve.factor(end)
+        group = _groups(each.weight)
+        first = np.unique(group, return_index=True)[1]
+        weight = np.bincount(group, each.weight)
         loads.append(
             Load(
-                name=f"point force on {declared.body}",
-                position=position,
-                force=np.tile(force / len(ids), (len(ids), 1)),
+                name=declared.name or f"{what} on {declared.body}",
+                position=each.place[first],
+                force=np.outer(weight, force),
             )
         )
     return loads
+
+
+def _body_force(model: Model) -> Floats | None:
+    """Returns all forces per mass [acceleration], shape (dim,); None without any.
+
+    At factor 1, in a stage at the factors of its end.
+    """
+    acting = [
+        (load, model.load_curve(load).factor(model.schedule.end) if model.stage.name else 1.0)
+        for _, load in model.acting_loads()
+    ]
+    gravity = [f * np.array(load.acceleration) for load, f in acting if isinstance(load, BodyForce)]
+    if not gravity:
+        return None
+    total = np.sum(gravity, axis=0)
+    magnitude = np.linalg.norm(total)
+    seismic = [
+        f * magnitude * np.array(load.coefficient)
+        for load, f in acting
+        if isinstance(load, SeismicLoad)
+    ]
+    return np.asarray(np.sum([total, *seismic], axis=0))

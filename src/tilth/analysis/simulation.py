@@ -170,7 +170,7 @@ class Simulation:
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
-        self.loads = Loads(model, initial)
+        self.loads = Loads(model, initial, self.points)
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
@@ -230,6 +230,20 @@ class Simulation:
         """How many linear systems were solved by what."""
         return self._solver.summary
 
+    def undeformed(self) -> MaterialPoints:
+        """Returns the points where they were declared; in a model without stages as they are."""
+        if self._declared_position is None:
+            return self.points
+        changed = {
+            "position": self._declared_position[self.points.point_id],
+            "half_length": self.points.initial_half_length,
+        }
+        return MaterialPoints(
+            **{**self.points.arrays(), **changed},  # type: ignore[arg-type]
+            bodies=self.points.bodies,
+            varying=self.points.varying,
+        )
+
     def surface_shapes(self) -> tuple[SurfaceShape, ...]:
         """Returns the tracked surfaces of the bodies as they are now."""
         return tuple(surface.shape() for surface in self.surfaces.values())
@@ -263,6 +277,7 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
+        self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
             self.axis.restore(last.axis.state())

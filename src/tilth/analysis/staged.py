@@ -115,6 +115,14 @@ class StagedAnalysis:
         return Clock(model.schedule, until=until, **position)  # type: ignore[arg-type]
 
     @property
+    def soil(self) -> MaterialPoints:
+        """The undeformed points of all bodies, with the materials of the first stage.
+
+        Those of a model without stages are the points of the simulation, which change.
+        """
+        return self._initial[0] if self._initial else self.simulation.points
+
+    @property
     def initial(self) -> MaterialPoints:
         """The undeformed points of all bodies, with the materials of the present stage."""
         number = self.simulation.model.stage.number
@@ -140,21 +148,35 @@ class StagedAnalysis:
         """Whether the time at which to stop is reached."""
         return self._until is not None and (self.clock.stops or self.time > self._until)
 
-    def check(self) -> ActiveGrid:
-        """Checks the first step, and goes through the stages with the undeformed soil.
+    def starts(self) -> Iterator[tuple[Simulation, ActiveGrid]]:
+        """Goes through the stages with the undeformed soil and checks the first step of each.
 
-        Returns:
-            The grid of the first step.
+        Yields:
+            The simulation at the start of each stage and the grid of its first step. Only the
+            first one may be used after the next one is asked for.
 
         Raises:
             BadInput: see `next_stage` and `Simulation.check`.
         """
-        active = self.simulation.check()
+        yield self.simulation, self.simulation.check()
         if len(self.models) > 1:
             simulation = Simulation(self.models[0], initial=self._initial[0])
+            simulation.run_warnings.go_on_from(self.simulation.run_warnings)
             for model, initial in zip(self.models[1:], self._initial[1:], strict=True):
                 simulation = checked_next_stage(simulation, model, initial)
-        return active
+                yield simulation, simulation.locate(0.0)
+
+    def check(self) -> ActiveGrid:
+        """Checks all stages as `starts` does; returns the grid of the first step.
+
+        Raises:
+            BadInput: see `starts`.
+        """
+        first: ActiveGrid | None = None
+        for _, active in self.starts():
+            first = first or active
+        assert first is not None
+        return first
 
     def enter_next(self) -> None:
         """Goes to the start of the next stage, whose clock begins at 0.

@@ -40,10 +40,13 @@ from tilth.model.initial import MaterialAtRest as MaterialAtRest
 from tilth.model.initial import StressOfRun as StressOfRun
 from tilth.model.initial import TableStress as TableStress
 from tilth.model.loads import BodyForce as BodyForce
+from tilth.model.loads import LineForce as LineForce
 from tilth.model.loads import PointForce as PointForce
+from tilth.model.loads import SeismicLoad as SeismicLoad
 from tilth.model.materials import HenckyElastic as HenckyElastic
 from tilth.model.materials import VonMises as VonMises
 from tilth.model.model import Model as Model
+from tilth.model.region import Region as Region
 from tilth.model.schedule import Schedule as Schedule
 from tilth.model.settings import Analysis as Analysis
 from tilth.model.settings import Follow as Follow

@@ -12,7 +12,7 @@ from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial_checks import initial_problems
 from tilth.model.laws import PLASTIC_STRAIN
-from tilth.model.loads import BodyForce, PointForce
+from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
@@ -36,6 +36,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_needs_implicit(model),
         *_needs_water(model),
         *_densities(model),
+        *_needs_gravity(model),
         *size_problems(model),
     ]
     if model.stages:
@@ -48,7 +49,8 @@ def problems_between_entries(model: Model) -> list[Problem]:
 
 
 def problems_of_stage(model: Model) -> Iterator[Problem]:
-    """Yields what is wrong with the boundaries that act together."""
+    """Yields what is wrong with the boundaries and loads that act together."""
+    yield from _needs_gravity(model)
     yield from _affine_stands_alone(model)
     yield from _constrained_directions(model)
 
@@ -83,7 +85,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
                 words = unknown_name("material", material, model.materials)
                 yield Problem(f"bodies[{i}].{key}", *words, material)
     for i, load in enumerate(model.loads):
-        if isinstance(load, PointForce | SurfaceLoad) and load.body not in bodies:
+        if isinstance(load, PointForce | LineForce | SurfaceLoad) and load.body not in bodies:
             yield Problem(f"loads[{i}].body", *unknown_name("body", load.body, bodies), load.body)
         elif isinstance(load, SurfaceLoad):
             number = bodies[load.body]
@@ -185,6 +187,20 @@ def _densities(model: Model) -> Iterator[Problem]:
                 dotted(("materials", name, "density")),
                 "missing",
                 "give the density [mass / length^3]: a body force acts on this material",
+            )
+
+
+def _needs_gravity(model: Model) -> Iterator[Problem]:
+    """A seismic load is a part of gravity."""
+    if any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
+        return
+    for i, load in model.acting_loads():
+        if isinstance(load, SeismicLoad):
+            yield Problem(
+                f"loads[{i}].type",
+                "a seismic load is a part of gravity, but no body force is given",
+                'add a load of type = "body_force"',
+                load.type,
             )
 
 

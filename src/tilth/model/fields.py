@@ -125,6 +125,12 @@ def _fraction(value: Any) -> float:
     raise reject("must be greater than 0 and at most 1")
 
 
+def _share(value: Any) -> float:
+    if 0.0 < (number := real(value)) < 1.0:
+        return number
+    raise reject("must be between 0 and 1, without these", "0.02 is a share of 2 %")
+
+
 def _count(value: Any) -> int:
     if (number := _whole(value)) < 1:
         raise reject("must be at least 1")
@@ -293,6 +299,7 @@ NotNegative = Annotated[float, PlainValidator(_not_negative)]
 Angle = Annotated[float, PlainValidator(_angle)]
 Tolerance = Annotated[float, PlainValidator(_tolerance)]
 Fraction = Annotated[float, PlainValidator(_fraction)]
+Share = Annotated[float, PlainValidator(_share)]
 Count = Annotated[int, PlainValidator(_count)]
 CountOrZero = Annotated[int, PlainValidator(_count_or_zero)]
 Flag = Annotated[bool, PlainValidator(_flag)]

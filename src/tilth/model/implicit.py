@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ from tilth.model.fields import (
     Name,
     PythonFunction,
     Real,
+    Share,
     Table,
     Vector,
     starts_from_zero,
@@ -25,7 +27,7 @@ from tilth.model.fields import (
 from tilth.model.geometry import Geometry
 from tilth.model.problems import rejection
 
-_LINEAR = ("displacement", "rotation", "radius_change")
+_GIVEN = ("displacement", "rotation", "radius_change", "volume_loss")
 
 
 class Rotation(Declared):
@@ -42,10 +44,11 @@ class Rotation(Declared):
 class ImplicitBoundary(Declared):
     """Condition on a boundary at any position in the grid, by the implicit boundary method.
 
-    The boundary may move: at the factor f its radius is increased by f `radius_change`, then it is
-    rotated by f times the angle of `rotation`, then translated by f `displacement`. Alternatively a
-    function gives its `motion`. The constrained components have the displacement of the boundary;
-    without any of these keys it does not move.
+    The boundary may move: at the factor f its radius is increased by f `radius_change`, or its area
+    reduced by the share f `volume_loss`, then it is rotated by f times the angle of `rotation`,
+    then translated by f `displacement`. Alternatively a function gives its `motion`. The
+    constrained components have the displacement of the boundary; without any of these keys it does
+    not move.
     """
 
     type: Literal["implicit"] = "implicit"
@@ -74,8 +77,12 @@ class ImplicitBoundary(Declared):
     """Rotation at factor 1."""
     radius_change: Real | None = None
     """Increase of the radius of a circle, cylinder or sphere at factor 1 [length]."""
+    volume_loss: Share | None = None
+    """Instead of `radius_change`: share of the area of a circle, of the section of a cylinder or of
+    the volume of a sphere that is lost at factor 1 [-], as at a tunnel; not in axisymmetry.
+    """
     motion: PythonFunction | None = None
-    """Instead of these three, a function as "file.py:name", the file relative to the case file. Its
+    """Instead of these four, a function as "file.py:name", the file relative to the case file. Its
     arguments are points at time 0, shape (n, dimension), and the factor; it returns their
     displacements [length], shape (n, dimension). The file is run: use only one that you trust.
     """
@@ -85,7 +92,7 @@ class ImplicitBoundary(Declared):
     @property
     def is_moving(self) -> bool:
         """Whether a motion is given."""
-        return any(getattr(self, key) is not None for key in (*_LINEAR, "motion"))
+        return any(getattr(self, key) is not None for key in (*_GIVEN, "motion"))
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -94,6 +101,15 @@ class ImplicitBoundary(Declared):
         if problems:
             raise rejection(problems)
         return self
+
+    def radius(self, factor: float) -> float:
+        """Returns the radius at a factor of the motion [length], of a geometry that has one."""
+        at_rest = self.geometry.radius_at_rest
+        assert at_rest is not None
+        if self.volume_loss is None:
+            return at_rest + factor * (self.radius_change or 0.0)
+        kept = max(1.0 - factor * self.volume_loss, 0.0)
+        return at_rest * (math.cbrt(kept) if self.geometry.type == "sphere" else math.sqrt(kept))
 
     def _direction_problems(self) -> Iterator[Problem]:
         if self.condition == "direction" and self.direction is None:
@@ -104,25 +120,31 @@ class ImplicitBoundary(Declared):
             yield Problem("direction", what, 'choose condition = "direction"', self.direction)
 
     def _motion_problems(self) -> Iterator[Problem]:
-        given = [key for key in _LINEAR if getattr(self, key) is not None]
+        given = [key for key in _GIVEN if getattr(self, key) is not None]
         if self.motion is not None and given:
             what = f"given together with {' and '.join(f'`{key}`' for key in given)}"
             yield Problem("motion", what, "leave one of them out", self.motion)
         if self.factor is not None and not self.is_moving:
-            keys = ", ".join(f"`{key}`" for key in _LINEAR)
+            keys = ", ".join(f"`{key}`" for key in _GIVEN)
             remedy = f"give one of {keys} or `motion`, or leave it out"
             yield Problem("factor", "there is nothing to scale", remedy, self.factor)
-        if self.radius_change is None:
-            return
+        changes = [key for key in ("radius_change", "volume_loss") if key in given]
+        if len(changes) == 2:
+            what = "given together with `radius_change`, and both determine the radius"
+            yield Problem("volume_loss", what, "leave one of them out", self.volume_loss)
+        elif changes:
+            yield from self._radius_problems(changes[0])
+
+    def _radius_problems(self, key: str) -> Iterator[Problem]:
+        """What is wrong with the radius that the entry `key` changes."""
+        value = getattr(self, key)
         at_rest = self.geometry.radius_at_rest
         if at_rest is None:
             what = f'a geometry of type = "{self.geometry.type}" has no radius'
-            remedy = "leave it out: it is for a circle, cylinder or sphere"
-            yield Problem("radius_change", what, remedy, self.radius_change)
+            yield Problem(key, what, "leave it out: it is for a circle, cylinder or sphere", value)
             return
         factors = [0.0, 1.0] if self.factor is None else [row[1] for row in self.factor]
-        radius, factor = min((at_rest + self.radius_change * f, f) for f in factors)
+        radius, factor = min((self.radius(f), f) for f in factors)
         if radius <= 0.0:
             what = f"the radius {at_rest:g} becomes {radius:g} at factor {factor:g}"
-            remedy = "keep the radius above 0"
-            yield Problem("radius_change", what, remedy, self.radius_change)
+            yield Problem(key, what, "keep the radius above 0", value)

@@ -11,6 +11,7 @@ from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -149,6 +150,10 @@ def _lengths(model: Model) -> Iterator[tuple[str, Any]]:
     for i, body in enumerate(model.bodies):
         if body.surface is not None:
             yield f"bodies[{i}].surface.vertices", body.surface.vertices
+    for i, load in enumerate(model.loads):
+        region = load.within if isinstance(load, SurfaceLoad) else None
+        for name in ("lower", "upper", "centre", "radius", "vertices"):
+            yield f"loads[{i}].within.{name}", getattr(region, name, None)
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary):
             for name in ("point", "centre", "lower", "upper", "vertices", "radius", "width"):

@@ -19,7 +19,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
-from tilth.model.loads import BodyForce, Load, PointForce
+from tilth.model.loads import BodyForce, LineForce, Load, PointForce, SeismicLoad
 from tilth.model.materials import Material, codes_of, laws_of
 from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
@@ -37,7 +37,9 @@ Loaded = (
     | ImplicitBoundary
     | AffineBoundary
     | BodyForce
+    | SeismicLoad
     | PointForce
+    | LineForce
     | SurfaceLoad
 )
 
@@ -108,7 +110,7 @@ class Model(Declared):
     boundaries: Annotated[Sequence[Boundary], Entries, AsTuple] = ()
     """Dirichlet boundary conditions, at least one."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
-    """Body forces, point forces and loads on surfaces."""
+    """Body forces, seismic loads, point and line forces, and loads on surfaces."""
     water: Water | None = None
     """Water at rest in the soil and above it; none if not given."""
     initial: Initial = Initial()

@@ -12,7 +12,7 @@ from tilth.model.fields import AXES
 from tilth.model.geometry import GEOMETRIES, DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import AtRest
-from tilth.model.loads import BodyForce
+from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.problems import below, dotted
 from tilth.model.shapes import SHAPES, DeclaredShape
 from tilth.model.surface import SurfaceLoad
@@ -41,7 +41,11 @@ def size_problems(model: Model) -> list[Problem]:
             geometry = boundary.geometry
             problems += _variant(f"{key}.geometry", geometry, GEOMETRIES, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
-    problems += _surfaces(model)
+            if kind == "axisymmetric" and boundary.volume_loss is not None:
+                what = "in axisymmetry a circle is the section of a sphere or a ring"
+                remedy = "give `radius_change`"
+                problems.append(Problem(f"{key}.volume_loss", what, remedy, boundary.volume_loss))
+    problems += [*_surfaces(model), *_forces(model)]
     problems += _levels(model)
     for i, track in enumerate(model.track):
         if track.quantity == "moment":
@@ -53,9 +57,10 @@ def _surfaces(model: Model) -> Iterator[Problem]:
     """Entries of surfaces and their loads that are only for curves, or only for triangles."""
     if model.dimension == 2:
         for i, load in enumerate(model.loads):
-            if isinstance(load, SurfaceLoad) and load.part is not None:
-                remedy = "give `start` and `end`"
-                yield Problem(f"loads[{i}].part", "is for surfaces in 3D", remedy, load.part)
+            for key in ("part", "within"):
+                if isinstance(load, SurfaceLoad) and getattr(load, key) is not None:
+                    what, remedy = "is for surfaces in 3D", "give `start` and `end`"
+                    yield Problem(f"loads[{i}].{key}", what, remedy)
         return
     remedy = 'leave it out: in an analysis of kind "3d" the outline of a body has triangles'
     for i, body in enumerate(model.bodies):
@@ -65,11 +70,32 @@ def _surfaces(model: Model) -> Iterator[Problem]:
         if surface is not None and surface.points == "outer_layer":
             what = "is for curves in 2D"
             yield Problem(f"bodies[{i}].surface.points", what, remedy, surface.points)
-    remedy = "name a `part` in 3D, and give `traction` for shear"
+    remedy = "name a `part` or a region `within` in 3D, and give `traction` for shear"
     for i, load in enumerate(model.loads):
         for key in ("start", "pressure_along", "shear"):
             if isinstance(load, SurfaceLoad) and getattr(load, key):
                 yield Problem(f"loads[{i}].{key}", "is for curves in 2D", remedy)
+
+
+def _forces(model: Model) -> Iterator[Problem]:
+    """Forces that the kind of the analysis does not have."""
+    for i, load in enumerate(model.loads):
+        if isinstance(load, LineForce) and model.dimension == 2:
+            remedy = 'give a load of type = "point_force": it is a line load in plane strain, '
+            remedy += "a ring load in axisymmetry"
+            yield Problem(f"loads[{i}].type", "is for 3D", remedy, load.type)
+        if model.analysis.kind != "axisymmetric":
+            continue
+        if isinstance(load, PointForce) and load.at[0] < 0.0:
+            what, remedy = "lies at a radius below 0", "give r >= 0"
+            yield Problem(f"loads[{i}].at", what, remedy, load.at)
+        elif isinstance(load, PointForce) and load.at[0] == 0.0 and load.force[0] != 0.0:
+            what = "has a radial component on the axis of symmetry, where it has no direction"
+            yield Problem(f"loads[{i}].force", what, "give 0 for it, or r > 0", load.force)
+        elif isinstance(load, SeismicLoad) and load.coefficient[0] != 0.0:
+            what = "a horizontal force in one direction would break the axisymmetry"
+            remedy = "give 0 for it, or choose another kind of analysis"
+            yield Problem(f"loads[{i}].coefficient", what, remedy, load.coefficient)
 
 
 def _levels(model: Model) -> Iterator[Problem]:
@@ -132,6 +158,12 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     for i, load in enumerate(model.loads):
         if isinstance(load, BodyForce):
             yield f"loads[{i}].acceleration", load.acceleration
+        elif isinstance(load, SeismicLoad):
+            yield f"loads[{i}].coefficient", load.coefficient
+        elif isinstance(load, LineForce):
+            if model.dimension == 3:
+                for key in ("start", "end", "force"):
+                    yield f"loads[{i}].{key}", getattr(load, key)
         elif isinstance(load, SurfaceLoad):
             yield f"loads[{i}].traction", load.traction
             if model.dimension == 2:

@@ -21,6 +21,7 @@ from tilth.model.fields import (
     WholeNumbers,
 )
 from tilth.model.problems import rejection
+from tilth.model.region import Region
 
 
 class Surface(Declared):
@@ -95,9 +96,15 @@ class SurfaceLoad(Declared):
     start: Vector | None = None
     """Start of the loaded part [length], shape (2,), in 2D; the whole surface if not given."""
     end: Vector | None = None
-    """End of the loaded part [length], shape (2,); from `start` to `end`, soil is on the left."""
+    """End of the loaded part [length], shape (2,); from `start` to `end`, soil is on the left. In
+    axisymmetry the part is a ring, or a disc.
+    """
     part: Name | None = None
     """Named part of the surface in 3D, such as "z+" of a box; the whole surface if not given."""
+    within: Region | None = None
+    """Region in plan of the undeformed body (3D): the load acts on what in it faces upwards, of
+    `part` if that is given; on all of a part that nowhere faces upwards, such as "z-".
+    """
     pressure: Real = 0.0
     """Pressure on the soil at factor 1 [stress], > 0 compresses."""
     hydrostatic: Hydrostatic | None = None
@@ -127,6 +134,8 @@ class SurfaceLoad(Declared):
             problems.append(Problem(missing, "missing", "give both or none"))
         if self.start is not None and self.part is not None:
             problems.append(Problem("part", "is given with `start`", "give one of the two"))
+        if self.start is not None and self.within is not None:
+            problems.append(Problem("within", "is given with `start`", "give one of the two"))
         if self.hydrostatic is not None and not self.follower:
             remedy = "leave out `follower`: water follows the surface"
             problems.append(Problem("follower", "does not go with `hydrostatic`", remedy, False))

@@ -17,6 +17,7 @@ from tilth.output.disk import writing
 START = "at the start: "
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 STAGE = "stage: "
+_STAGE_LINE = re.compile(r"stage: (?P<name>[^,]+), from time \S+; forces released in it: (.+)")
 _RESIDUALS_PER_LINE = 6
 _INDENT = " " * 34
 _DURATION = re.compile(r"  time taken:\s+(\d+\.\d+) s")
@@ -152,6 +153,8 @@ class LogContents:
     seconds: float | None = None
     """Wall-clock time [s] of the run up to its last end, a resumed one's earlier parts included;
     None where it has not ended yet."""
+    released: dict[str, str] = field(default_factory=dict)
+    """Resultant of the forces released in each stage, by its name, where there are any."""
     facts: dict[str, str] = field(default_factory=dict)
     """The header of the (last part of the) run: version, date, threads, points, active cells."""
 
@@ -183,6 +186,8 @@ def read_log(path: Path | str) -> LogContents:
             log.start = line.removeprefix(START)
         elif line.startswith(CUT):
             log.cuts.append(line.removeprefix(CUT))
+        elif match := _STAGE_LINE.fullmatch(line):
+            log.released[match["name"]] = match[2]
         elif line.startswith(FINISHED):
             log.finished = True
         elif line.startswith(STOPPED):

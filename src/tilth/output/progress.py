@@ -46,6 +46,18 @@ class Progress:
         self._now = start
         self._step = 0
         self._live: tuple[RichProgress, TaskID] | None = None
+        self._stage = ""
+
+    def stage(self, name: str, number: int, count: int, points: int) -> None:
+        """Shows that the stage with this number, from 1, of ``count`` has begun.
+
+        ``points`` is its number of material points. Call it for the first stage before the context
+        is entered.
+        """
+        self._stage, self._points = f"stage {number}/{count} {name}", points
+        if self._live is not None:
+            bar, task = self._live
+            bar.update(task, stage=visible(self._stage), points=f"{points:,}")
 
     def __enter__(self) -> Self:
         """Shows the bar."""
@@ -59,18 +71,26 @@ class Progress:
         if not self._console.is_terminal:
             return self
         bar = RichProgress(
+            *([TextColumn("{task.fields[stage]}", markup=False)] if self._stage else []),
             TextColumn("step {task.fields[step]:>4}"),
             BarColumn(bar_width=24),
             TextColumn("time {task.fields[now]}"),
             TextColumn("{task.fields[newton]:<20}"),
-            TextColumn(f"{self._points:,} points"),
+            TextColumn("{task.fields[points]} points"),
             TimeElapsedColumn(),
             TextColumn("{task.fields[left]}"),
             console=self._console,
             transient=False,
         )
         task = bar.add_task(
-            "", total=1.0, step=self._step, now=self._time_text(), newton="", left=""
+            "",
+            total=1.0,
+            stage=visible(self._stage),
+            step=self._step,
+            now=self._time_text(),
+            newton="",
+            points=f"{self._points:,}",
+            left="",
         )
         bar.start()
         self._live = (bar, task)
@@ -114,12 +134,14 @@ class Progress:
         at_end = self._fraction() >= 1.0
         if at_end or clock - self._last_line >= self._seconds_between_lines:
             self._last_line = clock
+            of_stage = f"{visible(self._stage)}, " if self._stage else ""
             self._console.print(
-                f"step {step}, time {self._time_text()}, {iterations} Newton iterations, "
+                f"{of_stage}step {step}, time {self._time_text()}, {iterations} Newton iterations, "
                 f"{self._points:,} points, {_clock(clock - self._began)} elapsed"
                 + (f", {left}" if (left := self._left_text()) and not at_end else ""),
                 soft_wrap=True,
                 highlight=False,
+                markup=False,
             )
 
     def message(self, text: str) -> None:

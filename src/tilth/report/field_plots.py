@@ -25,11 +25,14 @@ from tilth.report.water_line import draw_water, nearby
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
 MAXIMUM_DRAWN_DOMAINS = 60_000
 _MAXIMUM_ASPECT_RATIO = 7.0
 """Ratio of the sides up to which figures are to scale."""
+_TITLE_CHARACTERS = 11.0
+"""Characters of a panel's title per inch of its width, on average."""
 
 
 def draw_frames(
@@ -40,6 +43,7 @@ def draw_frames(
     axisymmetric: bool = False,
     initial: Snapshot | None = None,
     water: Callable[[float], Floats | None] = lambda time: None,
+    titles: Sequence[str] | None = None,
 ) -> Figure:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
@@ -48,7 +52,8 @@ def draw_frames(
     seven times longer than wide are drawn with the narrow side stretched, with a note.
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
     of ``initial``, the first output of the run, are drawn dashed on all later ones. ``water``
-    returns the vertices of the water's surface in the plane at a time, see :class:`Setup`.
+    returns the vertices of the water's surface in the plane at a time, see :class:`Setup`. The
+    panels have the ``titles``, or step and time. Points without a value (NaN) are grey.
     """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -98,20 +103,28 @@ def draw_frames(
                 axes, snapshot.position, half, point_colours, lower, upper, unit, 0.05, corners
             )
             draw_tracked_3d(axes, snapshot.surfaces)
-        axes.set_title(f"step {snapshot.step}, time {snapshot.time:.4g}", fontsize=9)
+        title = f"step {snapshot.step}, time {snapshot.time:.4g}"
+        if titles:
+            title = on_lines(titles[index], int(_TITLE_CHARACTERS * figsize[0] / columns))
+        axes.set_title(title, fontsize=9, **AS_IT_IS)
         panels.append(axes)
     pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
     bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=pad)
     bar.set_label(on_lines(coloured[0][1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
     bar.ax.tick_params(labelsize=8)
     bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
+    notes = []
     if stretch > 1.001:
-        figure.supxlabel(f"horizontal scale stretched {stretch:.3g} times", fontsize=8)
+        notes.append(f"horizontal scale stretched {stretch:.3g} times")
     elif stretch < 0.999:
-        figure.supxlabel(f"vertical scale stretched {1 / stretch:.3g} times", fontsize=8)
+        notes.append(f"vertical scale stretched {1 / stretch:.3g} times")
+    if any(np.isnan(value).any() for value in values):
+        notes.append("grey: no value for this soil")
+    if notes:
+        figure.supxlabel("; ".join(notes), fontsize=8)
     if initial is not None and all(snapshot.step == initial.step for snapshot in snapshots):
         initial = None
-    add_tracked_legend(figure, snapshots[0], initial)
+    add_tracked_legend(figure, snapshots, initial)
     return figure
 
 
@@ -120,15 +133,23 @@ def _colours(values: Sequence[Floats]) -> ScalarMappable:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    low = min(float(np.nanmin(value)) for value in values)  # "not a number": not of every material
-    high = max(float(np.nanmax(value)) for value in values)
+    known = [value[~np.isnan(value)] for value in values]  # NaN: not of every material
+    low = min((float(value.min()) for value in known if len(value)), default=0.0)
+    high = max((float(value.max()) for value in known if len(value)), default=0.0)
     largest = max(abs(low), abs(high))
     if min(-low, high) > 0.05 * largest:
-        return ScalarMappable(Normalize(-largest, largest), "coolwarm")
+        return ScalarMappable(Normalize(-largest, largest), _with_grey("coolwarm"))
     if high - low <= 1e-12 * largest or largest == 0.0:
         margin = 1e-3 * largest or 1.0
         low, high = low - margin * (low != 0.0), high + margin
-    return ScalarMappable(Normalize(low, high), "viridis")
+    return ScalarMappable(Normalize(low, high), _with_grey("viridis"))
+
+
+def _with_grey(name: str) -> Colormap:
+    """Returns a colour map that is grey where there is no value."""
+    from matplotlib import colormaps
+
+    return colormaps[name].with_extremes(bad="0.75")
 
 
 def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Floats, Floats]:
@@ -146,7 +167,8 @@ def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Fl
 def _arrangement(count: int, ratio: float) -> tuple[int, int]:
     """Returns rows and columns for panels ``ratio`` times as wide as high on a landscape page."""
     if ratio < 0.6 or count == 1:
-        return 1, count
+        columns = min(count, 6)
+        return -(-count // columns), columns
     columns = 1 if ratio > 3.5 and count <= 4 else 2 if ratio > 1.3 or count <= 4 else 3
     return -(-count // columns), columns
 

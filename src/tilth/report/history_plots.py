@@ -11,16 +11,24 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
+from tilth.report.stage_marks import Span, mark_stages, room_for_names
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE = "#1d3557"
+_WIDTH = 3.7
+"""Width of a panel, about [inch]."""
 
 
-def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
-    """Returns plots of all tracked quantities against time; None if there are none."""
+def draw_curves(
+    history: Mapping[str, Floats], time_unit: str, stages: Sequence[Span] = ()
+) -> Figure | None:
+    """Returns plots of all tracked quantities against time; None if there are none.
+
+    Rows without a value (NaN) are gaps. ``stages`` are those of the run by their total times.
+    """
     from matplotlib.figure import Figure
 
     names = [name for name in history if name not in (*FIRST_COLUMNS, *OF_STAGES)]
@@ -28,7 +36,8 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
         return None
     columns = 1 if len(names) == 1 else 2
     rows = -(-len(names) // columns)
-    figure = Figure(figsize=(4.6 * columns + 0.4, 2.9 * rows), layout="constrained")
+    height = 2.9 + room_for_names(stages, _WIDTH)
+    figure = Figure(figsize=(4.6 * columns + 0.4, height * rows), layout="constrained")
     for index, name in enumerate(names):
         axes = figure.add_subplot(rows, columns, index + 1)
         few = len(history["time"]) <= 60
@@ -40,6 +49,7 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
             marker="o" if few else None,
             markersize=3,
         )
+        mark_stages(axes, stages, _WIDTH)
         axes.set_xlabel(with_unit("time", time_unit), fontsize=9, **AS_IT_IS)
         axes.set_ylabel(on_lines(name, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
         axes.tick_params(labelsize=8)
@@ -50,16 +60,25 @@ def draw_curves(history: Mapping[str, Floats], time_unit: str) -> Figure | None:
 
 
 def draw_newton(
-    steps: Floats, iterations: Floats, residuals: Sequence[float], last_step: int
+    steps: Floats,
+    iterations: Floats,
+    residuals: Sequence[float],
+    last_step: int,
+    stages: Sequence[Span] = (),
 ) -> Figure:
-    """Returns plots of the iterations of all steps, shape (rows,), and of the last residuals."""
+    """Returns plots of the iterations of all steps, shape (rows,), and of the last residuals.
+
+    ``stages`` are those of the run by their steps.
+    """
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(9.6, 2.9), layout="constrained")
+    height = 2.9 + room_for_names(stages, _WIDTH)
+    figure = Figure(figsize=(9.6, height), layout="constrained")
     left = figure.add_subplot(1, 2, 1)
     left.vlines(steps, 0.0, iterations, color="0.8", linewidth=1.0)
     left.plot(steps, iterations, "o", color=LINE, markersize=3)
+    mark_stages(left, stages, _WIDTH)
     left.set_xlabel("step", fontsize=9)
     left.set_ylabel("Newton iterations", fontsize=9)
     left.set_ylim(0.0, 1.15 * max(float(iterations.max(initial=0.0)), 1.0))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,14 +17,24 @@ from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
-from tilth.output.history import read_history
+from tilth.output.history import read_history, read_stages
 from tilth.output.log import LogContents, read_log
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.setup import Setup, draw_setup
-from tilth.report.setup_file import read_setup
+from tilth.report.setup_file import read_setup, read_staged_setup
+from tilth.report.stage_marks import (
+    Span,
+    first_outputs,
+    outputs_of_stages,
+    spans_of_steps,
+    stage_of,
+    stage_table,
+)
+from tilth.report.stage_pages import draw_stages
+from tilth.report.stage_setups import StagedSetup
 from tilth.report.style import CSS
 from tilth.report.tables import facts_table, model_tables
 from tilth.report.texts import save
@@ -39,7 +49,7 @@ def write_report(
     folder: Path | str,
     summary: Mapping[str, Any] | None = None,
     *,
-    setup: Setup | None = None,
+    setup: Setup | StagedSetup | None = None,
 ) -> Path:
     """Writes ``report.html`` into the folder of a run, finished or not; returns its path.
 
@@ -56,17 +66,22 @@ def write_report(
     results = read_results(folder / RESULTS)
     history = read_history(folder / HISTORY)
     log = read_log(folder / LOG)
+    stages = read_stages(folder / HISTORY) if summary.get("stages") else []
     title = results.title or visible(folder.resolve().name)
     parts = [_header(title, kind, results, log)]
     if (folder / SETUP).exists():
-        setup = read_setup(folder / SETUP, results.snapshot(0))
-    pictures = _setup_picture(setup) + _parameters(results, kind)
+        staged = read_staged_setup(folder / SETUP)
+        setup = staged or read_setup(folder / SETUP, results.snapshot(0))
+    pictures = _setup_picture(setup) + _parameters(results, kind, summary, stages)
     parts.append(_section("Set-up", pictures))
-    parts.append(_section("Deformed states", _frames(results, kind, colour_by, setup)))
-    curves = draw_curves(history, results.units.get("time", ""))
+    if stages:
+        table = stage_table(summary["stages"], history, stages, log)
+        parts.append(_section("Stages", table))
+    parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages, setup)))
+    curves = draw_curves(history, results.units.get("time", ""), stages)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
-    parts.append(_section("Convergence", _convergence(history, log)))
+    parts.append(_section("Convergence", _convergence(history, log, stages)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
@@ -135,37 +150,71 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     return f"<h1>{escape(title)}</h1>\n{state}\n{facts_table(shown)}"
 
 
-def _setup_picture(setup: Setup | None) -> str:
+def _setup_picture(setup: Setup | StagedSetup | None) -> str:
     """Returns the figure of the set-up, or why there is none."""
     if setup is None:
         return f"<p>{_NOT_DRAWN}</p>"
-    return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
+    if isinstance(setup, Setup):
+        return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
+    figures = draw_stages(setup)
+    text = "Set-up of each stage: points, grid, conditions and loads"
+    return "".join(_image(figure, text) for figure in figures) + f"<p>{_ABOUT_STAGES}</p>"
+
+
+_ABOUT_STAGES = """The soil is drawn undeformed, as each stage begins: what is new in it is darker,
+what was removed is hatched. Loads are those at the end of the stage."""
 
 
 _NOT_DRAWN = f"""The set-up is not drawn: the folder has no <code>{SETUP}</code>. A report runs no
 Python function of the model; <code>tilth check</code> draws the set-up of a case file."""
 
 
-def _parameters(results: Results, kind: str) -> str:
-    """Returns a figure of each parameter that varies from place to place, and of the layers."""
-    initial, figures = results.snapshot(0), []
-    for name in parameter_fields(initial):
-        figure = draw_frames([initial], name, results.units, axisymmetric=kind == "axisymmetric")
+def _parameters(
+    results: Results, kind: str, summary: Mapping[str, Any], stages: Sequence[Span]
+) -> str:
+    """Returns a figure of each parameter that varies from place to place, and of the layers.
+
+    Of stages that bring soil or exchange materials the first outputs are drawn too.
+    """
+    frames, titles, figures = [results.snapshot(0)], [], []
+    names = parameter_fields(frames[0])
+    if names and stages:
+        first = first_outputs(np.asarray(results.times), stages, summary)
+        frames += [results.snapshot(index) for index in first.values()]
+        titles = [f"{stages[0][0]}: start", *(f"{name}: first output" for name in first)]
+    for name in names:
+        figure = draw_frames(
+            frames, name, results.units, axisymmetric=kind == "axisymmetric", titles=titles
+        )
         figures.append(_image(figure, f"{name.replace('_', ' ')} at the start"))
     return "".join(figures)
 
 
-def _frames(results: Results, kind: str, colour_by: str, setup: Setup | None) -> str:
-    """Returns a figure of up to six outputs at even intervals, including the first and last."""
+def _frames(
+    results: Results,
+    kind: str,
+    colour_by: str,
+    stages: Sequence[Span],
+    setup: Setup | StagedSetup | None,
+) -> str:
+    """Returns a figure of up to six outputs at even intervals, including the first and last.
+
+    Of a run with stages those at their ends are among them, as far as there are not too many.
+    """
     count = min(len(results), MAXIMUM_FRAMES)
-    chosen = np.unique(np.round(np.linspace(0, len(results) - 1, count)).astype(int))
+    chosen = np.unique(np.round(np.linspace(0, len(results) - 1, count)).astype(int)).tolist()
+    titles: list[str] = []
+    if stages:
+        chosen = outputs_of_stages(np.asarray(results.times), stages, MAXIMUM_FRAMES)
+        titles = [_title_in_stage(results, index, stages) for index in chosen]
     figure = draw_frames(
         [results.snapshot(int(index)) for index in chosen],
         colour_by,
         results.units,
         axisymmetric=kind == "axisymmetric",
         initial=results.snapshot(0),
-        water=lambda time: None if setup is None else setup.water_at(time),
+        water=lambda time: setup.water_at(time) if isinstance(setup, Setup) else None,
+        titles=titles,
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):
@@ -173,11 +222,19 @@ def _frames(results: Results, kind: str, colour_by: str, setup: Setup | None) ->
     return _image(figure, f"Deformed points coloured by {colour_by}") + f"<p>{note}</p>"
 
 
-def _convergence(history: Mapping[str, Any], log: LogContents) -> str:
+def _title_in_stage(results: Results, index: int, stages: Sequence[Span]) -> str:
+    time, step = float(results.times[index]), results.steps[index]
+    name, begin, _ = stage_of(stages, time)
+    return f"{name}: stage time {time - begin:.4g}\nstep {step}, total time {time:.4g}"
+
+
+def _convergence(history: Mapping[str, Any], log: LogContents, stages: Sequence[Span]) -> str:
     """Returns a plot of the iterations and residuals, with their statistics."""
     computed = history["step"] > 0
     iterations = history["iterations"][computed]
-    figure = draw_newton(history["step"][computed], iterations, log.last_residuals, log.last_step)
+    spans = spans_of_steps(history, stages)
+    steps, residuals = history["step"][computed], log.last_residuals
+    figure = draw_newton(steps, iterations, residuals, log.last_step, spans)
     text = ""
     if len(iterations):
         text = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.report.setup_data import Condition, Load, Setup, Surface
+from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
 from tilth.report.symbols import arrow, hatching, support
@@ -19,7 +19,7 @@ from tilth.report.water_line import water_handle
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Condition", "Load", "Setup", "Surface", "draw_setup"]
+__all__ = ["Condition", "Load", "Setup", "Soil", "Surface", "draw_setup", "legend_handles"]
 
 _MAXIMUM_ASPECT_RATIO = 6.0
 """Ratio of the sides above which the ends are also shown enlarged."""
@@ -52,7 +52,7 @@ def draw_setup(setup: Setup) -> Figure:
     figure.suptitle(title, fontsize=12, x=0.02, ha="left", **AS_IT_IS)
     add_legend(
         figure,
-        _legend(setup),
+        legend_handles(setup),
         loc="outside right upper",
         fontsize=8.5,
         frameon=False,
@@ -113,7 +113,7 @@ LEGEND_ENTRIES = 40
 """Entries of the legend at most; more would leave no room for the picture."""
 
 
-def _legend(setup: Setup) -> list[Any]:
+def legend_handles(setup: Setup) -> list[Any]:
     """Returns legend handles of bodies, conditions with the constrained components, and loads."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -125,7 +125,8 @@ def _legend(setup: Setup) -> list[Any]:
         colour = BODY_COLOURS[body % len(BODY_COLOURS)]
         handles.append(Patch(color=colour, alpha=0.8, label=f"{name}\n{count:,} points"))
     handles.append(Line2D([], [], color="0.7", linewidth=0.8, label=_cell_text(setup)))
-    for number, condition in enumerate(setup.conditions):
+    for place, condition in enumerate(setup.conditions):
+        number = setup.colour_of(condition.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
         constrained = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
         components = ", ".join(name for name, h in zip(names, constrained, strict=False) if h)
@@ -142,7 +143,8 @@ def _legend(setup: Setup) -> list[Any]:
         handles.append(
             Line2D([], [], linestyle="none", markeredgecolor=colour, label=text, **style)
         )
-    for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+    for place, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+        number = setup.colour_of(surface.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
         handles.append(_surface_handle(surface, colour, setup.length_unit))
     for shape, handle in zip(setup.tracked, tracked_handles(setup.tracked), strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.report.points_3d import draw_points_3d
 from tilth.report.setup_data import Setup
-from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, draw_view
+from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, REMOVED_COLOUR, draw_view
 from tilth.report.surface_lines import clip_triangles
 from tilth.report.tracked_surfaces import draw_tracked_3d
 
@@ -25,7 +25,6 @@ def draw_setup_3d(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) 
 
     Omissions are added to ``notes``.
     """
-    from matplotlib.colors import to_rgba
     from matplotlib.figure import Figure
 
     size = upper - lower
@@ -39,22 +38,35 @@ def draw_setup_3d(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) 
         draw_view(axes, setup, plane, lower, upper, notes)
         axes.set_title(title, fontsize=9)
     space = figure.add_subplot(layout[1, 1], projection="3d")
-    palette = np.array([to_rgba(colour) for colour in BODY_COLOURS])
-    colours = palette[setup.body_id % len(palette)]
-    half, unit = setup.half_lengths, setup.length_unit
-    draw_points_3d(space, setup.position, half, colours, lower, upper, unit, 0.2, setup.corners)
-    _draw_surfaces(space, setup, lower, upper)
-    draw_tracked_3d(space, setup.tracked)
+    draw_in_space(space, setup, lower, upper)
     true = bool(size.min() >= 0.2 * size.max())
     space.set_title("in space" if true else "in space (thickness exaggerated)", fontsize=9)
     return figure
+
+
+def draw_in_space(axes: Any, setup: Setup, lower: Floats, upper: Floats) -> None:
+    """Draws points, surfaces and removed soil of the box between two corners in 3D."""
+    from matplotlib.colors import to_rgba
+
+    strong = np.array([to_rgba(colour) for colour in BODY_COLOURS])
+    palette = np.stack([strong, strong * [0.8, 0.8, 0.8, 1.0]], axis=1).reshape(-1, 4)
+    colours = palette[setup.shade % len(palette)]
+    half, unit = setup.half_lengths, setup.length_unit
+    draw_points_3d(axes, setup.position, half, colours, lower, upper, unit, 0.2, setup.corners)
+    if setup.removed is not None and len(setup.removed.position):
+        position, half = setup.removed.position, setup.removed.half_lengths
+        ghost = np.tile(to_rgba(REMOVED_COLOUR, 0.12), (len(position), 1))
+        draw_points_3d(axes, position, half, ghost, lower, upper, unit, 0.2)
+    _draw_surfaces(axes, setup, lower, upper)
+    draw_tracked_3d(axes, setup.tracked)
 
 
 def _draw_surfaces(axes: Any, setup: Setup, lower: Floats, upper: Floats) -> None:
     """Draws the surfaces between ``lower`` and ``upper``, transparent."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
-    for number, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+    for place, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
+        number = setup.colour_of(surface.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
         area, _ = clip_triangles(surface.corner, lower, upper)
         if area:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
 from tilth.report.water_line import nearby
@@ -74,6 +74,26 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
+class Soil:
+    """Undeformed points, ``dim`` is 2 or 3."""
+
+    position: Floats
+    """[length], shape (n, dim)."""
+    half_lengths: Floats
+    """Half lengths of the points' domains [length], shape (n, dim)."""
+    corners: Floats | None
+    """Corners of the domains, as those of :class:`Setup`."""
+    body_id: Integers
+    """Body of each point, shape (n,)."""
+
+    def selected(self, chosen: Flags) -> Soil:
+        """Returns the points with a flag, shape (n,)."""
+        corners = None if self.corners is None else self.corners[chosen]
+        position, half_lengths = self.position[chosen], self.half_lengths[chosen]
+        return Soil(position, half_lengths, corners, self.body_id[chosen])
+
+
+@dataclass(frozen=True, eq=False)
 class Setup:
     """Contents of the figure of :func:`draw_setup`; n points, ``dim`` 2 or 3."""
 
@@ -106,6 +126,21 @@ class Setup:
     None if domains are boxes with the half lengths."""
     warnings: Sequence[str] = ()
     """Warnings about probable mistakes."""
+    boundary_names: Sequence[str] = ()
+    """Names of the boundaries of all stages, which give them the same colour in each figure."""
+    is_new: Flags | None = None
+    """Which points are new in this stage, shape (n,)."""
+    removed: Soil | None = None
+    """Soil that was removed at the start of this stage."""
+
+    def colour_of(self, name: str, number: int) -> int:
+        """Returns the number of the colour of a boundary, which is the one with that number."""
+        return self.boundary_names.index(name) if name in self.boundary_names else number
+
+    @property
+    def shade(self) -> Integers:
+        """Twice the number of each point's body, and one more if it is new, shape (n,)."""
+        return 2 * self.body_id + (0 if self.is_new is None else self.is_new)
 
     water: Floats | None = None
     """Vertices of the water's surface in 2D at the start and at the end of the schedule, from left
@@ -139,6 +174,10 @@ class Setup:
         ]
         positions += [load.position for load in self.loads if len(load.position)]
         positions += [shape.position for shape in self.tracked if len(shape.position)]
+        if self.removed is not None:
+            removed = self.removed
+            positions += [removed.position - removed.half_lengths]
+            positions += [removed.position + removed.half_lengths]
         everything = np.concatenate(positions)
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         longest = float((upper - lower).max())

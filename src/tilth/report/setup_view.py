@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tilth.arrays import Floats, Integers, distinct_rows
 from tilth.report.domains import corners_of_boxes, outlines, sides_towards
 from tilth.report.fields import with_unit
-from tilth.report.setup_data import Condition, Setup
+from tilth.report.setup_data import Condition, Setup, Soil
 from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
 from tilth.report.texts import AS_IT_IS
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 BODY_COLOURS = ("#c9a66b", "#7d9d9c", "#b5838d", "#8d99ae", "#a3b18a", "#d4a373", "#84a9c0")
 CONDITION_COLOURS = ("#1d3557", "#2a6f4e", "#6a3d9a", "#b15928", "#00798c", "#5c4d7d")
 LOAD_COLOUR = "#c1121f"
+NEW_EDGE = "0.4"
+"""Edges of the domains of new soil."""
+REMOVED_COLOUR, REMOVED_HATCH = "0.55", "////"
 MAXIMUM_DRAWN_DOMAINS = 40_000
 MINIMUM_POINT_DIAMETER = 1.0 / 300.0
 """Diameter below which points are not drawn, over the longer side of the view."""
@@ -59,9 +62,12 @@ def draw_view(
         axes.locator_params(axis="y", nbins=2)
     _draw_grid(axes, setup, chosen, low, high, notes)
     _draw_bodies(axes, setup, chosen, lower, upper, notes)
+    if setup.removed is not None:
+        _draw_removed(axes, setup.removed, chosen)
     _draw_body_force(axes, setup, chosen, lower, upper)
     for number, surface in enumerate(setup.surfaces):
-        colour = CONDITION_COLOURS[(len(setup.conditions) + number) % len(CONDITION_COLOURS)]
+        own = setup.colour_of(surface.name, len(setup.conditions) + number)
+        colour = CONDITION_COLOURS[own % len(CONDITION_COLOURS)]
         draw_surface(axes, surface, chosen, lower, upper, colour, symbols)
     if setup.dim == 2:
         draw_tracked_lines(axes, setup.tracked)
@@ -71,7 +77,8 @@ def draw_view(
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))
     for number, condition in enumerate(setup.conditions):
-        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        own = setup.colour_of(condition.name, number)
+        colour = CONDITION_COLOURS[own % len(CONDITION_COLOURS)]
         _draw_condition(axes, condition, chosen, lower, upper, middle, colour, notes)
     for load in setup.loads:
         position, force = load.position[:, chosen], load.force[:, chosen]
@@ -138,28 +145,29 @@ def _draw_bodies(
         )
     else:
         half = half_lengths[seen][:, chosen]
-    body = setup.body_id[seen]
+    shade = setup.shade[seen]
     diameter = 0.5 * float(np.median(half.min(axis=1)))
     drawn = diameter > MINIMUM_POINT_DIAMETER * float((high - low).max())
     if not drawn:
         notes.append("single points are not drawn where they are too small")
     if len(position) > MAXIMUM_DRAWN_DOMAINS:
-        centre, half, area_body = _rectangles(position, half, body)
+        centre, half, area_shade = _rectangles(position, half, shade)
         area = outlines(centre, corners_of_boxes(half))
     elif setup.corners is None:
-        area, area_body = outlines(position, corners_of_boxes(half)), body
+        area, area_shade = outlines(position, corners_of_boxes(half)), shade
     elif setup.dim == 2:
-        area, area_body = outlines(position, setup.corners[seen]), body
+        area, area_shade = outlines(position, setup.corners[seen]), shade
     else:
-        area, area_body = _sides(setup, seen, chosen)
+        area, area_shade = _sides(setup, seen, chosen)
     strong = np.array([to_rgb(colour) for colour in BODY_COLOURS])
-    pale = 0.3 + 0.7 * strong
-    fill = pale[area_body % len(pale)]
+    fills = np.stack([0.3 + 0.7 * strong, 0.85 * strong], axis=1).reshape(-1, 3)
+    fill = fills[area_shade % len(fills)]
+    edges = np.array([to_rgb("white"), to_rgb(NEW_EDGE)])
     axes.add_collection(
         PolyCollection(
             list(area),
             facecolors=fill,
-            edgecolors="white" if drawn else fill,
+            edgecolors=edges[area_shade % 2] if drawn else fill,
             linewidths=0.4,
             zorder=1,
         )
@@ -173,7 +181,7 @@ def _draw_bodies(
             0.0,
             units="xy",
             offsets=position,
-            facecolors=0.75 * strong[body % len(strong)],
+            facecolors=0.75 * strong[shade // 2 % len(strong)],
             edgecolors="none",
             transOffset=axes.transData,
             zorder=2,
@@ -181,25 +189,46 @@ def _draw_bodies(
     )
 
 
+def _draw_removed(axes: Axes, removed: Soil, chosen: list[int]) -> None:
+    """Hatches the soil that was removed, over the soil that is left."""
+    from matplotlib.collections import PolyCollection
+
+    position, half = removed.position[:, chosen], removed.half_lengths[:, chosen]
+    if len(position) == 0:
+        return
+    if len(position) > MAXIMUM_DRAWN_DOMAINS:
+        position, half, _ = _rectangles(position, half, removed.body_id)
+    axes.add_collection(
+        PolyCollection(
+            list(outlines(position, corners_of_boxes(half))),
+            facecolors="none",
+            edgecolors=REMOVED_COLOUR,
+            hatch=REMOVED_HATCH,
+            linewidths=0.0,
+            zorder=1.8,
+        )
+    )
+
+
 def _sides(setup: Setup, seen: Integers, chosen: list[int]) -> tuple[Floats, Integers]:
-    """Returns outlines of the domains' visible sides, the farthest first, and their bodies."""
+    """Returns outlines of the domains' visible sides, the farthest first, and their shades."""
     assert setup.corners is not None
     right, up = np.eye(3)[chosen]
     viewer = np.cross(right, up)
     seen = seen[np.argsort(setup.position[seen] @ viewer, kind="stable")]
     sides, _, number = sides_towards(setup.position[seen], setup.corners[seen], viewer)
-    return sides[..., chosen], setup.body_id[seen[number]]
+    return sides[..., chosen], setup.shade[seen[number]]
 
 
-def _rectangles(position: Floats, half: Floats, body: Integers) -> tuple[Floats, Floats, Integers]:
-    """Returns few rectangles over the domains of many points: centres, half sides and bodies."""
+def _rectangles(position: Floats, half: Floats, shade: Integers) -> tuple[Floats, Floats, Integers]:
+    """Returns few rectangles over the domains of many points: centres, half sides and shades."""
     least = (position - half).min(axis=0)
     extent = (position + half).max(axis=0) - least
     side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MAXIMUM_DRAWN_DOMAINS))
     slot = np.floor((position - least) / side)
     first = distinct_rows(slot)
     centre = least + (slot[first] + 0.5) * side
-    return centre, np.broadcast_to(0.5 * side, centre.shape), body[first]
+    return centre, np.broadcast_to(0.5 * side, centre.shape), shade[first]
 
 
 def _draw_body_force(

@@ -18,8 +18,11 @@ from tilth.model import (
     Body,
     BodyForce,
     ImplicitBoundary,
+    LineForce,
     Model,
     PlaneBoundary,
+    Region,
+    SeismicLoad,
     SurfaceLoad,
     Track,
     Water,
@@ -30,10 +33,12 @@ from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
+from tilth.model.schedule import Schedule
 from tilth.model.variation import GridFile, Level
 from tilth.report.amounts import amount, vector
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
+from tilth.report.stage_texts import stage_rows
 
 if TYPE_CHECKING:
     from tilth.analysis.available_memory import AvailableMemory
@@ -96,15 +101,20 @@ def _rows(
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
         yield "loads", _load(load, model)
-    schedule = model.schedule
-    adaptive = "adaptive" if schedule.adaptive else "of fixed size"
-    yield (
-        "schedule",
-        f"{schedule.number_of_steps} steps to time {schedule.end:g}, {adaptive}; "
-        f"{len(schedule.times_of_output())} outputs",
-    )
+    if model.stages:
+        yield from stage_rows(model)
+    else:
+        yield "schedule", _schedule(model.schedule)
     for track in model.track:
         yield "tracked", _track(track)
+
+
+def _schedule(schedule: Schedule) -> str:
+    adaptive = "adaptive" if schedule.adaptive else "of fixed size"
+    return (
+        f"{schedule.number_of_steps} steps to time {schedule.end:g}, {adaptive}; "
+        f"{len(schedule.times_of_output())} outputs"
+    )
 
 
 def _body(body: Body, points: int) -> str:
@@ -192,6 +202,8 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     ]
     if boundary.radius_change is not None:
         parts.append(f"radius changes by {boundary.radius_change:g} {unit}")
+    if boundary.volume_loss is not None:
+        parts.append(f"loses {100.0 * boundary.volume_loss:g} % of its volume")
     if (rotation := boundary.rotation) is not None:
         axis = "" if rotation.axis is None else f"the axis {rotation.axis} through "
         parts.append(f"turns by {rotation.angle:g} degrees about {axis}{vector(rotation.centre)}")
@@ -199,7 +211,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
         parts.append(f"u{axis} = {value:g} {unit}")
     if boundary.motion is not None:
         parts.append(f"moves by {Path(boundary.motion).name}")
-    if boundary.is_moving:
+    if boundary.is_moving and not model.stages:
         parts.append(f"factor {model.load_curve(boundary).factor(model.schedule.end):g} at the end")
     return f"{boundary.name}: {', '.join(parts)}"
 
@@ -226,12 +238,25 @@ def _geometry(geometry: Geometry) -> str:
 
 
 def _load(load: Load, model: Model) -> str:
+    name = f"{load.name}: " if load.name else ""
+    return name + _declared_load(load, model)
+
+
+def _declared_load(load: Load, model: Model) -> str:
     end = f"factor {model.load_curve(load).factor(model.schedule.end):g} at the end"
+    if model.stages:
+        end = "factor by stage"
     if isinstance(load, BodyForce):
         return f"body force, acceleration {vector(load.acceleration)}, {end}"
     if isinstance(load, SurfaceLoad):
         return f"{_surface_load(load, model)}, {end}"
+    if isinstance(load, SeismicLoad):
+        return f"seismic, coefficients {vector(load.coefficient)} of the body force, {end}"
     force = f"{vector(load.force)} {model.units.force}"
+    if isinstance(load, LineForce):
+        ends = f"from {vector(load.start)} to {vector(load.end)}"
+        per_length = f"{force}/{model.units.length}" if model.units.force else f"{force} per length"
+        return f"line force {per_length} on {load.body} {ends}, {end}"
     return f"point force {force} on {load.body} at {vector(load.at)}, {end}"
 
 
@@ -248,8 +273,18 @@ def _surface_load(load: SurfaceLoad, model: Model) -> str:
         parts.append(f"traction {vector(load.traction)} {stress}")
     where = f" from {vector(load.start)} to {vector(load.end or ())}" if load.start else ""
     where = f" ({load.part})" if load.part else where
+    if load.within is not None:
+        where += f" within {_region(load.within)}"
     how = "" if load.follower else ", dead"
     return f"{', '.join(parts)} on the surface of {load.body}{where}{how}"
+
+
+def _region(region: Region) -> str:
+    if region.vertices is not None:
+        return f"a polygon of {len(region.vertices)} vertices"
+    if region.centre is not None:
+        return f"the circle of radius {region.radius:g} around {vector(region.centre)}"
+    return f"the rectangle from {vector(region.lower or ())} to {vector(region.upper or ())}"
 
 
 def _track(track: Track) -> str:

@@ -67,6 +67,8 @@ def draw_tracked_3d(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
     if surfaces:
         axes.computed_zorder = False
     for number, shape in enumerate(surfaces):
+        if len(shape.cells) == 0:
+            continue
         cells = shape.cells[_faces_viewer(axes, shape.position[shape.cells])]
         edges, emphasised = _edges(shape.position, cells)
         colour = colour_of(number)
@@ -98,15 +100,27 @@ def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
     ]
 
 
-def add_tracked_legend(figure: Figure, snapshot: Snapshot, initial: Snapshot | None) -> None:
-    """Adds a legend of tracked surfaces above the panels; ``initial`` is None if not drawn."""
+def add_tracked_legend(
+    figure: Figure, snapshots: Sequence[Snapshot], initial: Snapshot | None
+) -> None:
+    """Adds a legend of the tracked surfaces that one of the panels has, above them.
+
+    ``initial`` is None if not drawn.
+    """
     from matplotlib.lines import Line2D
 
-    handles = tracked_handles(snapshot.surfaces)
-    if initial is not None and initial.surfaces and snapshot.dim == 2:
-        one = len(initial.surfaces) == 1
+    every = tracked_handles(snapshots[0].surfaces)
+    drawn = {shape.name for each in snapshots for shape in each.surfaces if len(shape.cells)}
+    names = [shape.name for shape in snapshots[0].surfaces]
+    handles = [line for line, name in zip(every, names, strict=True) if name in drawn]
+    if initial is not None and snapshots[0].dim == 2:
+        there = [i for i, shape in enumerate(initial.surfaces) if len(shape.cells)]
+    else:
+        there = []
+    if there:
+        one = len(there) == 1
         label = f"surface{'' if one else 's'} at the start"
-        colour = colour_of(0) if one else "0.3"
+        colour = colour_of(there[0]) if one else "0.3"
         handles.append(Line2D([], [], color=colour, label=label, **_initial_line()))
     if not handles:
         return

@@ -93,8 +93,7 @@ class SurfaceLoads(Term):
             surface = surfaces[load.body]
             if load.body not in quadrature:
                 quadrature[load.body] = surface.quadrature(active)
-            rows, arc_length = surface.loaded(declared.number, quadrature[load.body])
-            points = quadrature[load.body].ordered(rows)
+            points, arc_length = surface.loaded(declared.number, quadrature[load.body])
             if not near_soil(active, points.position).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             order, at = locate_in_cells(active, points.position)

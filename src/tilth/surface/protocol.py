@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
@@ -24,10 +24,20 @@ class BodySurface(Protocol):
         """Returns the quadrature points of the surface for a load step on this grid."""
         ...
 
-    def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
-        """Returns the rows of the quadrature with load `number` of the model, and arc lengths.
+    def loaded(
+        self, number: int, quadrature: SurfaceQuadrature
+    ) -> tuple[SurfaceQuadrature, Floats]:
+        """Returns m quadrature points with load `number` of the model, and their arc lengths (m,).
 
-        Shape (m,) each; the arc lengths [length] are initial ones from the loaded part's start.
+        quadrature: of the whole surface. The arc lengths [length] are initial ones from the loaded
+        part's start.
+        """
+        ...
+
+    def long_parts(self) -> dict[int, float]:
+        """Returns loads with ends that cover more than half their closed curve: number and share.
+
+        The number is that of the load in the model, the share that of the curve's length.
         """
         ...
 

@@ -32,6 +32,8 @@ SHORTEST_CHORD_RATIO = 0.25
 """Two points nearer than this many initial spacings are merged."""
 GAUSS_POINTS = 5
 """Gauss points per piece of the spline in a cell; exact for forces of a constant pressure."""
+ROUND_OFF = 1e-9
+"""Share of a chain's length that does not count."""
 COINCIDENCE_TOLERANCE = 1e-6
 """Points nearer than this many initial spacings coincide."""
 
@@ -150,10 +152,12 @@ class TrackedSurface:
             )
         return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
 
-    def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
+    def loaded(
+        self, number: int, quadrature: SurfaceQuadrature
+    ) -> tuple[SurfaceQuadrature, Floats]:
         """As `BodySurface.loaded`."""
         if number not in self._parts:
-            return np.arange(len(quadrature.element)), quadrature.arc_length
+            return quadrature, quadrature.arc_length
         chain, first, last = self._parts[number]
         tracked = self.chains[chain]
         n, (begin, end) = len(tracked.current), tracked.marked[[first, last]]
@@ -163,7 +167,21 @@ class TrackedSurface:
         rows = np.flatnonzero((segment >= 0) & (segment < n) & ((segment - begin) % n < count))
         initial = LocalCubicSpline(tracked.initial)
         arc = quadrature.arc_length[rows] - initial.arc_length(begin, np.zeros(()))
-        return rows, np.where(arc < 0.0, arc + initial.length, arc)
+        return quadrature.ordered(rows), np.where(arc < 0.0, arc + initial.length, arc)
+
+    def long_parts(self) -> dict[int, float]:
+        """As `BodySurface.long_parts`."""
+        found = {}
+        for number, (chain, first, last) in self._parts.items():
+            tracked = self.chains[chain]
+            initial = LocalCubicSpline(tracked.initial)
+            begin, end = tracked.marked[[first, last]]
+            if tracked.initial.closed and begin != end:
+                at = initial.arc_length(np.array([begin, end]), np.zeros(2))
+                share = float((at[1] - at[0]) % initial.length / initial.length)
+                if share > 0.5 + ROUND_OFF:
+                    found[number] = share
+        return found
 
     def moved(
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats

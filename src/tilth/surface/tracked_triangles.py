@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers, require_table, require_within
+from tilth.arrays import Flags, Floats, require_table, require_within
 from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model, SurfaceLoad
@@ -18,6 +18,7 @@ from tilth.model.problems import unknown_name
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
+from tilth.surface.clipped import ClippedTriangles, area_in_plan, clip_in_plan
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
@@ -56,28 +57,54 @@ class TrackedSolidSurface:
         self._spacing = body.surface.spacing or 0.5 * min(model.cell_size)
         triangles = outline_3d(body, model.cell_size, self._spacing)
         self.triangles = TrackedTriangles(triangles, triangles.vertices)
-        self._part_of: dict[int, str | None] = {}
+        self._loads: dict[int, SurfaceLoad] = {}
+        self._clipped: dict[int, tuple[int, ClippedTriangles]] = {}
         for load_number, load in enumerate(model.loads):
             if isinstance(load, SurfaceLoad) and load.body == body.name:
                 if load.part is not None and load.part not in triangles.part:
                     words = unknown_name("part of the surface", load.part, triangles.part)
                     raise BadInput(*words, key=f"loads[{load_number}].part", value=load.part)
-                self._part_of[load_number] = load.part
+                self._loads[load_number] = load
+                if load.within is not None:
+                    self._require_one_surface(load_number, load)
+
+    def _require_one_surface(self, number: int, load: SurfaceLoad) -> None:
+        """Checks that a region in plan lies on soil, and on one surface."""
+        assert load.within is not None
+        covered = area_in_plan(self.triangles.current.corner, self._parts_within(number))
+        key, where = f"loads[{number}].within", f"of the body {self.name!r}"
+        if load.part is not None:
+            where = f"{load.part!r} {where}"
+        value = load.within.model_dump(exclude_none=True)
+        if covered == 0.0:
+            what = f"no surface {where} lies in this region"
+            remedy = "move the region; without `part` it is on surfaces that face upwards"
+            raise BadInput(what, remedy, key=key, value=value)
+        if covered > load.within.area * (1.0 + 1e-6):
+            what = f"surfaces {where} lie above each other in this region"
+            raise BadInput(what, "name the `part` that is loaded", key=key, value=value)
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
         """As `BodySurface.quadrature`: six points on each triangle, independent of the grid."""
+        count = len(self.triangles.current.triangle)
+        whole = np.broadcast_to(np.eye(3), (count, 3, 3))
+        return self._on(ClippedTriangles(np.arange(count), whole, np.ones(count)))
+
+    def _on(self, parts: ClippedTriangles) -> SurfaceQuadrature:
+        """Returns six quadrature points on each of some parts of the triangles."""
         current, rule = self.triangles.current, triangle_rule(6)
         initial = Triangles(self.triangles.initial, current.triangle)
-        count, points = len(current.triangle), len(rule.weight)
-        element = np.repeat(np.arange(count), points)
-        weight = np.tile(rule.weight, count)
+        count = len(rule.weight)
+        element = np.repeat(parts.element, count)
+        weight = np.outer(parts.share, rule.weight).ravel()
+        barycentric = np.einsum("qv,kvb->kqb", rule.barycentric, parts.corner)
 
         def edges(triangles: Triangles) -> Floats:
             both = triangles.tangent[element]
             return np.stack([weight[:, None] * both[:, 0], both[:, 1]], axis=1)
 
         def position(triangles: Triangles) -> Floats:
-            points = np.einsum("qv,kvi->kqi", rule.barycentric, triangles.corner)
+            points = np.einsum("kqb,kbi->kqi", barycentric, triangles.corner[parts.element])
             return np.asarray(points.reshape(-1, 3))
 
         return SurfaceQuadrature(
@@ -89,16 +116,42 @@ class TrackedSolidSurface:
             arc_length=np.zeros(len(element)),
         )
 
-    def loaded(self, number: int, quadrature: SurfaceQuadrature) -> tuple[Integers, Floats]:
+    def loaded(
+        self, number: int, quadrature: SurfaceQuadrature
+    ) -> tuple[SurfaceQuadrature, Floats]:
         """As `BodySurface.loaded`."""
-        triangles, part = self.triangles.current, self._part_of[number]
-        if part is None:
-            loaded_parts = np.array([not name.startswith("cut ") for name in triangles.part])
-            loaded = loaded_parts[triangles.part_number]
+        if self._loads[number].within is not None:
+            points = self._on(self._parts_within(number))
         else:
-            loaded = triangles.in_part(part)
-        rows = np.flatnonzero(loaded[quadrature.element])
-        return rows, quadrature.arc_length[rows]
+            chosen = self._may_be_loaded(self._loads[number].part)
+            points = quadrature.ordered(np.flatnonzero(chosen[quadrature.element]))
+        return points, points.arc_length
+
+    def long_parts(self) -> dict[int, float]:
+        """As `BodySurface.long_parts`: none, the parts of a surface in space have no ends."""
+        return {}
+
+    def _may_be_loaded(self, part: str | None) -> Flags:
+        """Returns the triangles of a part, or without one those of the body's own surface, (m,)."""
+        triangles = self.triangles.current
+        if part is not None:
+            return triangles.in_part(part)
+        own = np.array([not name.startswith("cut ") for name in triangles.part])
+        return np.asarray(own[triangles.part_number])
+
+    def _parts_within(self, number: int) -> ClippedTriangles:
+        """Returns the parts of the triangles in the region of a load; they stay with the soil."""
+        count, load = len(self.triangles.current.triangle), self._loads[number]
+        if number not in self._clipped or self._clipped[number][0] != count:
+            assert load.within is not None
+            initial = Triangles(self.triangles.initial, self.triangles.current.triangle)
+            chosen = self._may_be_loaded(load.part)
+            upwards = chosen & (initial.area_vector[:, 2] < 0.0)
+            if load.part is None or upwards.any():
+                chosen = upwards
+            region = np.array(load.within.corners())
+            self._clipped[number] = count, clip_in_plan(initial.corner, chosen, region)
+        return self._clipped[number][1]
 
     def moved(
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
@@ -158,3 +211,4 @@ class TrackedSolidSurface:
         vertices, triangle = state["vertices"], state["triangle"]
         current = Triangles(vertices, triangle, part, state["part_number"])
         self.triangles = TrackedTriangles(current, state["initial"])
+        self._clipped.clear()

@@ -38,6 +38,7 @@ from tilth.verification import (
     submerged_block,
     thick_cylinder,
     triaxial_specimen,
+    tunnel,
     upsetting,
     vertical_cut,
 )
@@ -78,5 +79,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "earth_pressure": earth_pressure.comparisons,
     "vertical_cut": vertical_cut.comparisons,
     "k0_slope": k0_slope.comparisons,
+    "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

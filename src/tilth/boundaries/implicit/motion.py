@@ -38,7 +38,8 @@ class LinearMotion:
     """Change of radius about the geometry's centre, then rotation, then translation.
 
     x = c + R(f angle) [c0 + S(f) (X - c0) - c] + f displacement, with S the stretch of the radius,
-    c0 its centre and c that of the rotation.
+    c0 its centre and c that of the rotation. With a volume loss V, S = sqrt(1 - f V) for a circle
+    or cylinder and the cubic root for a sphere.
     """
 
     def __init__(self, declared: ImplicitBoundary, geometry: Geometry, dim: int) -> None:
@@ -48,16 +49,16 @@ class LinearMotion:
             self._displacement[AXES.index(axis)] = value
         self._rotation = declared.rotation
         self._geometry = geometry
-        self._change = declared.radius_change or 0.0
+        self._declared = declared
 
     def _linear(self, factor: float) -> tuple[Floats, Floats]:
         """Returns A and b of x = A X + b."""
         matrix, offset = np.eye(self._dim), np.zeros(self._dim)
-        if self._change:
+        if self._declared.radius_change or self._declared.volume_loss:
             geometry = cast(RoundGeometry, self._geometry)  # the schema asks for one
             axes = np.vstack([np.zeros(self._dim), np.eye(self._dim)])
             radial = geometry.radial(axes)  # affine: offset first, then its columns
-            stretch = factor * self._change / geometry.radius
+            stretch = (self._declared.radius(factor) - geometry.radius) / geometry.radius
             matrix = matrix + stretch * (radial[1:] - radial[0]).T
             offset = stretch * radial[0]
         if self._rotation is not None:
