@@ -168,10 +168,13 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, entry in enumerate(_tables(stresses)):
         yield from _files_of_parameters(f"initial.stress[{i}]", entry)
         yield f"initial.stress[{i}]", entry, "folder"
-    if isinstance(water := entries.get("water"), dict):
-        for key in ("level", "initial_level"):
-            if isinstance(water.get(key), dict):
-                yield f"water.{key}", water[key], "file"
+    stages = _tables(entries.get("stages"))
+    tables = {"water": entries.get("water")}
+    tables |= {f"stages[{i}].water": stage.get("water") for i, stage in enumerate(stages)}
+    for key, water in tables.items():
+        for level in ("level", "initial_level"):
+            if isinstance(water, dict) and isinstance(water.get(level), dict):
+                yield f"{key}.{level}", water[level], "file"
     materials = entries.get("materials")
     for material, parameters in materials.items() if isinstance(materials, dict) else ():
         if isinstance(parameters, dict):

@@ -204,7 +204,7 @@ def test_the_setup_draws_the_level(tmp_path: Path) -> None:
     assert "water level\nat the end, dashed at the start" in labels
     far = draw_setup(setup_of(Model.from_dict(wet("plane_strain", 50.0))))
     assert far.axes[0].get_ylim()[1] < 5.0
-    assert setup_of(Model.from_dict(wet("3d"))).water is None
+    assert setup_of(Model.from_dict(wet("3d"))).water_at(0.5) is None
 
 
 @pytest.mark.slow

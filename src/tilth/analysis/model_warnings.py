@@ -89,7 +89,8 @@ def at(position: Floats) -> str:
 
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
-    loaded = model.water is not None or any(acts(load, model) for _, load in model.acting_loads())
+    loaded = any(acts(load, model) for _, load in model.acting_loads())
+    loaded = loaded or model.water is not None
     if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
         yield (
             "no cause",

@@ -29,7 +29,7 @@ from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.wet_mass import effective_stress, total_stress
+from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
     HistoryWriter,
     Progress,
@@ -345,24 +345,26 @@ def snapshot(
 
     The point fields are computed on access: write them before the points change.
 
-    names: of state variables and varying parameters; those of the points if None.
+    names: what fields there are; those of the points and the water if None.
     """
     points, water = simulation.points, simulation.water
     order = points.in_order
     number = points.point_id[order]
-    in_stage = time - simulation.model.stage.start
-    states, varying = names or (points.state_variables(), list(points.varying))
+    of_stage = time - simulation.model.stage.start
+    states, varying, wet = names or (
+        points.state_variables(), list(points.varying), water is not None
+    )  # fmt: skip
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
-        "cauchy_stress": lambda: total_stress(points, water, in_stage)[order],
+        "cauchy_stress": lambda: total_stress(points, water, of_stage)[order],
         **{name: partial(lambda name: points.state_variable(name)[order], name) for name in states},
         "volume": lambda: points.volume[order],
         **{name: partial(_varying, points, name, number) for name in varying},
         "domain": lambda: points.half_length[order],
     }
-    if water is not None:
+    if wet:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
-        fields["pore_pressure"] = lambda: water.pore_pressure(points.position, in_stage)[order]
+        fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]

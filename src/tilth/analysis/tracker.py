@@ -18,7 +18,7 @@ from tilth.model import Model, Track
 from tilth.model.fields import AXES
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.wet_mass import effective_stress, total_stress
+from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -65,12 +65,12 @@ class Tracker:
                 return lambda simulation, result, work: _state(track, simulation.points, ids)
 
             def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
-                values = _values(track, simulation, 0.0 if result is None else result.time)
                 there = _there(simulation.points, ids)
                 if len(there) == 0:
                     return math.nan
-                chosen = values[there].mean(axis=0)
-                return _component(chosen, track.component) if track.component else float(chosen)
+                values = _values(track, simulation, 0.0 if result is None else result.time)
+                mean = values[there].mean(axis=0)
+                return _component(mean, track.component) if track.component else float(mean)
 
             return of_points
         if track.quantity == "enclosed":
@@ -148,8 +148,8 @@ def _values(track: Track, simulation: Simulation, time: float) -> Floats:
         return points.displacement
     if track.quantity == "effective_stress":
         return effective_stress(points)
-    if track.quantity == "pore_pressure" and water is not None:
-        return water.pore_pressure(points.position, time)
+    if track.quantity == "pore_pressure":
+        return pore_pressure(points, water, time)
     return total_stress(points, water, time)
 
 

@@ -122,7 +122,7 @@ def state_variable_problems(
             words = unknown_name("state variable", track.variable, known)
             yield Problem(f"track[{i}].variable", *words, track.variable)
     colour, known = model.output.colour_by, _known(model, variables, None)
-    fixed = COLOURS if model.water is None else (*COLOURS, *COLOURS_OF_WATER)
+    fixed = COLOURS if not model.has_water else (*COLOURS, *COLOURS_OF_WATER)
     if known is not None and colour not in (choices := [*dict.fromkeys((*fixed, *known))]):
         likely = suggestion(colour, choices)
         remedy = f'did you mean "{likely}"? ' if likely else ""
@@ -170,7 +170,7 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
 def _needs_water(model: Model) -> Iterator[Problem]:
     """Only water has a pore pressure."""
     for i, track in enumerate(model.track):
-        if track.quantity == "pore_pressure" and model.water is None:
+        if track.quantity == "pore_pressure" and not model.has_water:
             remedy = "add a section [water]; an undrained law has a state variable instead"
             what = "there is no water"
             yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)

@@ -216,6 +216,11 @@ class Model(Declared):
         """Which stage this is the model of; `stage_models` sets it."""
         return StageOfModel()
 
+    @property
+    def has_water(self) -> bool:
+        """Whether there is water in any stage."""
+        return self.water is not None or any(stage.water is not None for stage in self.stages)
+
     def present(self, body: str) -> bool:
         """Returns whether a body is there in this stage."""
         return body not in self.stage.absent_bodies

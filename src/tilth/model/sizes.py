@@ -120,9 +120,12 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
     for i, entry in enumerate(model.initial.stress):
         if isinstance(entry, AtRest) and entry.ground is not None:
             yield f"initial.stress[{i}].ground", entry.ground
-    if model.water is not None:
-        yield "water.level", model.water.level
-        yield "water.initial_level", model.water.initial_level
+    declared = [("water", model.water)]
+    declared += [(f"stages[{i}].water", stage.water) for i, stage in enumerate(model.stages)]
+    for key, water in declared:
+        if water is not None:
+            yield f"{key}.level", water.level
+            yield f"{key}.initial_level", water.initial_level
 
 
 def _variations(model: Model) -> Iterator[tuple[str, Variation]]:

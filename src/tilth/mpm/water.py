@@ -82,19 +82,10 @@ class PhreaticSurface:
         """Returns the elevation of the surface at positions (n, dim) [length], shape (n,)."""
         return self._between(self._initial.at(position), self._final.at(position), time)
 
-    def line(self, time: float, lower: float, upper: float) -> Floats:
-        """Returns the surface in the plane at `time` as vertices from left to right, (k, 2).
-
-        lower, upper: range of x [length] that it covers at least. At every time the vertices have
-        the same x.
-        """
-        ends = [float(lower), float(upper)]
-        for each in (self._initial, self._final):
-            ends += each.vertices
-        position = np.zeros((len(set(ends)), 2))
-        position[:, 0] = sorted(set(ends))
-        position[:, 1] = self.level(position, time)
-        return position
+    @property
+    def vertices(self) -> set[float]:
+        """The coordinates x at which a level may have a kink [length], in the plane."""
+        return {*self._initial.vertices, *self._final.vertices}
 
     def planes(self, position: Floats, time: float) -> Planes:
         """Returns the planes that touch the surface above or below positions (n, dim)."""

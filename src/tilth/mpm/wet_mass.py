@@ -53,7 +53,7 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
     if surface is None:
         return
     surface.require_covers(points.position)
-    if not any(isinstance(load, BodyForce) for load in model.loads):
+    if not any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
         return
     for time in (0.0, model.schedule.end):
         planes = surface.planes(points.position, time)
@@ -69,6 +69,13 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
                 "that water does not enter",
                 key=dotted(("materials", name, "saturated_density")),
             )
+
+
+def pore_pressure(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
+    """Returns the pressure of the water at rest at points [stress], 0 without water, shape (n,)."""
+    if water is None:
+        return np.zeros(len(points))
+    return water.pore_pressure(points.position, time)
 
 
 def effective_stress(points: MaterialPoints) -> Floats:

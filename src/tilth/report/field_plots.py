@@ -42,8 +42,8 @@ def draw_frames(
     *,
     axisymmetric: bool = False,
     initial: Snapshot | None = None,
-    water: Callable[[float], Floats | None] = lambda time: None,
     titles: Sequence[str] | None = None,
+    water: Callable[[float], Floats | None] = lambda time: None,
 ) -> Figure:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
@@ -51,9 +51,9 @@ def draw_frames(
     domains are filled, in 3D the points that are visible from outside are drawn. Bodies more than
     seven times longer than wide are drawn with the narrow side stretched, with a note.
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
-    of ``initial``, the first output of the run, are drawn dashed on all later ones. ``water``
-    returns the vertices of the water's surface in the plane at a time, see :class:`Setup`. The
-    panels have the ``titles``, or step and time. Points without a value (NaN) are grey.
+    of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
+    the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
+    vertices of the water's surface in the plane at a time, see :class:`Setup`.
     """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine

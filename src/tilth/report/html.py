@@ -213,8 +213,8 @@ def _frames(
         results.units,
         axisymmetric=kind == "axisymmetric",
         initial=results.snapshot(0),
-        water=lambda time: setup.water_at(time) if isinstance(setup, Setup) else None,
         titles=titles,
+        water=lambda time: None if setup is None else setup.water_at(time),
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):

@@ -143,16 +143,17 @@ class Setup:
         return 2 * self.body_id + (0 if self.is_new is None else self.is_new)
 
     water: Floats | None = None
-    """Vertices of the water's surface in 2D at the start and at the end of the schedule, from left
-    to right at the same x [length], shape (2, k, 2); None without water, and in 3D."""
-    end: float = 1.0
-    """Time of the end of the schedule."""
+    """Vertices of the water's surface in 2D at ``water_times``, from left to right at the same x
+    [length], shape (2, k, 2); None without water, and in 3D."""
+    water_times: Floats = field(default_factory=lambda: np.array([0.0, 1.0]))
+    """Total times at the start and the end of the stage, shape (2,)."""
 
     def water_at(self, time: float) -> Floats | None:
-        """Returns the vertices of the water's surface at ``time`` [length], shape (k, 2)."""
+        """Returns the vertices of the water's surface at a total time [length], shape (k, 2)."""
         if self.water is None:
             return None
-        share = min(max(time / self.end, 0.0), 1.0)
+        start, end = self.water_times
+        share = min(max((time - start) / (end - start), 0.0), 1.0)
         return np.asarray((1.0 - share) * self.water[0] + share * self.water[1])
 
     @property
@@ -189,8 +190,8 @@ class Setup:
             if not (surface.bounded and small):
                 visible = surface.visible_vertices(lower - near, upper + near)
             around.append(visible)
-        for line in () if self.water is None else self.water:
-            around.append(nearby(line, lower, upper))
+        if self.water is not None:
+            around += [nearby(line, lower, upper) for line in self.water]
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower
