@@ -35,7 +35,7 @@ from tilth.verification.tunnel import settle
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
-FIELDS = {"random_field_slope": "undrained_shear_strength"}
+FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
 SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
@@ -48,6 +49,7 @@ from tilth.output.folder import (
     SURFACE,
     stage_checkpoint,
 )
+from tilth.output.log import START
 from tilth.output.snapshot import FieldsOnDemand, SurfaceShape
 
 
@@ -64,14 +66,24 @@ class Recorder:
     work: float = 0.0
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
+    _at_start: str = ""
+    """How the equilibrium of the initial state was found."""
     _beside_schedule: bool = False
     """Whether the last output is that of a run that ended between the times of output."""
 
     @classmethod
     def start(
-        cls, folder: Path, analysis: StagedAnalysis, active: ActiveGrid, threads: int
+        cls,
+        folder: Path,
+        analysis: StagedAnalysis,
+        active: ActiveGrid,
+        threads: int,
+        start: InitialEquilibrium | None = None,
     ) -> Recorder:
-        """Begins the files of a new run and writes the initial state."""
+        """Begins the files of a new run and writes the initial state.
+
+        start: how the equilibrium of this state was found.
+        """
         model, simulation = analysis.model, analysis.simulation
         tracker = Tracker(model, analysis.initial)
         recorder = cls(
@@ -83,9 +95,15 @@ class Recorder:
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
-        recorder._output(recorder._snapshot(active, None, 0, 0.0))
-        values = tracker.values(simulation, None, 0.0)
-        recorder.history.append(0, 0.0, 0, values, (simulation.model.stage.name, 0.0))
+        result, iterations = None, 0
+        if start is not None:
+            result, active, iterations = start.result, start.result.active, start.iterations
+            recorder._at_start = start.text(model.units.stress)
+            recorder.log.start(recorder._at_start)
+        recorder._output(recorder._snapshot(active, result, 0, 0.0))
+        values = tracker.values(simulation, result, 0.0)
+        stage = (simulation.model.stage.name, 0.0)
+        recorder.history.append(0, 0.0, iterations, values, stage)
         recorder._log_stage()
         return recorder
 
@@ -171,6 +189,8 @@ class Recorder:
         try:
             with progress:
                 self._progress = progress
+                if self._at_start:
+                    progress.message(f"{START}{self._at_start}")
                 self._say_warnings()
                 yield progress
                 if not self.analysis.done:

@@ -34,7 +34,11 @@ from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
 from tilth.model.implicit import Rotation as Rotation
 from tilth.model.initial import AtRest as AtRest
 from tilth.model.initial import GivenStress as GivenStress
+from tilth.model.initial import GravityStress as GravityStress
 from tilth.model.initial import Initial as Initial
+from tilth.model.initial import MaterialAtRest as MaterialAtRest
+from tilth.model.initial import StressOfRun as StressOfRun
+from tilth.model.initial import TableStress as TableStress
 from tilth.model.loads import BodyForce as BodyForce
 from tilth.model.loads import LineForce as LineForce
 from tilth.model.loads import PointForce as PointForce

@@ -10,7 +10,7 @@ from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
-from tilth.model.initial import GivenStress
+from tilth.model.initial_checks import initial_problems
 from tilth.model.laws import PLASTIC_STRAIN
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.magnitudes import magnitude_problems
@@ -32,7 +32,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_repeated_names(model),
         *_unknown_references(model),
         *state_variable_problems(model, declared),
-        *_initial_stress(model),
+        *initial_problems(model),
         *_needs_implicit(model),
         *_needs_water(model),
         *_densities(model),
@@ -106,30 +106,6 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
         if track.boundary is not None and track.boundary not in boundaries:
             words = unknown_name("boundary", track.boundary, boundaries)
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
-
-
-def _initial_stress(model: Model) -> Iterator[Problem]:
-    bodies = {body.name: i for i, body in enumerate(model.bodies)}
-    numbers: dict[str, int] = {}
-    components = 6 if model.dimension == 3 else 4
-    for i, entry in enumerate(model.initial.stress):
-        key = f"initial.stress[{i}]"
-        if entry.body not in bodies:
-            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
-        if numbers.setdefault(entry.body, i) != i:
-            what = f"has its stress from initial.stress[{numbers[entry.body]}] already"
-            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
-        if isinstance(entry, GivenStress) and len(entry.stress) != components:
-            order = "xx, yy, zz, xy" + (", yz, xz" if components == 6 else "")
-            what = f"has {len(entry.stress)} components, expected {components}"
-            yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
-    for i, body in enumerate(model.bodies):
-        for key, name in zip(body.material_keys(), body.materials, strict=True):
-            material = model.materials.get(name)
-            if material is not None and material.needs_stress and body.name not in numbers:
-                what = f"a material of the model {material.model!r} cannot be without stress"
-                remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
-                yield Problem(f"bodies[{i}].{key}", what, remedy, name)
 
 
 def state_variable_problems(

@@ -164,7 +164,7 @@ class Model(Declared):
         shapes = [getattr(b.geometry, "function", None) for b in found]
         varying = [v for material in self.materials.values() for v in variations(material).values()]
         parameters = [getattr(each, "function", None) for each in varying]
-        names = (*motions, *shapes, *parameters, *self.user_laws)
+        names = (*motions, *shapes, *parameters, *self.initial.functions(), *self.user_laws)
         return tuple(dict.fromkeys(name for name in names if name))
 
     @property

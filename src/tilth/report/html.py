@@ -142,6 +142,7 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     facts = {
         "analysis": kinds.get(kind, kind),
         "points": log.facts.get("points", ""),
+        "initial state": log.start,
         "active cells at the start": log.facts.get("active cells", ""),
         "last step": f"{log.last_step}, time {results.times[-1]:.4g} at the last output",
         "outputs": str(len(results)),

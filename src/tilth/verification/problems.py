@@ -21,6 +21,7 @@ from tilth.verification import (
     hollow_sphere_limit,
     inclined_column,
     infinite_slope,
+    k0_slope,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -81,6 +82,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "vertical_cut": vertical_cut.comparisons,
     "slope_strength_reduction": slope_strength_reduction.comparisons,
     "infinite_slope": infinite_slope.comparisons,
+    "k0_slope": k0_slope.comparisons,
     "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
