@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from tilth import model
 from tilth.model.base import Declared, meaning_of
-from tilth.model.settings import COLOURS
+from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
 ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
@@ -38,6 +38,10 @@ TYPE_DESCRIPTIONS = {
     "SoilAngle": "number, 0 or in [0.001, 60], or [varying](#parameters-that-vary)",
     "Index": "number in (0, 0.9], or [varying](#parameters-that-vary)",
     "OverconsolidationRatio": "number >= 1, or [varying](#parameters-that-vary)",
+    "CoefficientAtRest": 'number > 0, or `"1-sin_phi"`',
+    "Overconsolidation": "number >= 1",
+    "MaterialsAtRest": "table material = table, see below",
+    "InitialStresses": "list of tables, see below",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -128,9 +132,10 @@ without running it.
   its rows the factor is linear in time, beyond the last row it is constant.
 * Paths are relative to the case file.
 * A case file that names a Python function (`motion` of an implicit boundary, a geometry of type
-  `"function"`, a material parameter) or a law of your own (materials `"user_python"`,
-  `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`, `tilth element` and
-  `tilth resume` say so and run that file with your rights. `tilth report` runs no such code.
+  `"function"`, a material parameter, an initial stress) or a law of your own (materials
+  `"user_python"`, `"user_compiled"`, `"user_umat"`) is code: `tilth run`, `tilth check`,
+  `tilth element` and `tilth resume` say so and run that file with your rights. `tilth report` runs
+  no such code.
 * A text is one line of printable characters: a title has at most 200, a name 100, a unit 40. Names
   of bodies and of tracked quantities do not begin with `=`, `+`, `-` or `@`: they stand in tables,
   and a spreadsheet would take them for formulas.
@@ -261,10 +266,17 @@ def page() -> str:
         "independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
-        "## `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
-        "without an entry start without stress. The stress is the effective one, must not lie "
-        "outside the yield surface, and is kept only if the loads at time 0 balance it.",
-        *_variants("type", model.GivenStress, model.AtRest),
+        _section("`[water]`", model.Water),
+        _section("`[initial]`", model.Initial),
+        "### `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
+        "without an entry start without stress. The stress is the effective one and must not lie "
+        "outside the yield surface. [Start with stress](../howto/start_with_stress.md) has an "
+        "example, [stress at the start](../theory/initial_stress.md) what is solved.",
+        *_variants(
+            "type", model.GivenStress, model.AtRest, model.GravityStress, model.TableStress,
+            model.StressOfRun, level=4,
+        ),
+        _section("A material in `materials` of a stress at rest", model.MaterialAtRest, 4),
         "## `[[loads]]`",
         *_variants(
             "type", model.BodyForce, model.SeismicLoad, model.PointForce, model.LineForce,
@@ -279,7 +291,11 @@ def page() -> str:
         _section("`grid` of a stage", model.StageGrid, 3),
         _section("`[[track]]`", model.Track),
         _section("`[output]`", model.Output),
-        "Names for `colour_by`: " + ", ".join(f"`{name}`" for name in COLOURS) + ".",
+        "Names for `colour_by`: "
+        + ", ".join(f"`{name}`" for name in COLOURS)
+        + "; with `[water]` also "
+        + ", ".join(f"`{name}`" for name in COLOURS_OF_WATER)
+        + ".",
     ]  # fmt: skip
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 

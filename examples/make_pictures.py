@@ -7,8 +7,10 @@ Of the examples in `SURFACES` it draws the surface after every step, for the cas
 of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
 at one time with several bases, on the true domains. For the example of element tests it draws the
 first picture of each of its case files, `picture.png` of case.toml.
+Of those in `SAFETY` it draws the mechanism at the factor of safety.
 """
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -22,8 +24,10 @@ from matplotlib.image import imsave
 import tilth
 from tilth.curves import LocalCubicSpline
 from tilth.element_tests.plots import draw_plot
+from tilth.output.folder import SETUP
 from tilth.output.vtkhdf import read_results
 from tilth.report.field_plots import draw_frames
+from tilth.report.setup_file import read_setup
 from tilth.verification.cases import varied
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
@@ -31,8 +35,9 @@ from tilth.verification.tunnel import settle
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
-FIELDS = {"random_field_slope": "undrained_shear_strength"}
+FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
+SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
@@ -48,6 +53,7 @@ def make_picture(name: str) -> None:
             results.units,
             axisymmetric=model.analysis.kind == "axisymmetric",
             initial=results.snapshot(0),
+            water=read_setup(result.folder / SETUP, results.snapshot(0)).water_at,
         )
         figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
@@ -108,6 +114,15 @@ def draw_field(name: str, field: str) -> None:
             canvas.draw()
             pictures.append(np.asarray(canvas.buffer_rgba()))
     stack(name, pictures)
+
+
+def draw_mechanism(name: str) -> None:
+    """The picture that `tilth safety` draws, with a narrow bracket of the factor."""
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        settings = tilth.StrengthReduction(tolerance=0.002)
+        tilth.safety(model, Path(folder) / "results", settings=settings, quiet=True)
+        shutil.copy(Path(folder) / "results" / "safety.png", EXAMPLES / name / "picture.png")
 
 
 def von_mises_stress(points):
@@ -204,6 +219,8 @@ if __name__ == "__main__":
             draw_field(name, FIELDS[name])
         elif name in BASES:
             draw_bases(name, *BASES[name])
+        elif name in SAFETY:
+            draw_mechanism(name)
         elif name in TROUGHS:
             draw_trough(name, TROUGHS[name])
         elif name == "element_tests":

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tilth.analysis.check import check as check
     from tilth.analysis.run import resume as resume
     from tilth.analysis.run import run as run
+    from tilth.analysis.safety_run import safety as safety
     from tilth.case import load_case as load_case
     from tilth.case import load_element_case as load_element_case
     from tilth.element_tests.run import element as element
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 _HOME = {
     "check": "tilth.analysis.check",
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
+    "safety": "tilth.analysis.safety_run",
     "element": "tilth.element_tests.run",
     **dict.fromkeys(("load_case", "load_element_case"), "tilth.case"),
     **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),

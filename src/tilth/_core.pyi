@@ -160,6 +160,16 @@ def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArra
 def move_domain_faces(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from their moved faces."""
 
+def step_inverses(kind: str, stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], determinant: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Fills determinants (n) and inverses (n, 3, 3) of the points' deformation gradients of the step.
+    """
+
+def add_force_derivative(stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], by_displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], by_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds the derivative of forces S_a f of the points by their displacement (n, dim, dim) and its gradient (n, dim, dim, dim) to the blocks (entries, dim, dim).
+    """
+
 def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]:
     """
     Name -> (parameter names, names and units of state variables, symmetric tangent).

@@ -23,6 +23,9 @@ MOST_BYTES = 4_000_000
 """Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
 
 
+_PLAIN = ("file", "folder", "library")
+"""Keys whose value is a path alone."""
+
 LONGEST_PATH = 4096
 """Characters in the path of a file, at most."""
 
@@ -127,10 +130,7 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
         if not isinstance(given, str):
             continue
         path, function = given, ""
-        if name not in (
-            "file",
-            "library",
-        ):  # "file.py:name"; what has another form is refused with the model
+        if name not in _PLAIN:  # "file.py:name"; what has another form is refused with the model
             path, colon, function = given.rpartition(":")
             if not colon:
                 continue
@@ -139,17 +139,18 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
             problems.append(Problem(f"{key}.{name}", what, "name a file", given))
             continue
         file = (folder / path).resolve()
-        if not _is_file(file):
+        if not _exists(file, name):
+            kind = "folder" if name == "folder" else "file"
             remedy = f"the path is relative to the case file: {file} does not exist"
-            problems.append(Problem(f"{key}.{name}", "there is no such file", remedy, given))
+            problems.append(Problem(f"{key}.{name}", f"there is no such {kind}", remedy, given))
         table[name] = f"{file}:{function}" if function else str(file)
     if problems:
         raise BadInput.of(problems)
 
 
-def _is_file(file: Path) -> bool:
+def _exists(file: Path, key: str) -> bool:
     try:
-        return file.is_file()
+        return file.is_dir() if key == "folder" else file.is_file()
     except OSError:  # a name that is too long for the file system
         return False
 
@@ -162,6 +163,18 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
         for j, layer in enumerate(_tables(body.get("layers"))):
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
+    initial = entries.get("initial")
+    stresses = initial.get("stress") if isinstance(initial, dict) else None
+    for i, entry in enumerate(_tables(stresses)):
+        yield from _files_of_parameters(f"initial.stress[{i}]", entry)
+        yield f"initial.stress[{i}]", entry, "folder"
+    stages = _tables(entries.get("stages"))
+    tables = {"water": entries.get("water")}
+    tables |= {f"stages[{i}].water": stage.get("water") for i, stage in enumerate(stages)}
+    for key, water in tables.items():
+        for level in ("level", "initial_level"):
+            if isinstance(water, dict) and isinstance(water.get(level), dict):
+                yield f"{key}.{level}", water[level], "file"
     materials = entries.get("materials")
     for material, parameters in materials.items() if isinstance(materials, dict) else ():
         if isinstance(parameters, dict):

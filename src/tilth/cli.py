@@ -248,6 +248,47 @@ def report(folder: Path) -> None:
 
 
 @cli.command()
+@click.argument("case", metavar="CASE.toml|DIR", type=click.Path(path_type=Path))
+@_OUT
+@click.option("--tolerance", type=float, default=0.01, show_default=True, help="Of the factor.")
+@click.option("--start", type=float, default=1.0, show_default=True, help="Factor to try first.")
+@_THREADS
+@click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
+@_QUIET
+def safety(
+    case: Path,
+    out: Path | None,
+    tolerance: float,
+    start: float,
+    threads: int | None,
+    overwrite: bool,
+    quiet: bool,
+) -> None:
+    """Run a case, then find its factor of safety by strength reduction.
+
+    Or find that of an earlier run in the folder DIR, at its last checkpoint. Adds safety.csv,
+    safety.png, safety.vtkhdf and safety.json to the folder of the results, and the mechanism to the
+    report.
+    """
+    from tilth.analysis.safety_command import find_safety
+
+    is_run = case.is_dir()
+    if is_run and (out is not None or overwrite):
+        raise BadInput(
+            "--out and --overwrite are for case files", "leave them out for the folder of a run"
+        )
+    folder = case if is_run else _folder_of_results(case, out)
+    try:
+        find_safety(
+            case, folder, tolerance=tolerance, start=start, threads=threads, overwrite=overwrite,
+            quiet=quiet, say=_say_what_runs,
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        stopped = _interrupted(folder)
+        raise Interrupted(f"{stopped.message}, then: tilth safety {folder}") from None
+
+
+@cli.command()
 @_CASE
 @_OUT
 @click.option("--overwrite", is_flag=True, help="Replace the results of earlier tests in DIR.")

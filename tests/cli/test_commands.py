@@ -236,9 +236,15 @@ body = "column"
 {}
 
 """
-    at_rest = given.format("k0", "K0 = 0.5\nsurface_level = 4.0\nsurcharge = 3.0")
+    at_rest = given.format("k0", "K0 = 0.5\nground = 4.0\nsurcharge = 3.0")
     printed = " ".join(summary_of(case(("[[loads]]\n", at_rest + "[[loads]]\n"))).split())
     assert "column: weight of the soil below y = 4 m, K0 0.5, surcharge 3 Pa" in printed
+    assert "equilibrium with the loads and boundaries at time 0 is found before" in printed
+    table = "vertical_pressure = { depth = [[0, 1], [9, 7]], surface = 4.0 }\nK0 = 0.6"
+    printed = " ".join(
+        summary_of(case(("[[loads]]\n", given.format("table", table) + "[[loads]]\n"))).split()
+    )
+    assert "column: vertical pressure by depth 1 to 7 Pa, K0 0.6" in printed
     stress = given.format("given", "stress = [-10.0, -20.0, -10.0, 0.0]")
     printed = " ".join(summary_of(case(("[[loads]]\n", stress + "[[loads]]\n"))).split())
     assert "column: stress [-10, -20, -10, 0] Pa" in printed

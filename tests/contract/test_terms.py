@@ -22,7 +22,8 @@ from tilth.terms.linear import AssembledLinearForces
 from tilth.terms.protocol import AssembledTerm, Role
 
 KINDS = ["plane_strain", "axisymmetric"]
-TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", "weak springs"]
+TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", "water loads"]
+TERMS += ["weak springs"]
 """In the order of `Simulation.terms`."""
 ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
 
@@ -45,6 +46,8 @@ def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float =
         displacement={"y": 0.04 * length},
     )  # fmt: skip
     soil = material_entries("von_mises")
+    soil["saturated_density"] = 1.5 * soil["density"]
+    level = np.array([[-1.0, 1.1], [0.9, 1.3], [4.0, 0.9]])  # cuts the domains of points
     for parameter in ("young_modulus", "yield_stress", "hardening_modulus"):
         soil[parameter] *= stress
     axisymmetric = kind == "axisymmetric"
@@ -68,6 +71,8 @@ def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float =
             {"type": "point_force", "body": "block", "at": [1.1 * length, 2.03 * length],
              "force": [0.002 * force, -0.005 * force]},
         ],
+        "water": {"level": (length * level).tolist(), "unit_weight": 0.03 * stress / length,
+                  "factor": [[0.0, 0.0], [1.0, 1.0]]},
         "schedule": {"steps": 4},
     }  # fmt: skip
     simulation = Simulation(Model.from_dict(entries))
@@ -216,7 +221,7 @@ def test_balance_is_the_sum_of_its_terms(kind: str, monkeypatch: pytest.MonkeyPa
     scale = np.abs(forces.soil).max()
     np.testing.assert_allclose(sum(parts.values()), forces.residual, rtol=0, atol=1e-13 * scale)
     np.testing.assert_array_equal(forces.soil, parts["soil"])
-    of_loads = -(parts["point loads"] + parts["surface loads"])
+    of_loads = -sum(part for name, part in parts.items() if name.endswith("loads"))
     np.testing.assert_allclose(forces.load, of_loads, rtol=0, atol=1e-15 * scale)
     whole = sum(product(term, balance, u, direction) for term in balance.terms)
     balance.forces(u)

@@ -155,6 +155,12 @@ def models() -> Iterator[Model]:
             entries["boundaries"] = rollers(kind, sides=False)
             entries["loads"] = [weight(kind, 40.0)]
             entries["bodies"][0]["anti_locking"] = "f_bar"
+            entries["materials"]["soil"]["saturated_density"] = 2.5
+            entries["water"] = {
+                "level": 1.3,
+                "unit_weight": 10.0,
+                "factor": [[0.0, 0.0], [1.0, 1.0]],
+            }
             if basis == "gimp":
                 entries["bodies"][0]["domain_update"] = "corners"
             if kind != "axisymmetric" and not corners:

@@ -32,7 +32,7 @@ def level_ground(kind: str, basis: str, law: str = "mohr_coulomb", **entry: Any)
         kind, basis, law, boundaries=rollers(kind), loads=[weight(kind, 5.0)],
     )  # fmt: skip
     entries["loads"][0]["factor"] = [[0.0, 1.0], [1.0, 1.0]]
-    at_rest = {"type": "k0", "body": "block", "K0": 0.5, "surface_level": 2.0, **entry}
+    at_rest = {"type": "k0", "body": "block", "K0": 0.5, "ground": 2.0, **entry}
     entries["initial"] = {"stress": [at_rest]}
     return entries
 
@@ -108,7 +108,7 @@ def given(stress: list[float], body: str = "block") -> dict[str, Any]:
         (given([0.0] * 4, "rock"), r"initial.stress\[0\].body.*there is no body"),
         (given([-500.0, -10.0, -10.0, 0.0]), "lies outside the yield surface"),
         (given([100.0, 100.0, 100.0, 0.0]), "lies outside the yield surface"),
-        (level_ground("3d", "linear", surface_level=1.7), "lies above this level"),
+        (level_ground("3d", "linear", ground=1.7), "lies above the ground"),
         (level_ground("3d", "linear", K0=0.0), r"K0.*must be greater than zero"),
         (level_ground("3d", "linear", K0=9.0, surcharge=100.0), "lies outside the yield surface"),
         (level_ground("3d", "linear", surcharge=-1.0), r"surcharge.*must not be negative"),

@@ -246,9 +246,7 @@ def test_earth_pressure_at_rest_under_layers() -> None:
     horizon = [[0, 0.5], [2, 1.5]]
     entries = layered("plane_strain", "gimp", horizon)
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
-    entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "surface_level": 2.0}]
-    }
+    entries["initial"] = {"stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 2.0}]}
     points = points_of(entries)
     x, y = points.position.T
     level = 0.5 + 0.5 * x
@@ -258,15 +256,22 @@ def test_earth_pressure_at_rest_under_layers() -> None:
     np.testing.assert_allclose(points.stress[:, 2], -5.0 * mass, rtol=1e-13)
 
 
-def test_no_earth_pressure_at_rest_under_groups_of_other_density(tmp_path: Path) -> None:
+def test_earth_pressure_at_rest_under_groups_of_other_density(tmp_path: Path) -> None:
     file = mesh_with_groups(tmp_path, [5, 7, 5, 7], {"soft": [5, 2], "stiff": [7, 2]})
     entries = grouped(file, ["stiff", "soft"])
     entries["loads"][0]["factor"] = [[0, 1], [1, 1]]
-    entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.5, "surface_level": 4.0}]
-    }
+    entries["initial"] = {"stress": [{"type": "k0", "body": "block", "K0": 0.5, "ground": 4.0}]}
     with pytest.raises(BadInput, match="groups of a mesh have no horizons"):
         points_of(entries)
+    below_mesh = entries["initial"]["stress"][0]
+    del below_mesh["ground"]
+    points = points_of(entries)
+    y = points.position[:, 1]
+    squares = [
+        density * np.clip(k + 1.0 - y, 0.0, 1.0) for k, density in enumerate((1.5, 2.0, 1.5, 2.0))
+    ]
+    np.testing.assert_allclose(points.stress[:, 1], -10.0 * sum(squares), rtol=1e-13)
+    below_mesh["ground"] = 4.0
     entries["materials"]["sand"]["density"] = entries["materials"]["clay"]["density"]
     points = points_of(entries)
     np.testing.assert_allclose(points.stress[:, 1], -15.0 * (4.0 - points.position[:, 1]))

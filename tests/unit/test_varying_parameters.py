@@ -249,9 +249,7 @@ def test_stiffness_by_the_initial_stress() -> None:
     law = {"reference": 3e4, "reference_pressure": 10.0, "exponent": 0.5, "stress": "minor"}
     entries = with_stiffness("plane_strain", "gimp", law)
     entries["loads"] = [{**weight("plane_strain", 10.0), "factor": [[0, 1], [1, 1]]}]
-    entries["initial"] = {
-        "stress": [{"type": "k0", "body": "block", "K0": 0.4, "surface_level": 2.0}]
-    }
+    entries["initial"] = {"stress": [{"type": "k0", "body": "block", "K0": 0.4, "ground": 2.0}]}
     points = initial_points(Model.from_dict(entries))
     minor = 0.4 * 2.0 * 10.0 * (2.0 - points.position[:, 1])
     exact = 3e4 * np.sqrt(minor / 10.0)

@@ -11,6 +11,7 @@ from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.consistency import require_consistency, table_times
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.wet_mass import require_wet_densities
 from tilth.surface.make import require_near_soil
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
             boundary or a surface without soil.
     """
     model = simulation.model
+    require_wet_densities(model, simulation.points)
     try:
         step = simulation.prepare(0.0, model.schedule.regular_time(1))
     except StepFailed as failure:

@@ -21,6 +21,7 @@ from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
 from tilth.model import Model, SurfaceLoad
 from tilth.model.problems import unknown_name
+from tilth.mpm.wet_mass import EXCESS
 from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results, write_checkpoint
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
@@ -99,6 +100,9 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
     for key in ("analysis", "units", "track", "initial"):
         if getattr(earlier, key) != getattr(model, key):
             yield key, f"`{key}`"
+    has_fluid = any(EXCESS in law.state_variables for law in earlier.laws.values())
+    if has_fluid and model.has_water and not earlier.has_water:
+        yield "water", "that there is water at all, with effective stresses in all outputs,"
     if earlier.output.deformation_gradient != model.output.deformation_gradient:
         yield "output.deformation_gradient", "`output.deformation_gradient`"
     for i, (one, other) in enumerate(
@@ -203,12 +207,17 @@ def _with_fields(
 ) -> Snapshot:
     """Returns an output with other state variables, varying parameters and surfaces."""
     wanted, known = [*names[0], *names[1]], {*old[0], *old[1]}
+    if not names[2]:
+        known |= {"effective_stress", "pore_pressure"}
     fields: Mapping[str, Any] = {
         name: values
         for name, values in state.point_fields.items()
         if name in wanted or name not in known
     }
     added = {name: np.full(len(state.position), np.nan) for name in wanted if name not in fields}
+    if names[2] and not old[2]:  # without a pore fluid, see `_differences`
+        added["effective_stress"] = state.point_fields["cauchy_stress"]
+        added["pore_pressure"] = np.zeros(len(state.position))
     there = {surface.name: surface for surface in state.surfaces}
     return replace(
         state,

@@ -227,6 +227,8 @@ def _of_points(model: Model, body: Body, points: float, cells: float) -> float:
     """Returns the memory of a body's points, their trial state, basis and groups [byte]."""
     dim, nodes_per_axis = model.dimension, _reach(body) + 1
     state = _of_state(model, body)
+    if model.has_water:  # derivatives of its force, twice, and inverses of the step's deformation
+        state += 2 * (dim**3 + dim**2) + 10
     variables = _state_variables(model, body)
     trial = 8 + variables + _core.response_size(model.analysis.kind)
     nodes = nodes_per_axis**dim

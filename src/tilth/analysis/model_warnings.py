@@ -74,6 +74,7 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)
+    yield from _water(simulation)
 
 
 def without_stage(text: str) -> str:
@@ -89,6 +90,7 @@ def at(position: Floats) -> str:
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
     loaded = any(acts(load, model) for _, load in model.acting_loads())
+    loaded = loaded or model.water is not None
     if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
         yield (
             "no cause",
@@ -274,6 +276,40 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
                 f"bodies[{i}]: the points of the body {body.name!r} are {apart[worst]:.3g} cells "
                 f"apart along {'xyz'[worst]}, so cells inside it may hold no point and carry no "
                 "stress; put two or more in a cell along each direction",
+            )
+
+
+def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
+    """Water below all soil, and water that also loads a surface."""
+    model, points, water = simulation.model, simulation.points, simulation.water
+    if water is None:
+        return
+    lower = points.position - points.half_length[:, -1:] * np.eye(model.dimension)[-1]
+    if not any(water.pore_pressure(lower, time).any() for time in (0.0, model.schedule.end)):
+        depth = max(
+            (water.level(lower, time) - lower[:, -1]).max() for time in (0.0, model.schedule.end)
+        )
+        yield (
+            "dry",
+            "water.level: no soil is under water at the start or the end of the schedule: the "
+            f"level is at least {-depth:.3g} below all soil; correct it, or leave out [water]",
+        )
+    weightless = simulation.loads.acts_on_mass and not simulation.loads.acceleration(0.0).any()
+    if weightless and water.pore_pressure(lower, 0.0).any():
+        yield (
+            "floats",
+            "water: the water is there from the start, but the body force is zero then, so that "
+            "the soil below the water floats; give the body force its whole factor from the start, "
+            "factor = [[0, 1], [1, 1]], with the stress at the start, or `factor` of [water] the "
+            "rows of the body force",
+        )
+    for i, load in model.acting_loads():
+        if isinstance(load, SurfaceLoad) and load.hydrostatic is not None and acts(load, model):
+            yield (
+                f"water twice on {i}",
+                f"loads[{i}].hydrostatic: the water of [water] already loads every surface below "
+                f"its level, so that on {load.body!r} water counts twice; leave out this load, or "
+                "[water]",
             )
 
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
@@ -28,6 +29,7 @@ from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
     HistoryWriter,
     Progress,
@@ -47,6 +49,7 @@ from tilth.output.folder import (
     SURFACE,
     stage_checkpoint,
 )
+from tilth.output.log import START
 from tilth.output.snapshot import FieldsOnDemand, SurfaceShape
 
 
@@ -63,14 +66,24 @@ class Recorder:
     work: float = 0.0
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
+    _at_start: str = ""
+    """How the equilibrium of the initial state was found."""
     _beside_schedule: bool = False
     """Whether the last output is that of a run that ended between the times of output."""
 
     @classmethod
     def start(
-        cls, folder: Path, analysis: StagedAnalysis, active: ActiveGrid, threads: int
+        cls,
+        folder: Path,
+        analysis: StagedAnalysis,
+        active: ActiveGrid,
+        threads: int,
+        start: InitialEquilibrium | None = None,
     ) -> Recorder:
-        """Begins the files of a new run and writes the initial state."""
+        """Begins the files of a new run and writes the initial state.
+
+        start: how the equilibrium of this state was found.
+        """
         model, simulation = analysis.model, analysis.simulation
         tracker = Tracker(model, analysis.initial)
         recorder = cls(
@@ -82,9 +95,15 @@ class Recorder:
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
-        recorder._output(recorder._snapshot(active, None, 0, 0.0))
-        values = tracker.values(simulation, None, 0.0)
-        recorder.history.append(0, 0.0, 0, values, (simulation.model.stage.name, 0.0))
+        result, iterations = None, 0
+        if start is not None:
+            result, active, iterations = start.result, start.result.active, start.iterations
+            recorder._at_start = start.text(model.units.stress)
+            recorder.log.start(recorder._at_start)
+        recorder._output(recorder._snapshot(active, result, 0, 0.0))
+        values = tracker.values(simulation, result, 0.0)
+        stage = (simulation.model.stage.name, 0.0)
+        recorder.history.append(0, 0.0, iterations, values, stage)
         recorder._log_stage()
         return recorder
 
@@ -170,6 +189,8 @@ class Recorder:
         try:
             with progress:
                 self._progress = progress
+                if self._at_start:
+                    progress.message(f"{START}{self._at_start}")
                 self._say_warnings()
                 yield progress
                 if not self.analysis.done:
@@ -324,20 +345,26 @@ def snapshot(
 
     The point fields are computed on access: write them before the points change.
 
-    names: of state variables and varying parameters; those of the points if None.
+    names: what fields there are; those of the points and the water if None.
     """
-    points = simulation.points
+    points, water = simulation.points, simulation.water
     order = points.in_order
     number = points.point_id[order]
-    states, varying = names or (points.state_variables(), list(points.varying))
+    of_stage = time - simulation.model.stage.start
+    states, varying, wet = names or (
+        points.state_variables(), list(points.varying), water is not None
+    )  # fmt: skip
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
-        "cauchy_stress": lambda: points.stress[order],
+        "cauchy_stress": lambda: total_stress(points, water, of_stage)[order],
         **{name: partial(lambda name: points.state_variable(name)[order], name) for name in states},
         "volume": lambda: points.volume[order],
         **{name: partial(_varying, points, name, number) for name in varying},
         "domain": lambda: points.half_length[order],
     }
+    if wet:
+        fields["effective_stress"] = lambda: effective_stress(points)[order]
+        fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tilth import _core
 from tilth.analysis.from_stage import begin_from, stored_stage
+from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
@@ -124,7 +125,10 @@ def run(
                 write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
             write_setup(folder / SETUP, setup)
             del setup  # it may have copies of the points
-            recorder = Recorder.start(folder, analysis, active, used)
+            start = None
+            if has_initial_equilibrium(simulation.model):
+                start = find_initial_equilibrium(simulation)
+            recorder = Recorder.start(folder, analysis, active, used, start)
             return _march(analysis, recorder, lock, quiet)
 
 

@@ -184,7 +184,24 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         force_unit=model.units.force,
         kind=model.analysis.kind,
         warnings=tuple(simulation.warnings),
+        water=_water(simulation),
+        water_times=model.stage.start + np.array([0.0, model.schedule.end]),
     )
+
+
+def _water(simulation: Simulation) -> Floats | None:
+    """The surface of the water in the plane at the start and the end of a stage, beyond all soil.
+
+    Shape (2, vertices, 2).
+    """
+    position, water = simulation.points.position, simulation.water
+    if water is None or position.shape[1] == 3:
+        return None
+    wide = 10.0 * float(np.ptp(position, axis=0).max())
+    x = {float(position[:, 0].min()) - wide, float(position[:, 0].max()) + wide, *water.vertices}
+    place = np.column_stack([sorted(x), np.zeros(len(x))])
+    heights = [water.level(place, time) for time in (0.0, simulation.model.schedule.end)]
+    return np.stack([np.column_stack([place[:, 0], height]) for height in heights])
 
 
 FLAT_FACETS = 12

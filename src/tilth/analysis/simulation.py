@@ -37,6 +37,7 @@ from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
+from tilth.mpm.water import PhreaticSurface
 from tilth.output.snapshot import SurfaceShape
 from tilth.solvers import linear_solver
 from tilth.surface.loads import SurfaceLoads, declared_loads
@@ -49,6 +50,7 @@ from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Term, union
 from tilth.terms.released import Release, ReleasedForces
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
 
@@ -134,8 +136,10 @@ class Simulation:
     Attributes:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
+        water: the phreatic surface; None without water.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
+        round_off: residual that counts as zero [force].
 
     Raises:
         BadInput: a body without points, conditions that leave a rigid motion or contradict.
@@ -167,6 +171,7 @@ class Simulation:
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
         self.loads = Loads(model, initial, self.points)
+        self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
         self._surface_loads = declared_loads(model)
@@ -178,13 +183,16 @@ class Simulation:
         given = None if stage is None else stage.release
         self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
+        self.round_off = (
+            ROUND_OFF
+            * float(self.points.elastic_moduli().young.max())
+            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
+        )
         plain = Newton(
             tolerance=model.analysis.tolerance,
             maximum_iterations=model.analysis.maximum_iterations,
             line_search=model.analysis.line_search or False,
-            round_off=ROUND_OFF
-            * float(self.points.elastic_moduli().young.max())
-            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max()),
+            round_off=self.round_off,
         )
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
         self.run_warnings.departures(model, self.grid.cell_size)
@@ -339,7 +347,7 @@ class Simulation:
         terms = self.terms(step, soil)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
-        equilibrium = self._solve(step, soil, balance, on_iteration)
+        equilibrium = self.solve(step, soil, balance, on_iteration)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
@@ -359,37 +367,48 @@ class Simulation:
             failure.residuals = equilibrium.residuals
             raise
         self._move_surfaces(balance.active, displacement, moved)
-        result = self._result(step, balance, equilibrium)
+        result = self.result(step, balance, equilibrium)
         balance.commit(displacement)
         self._predictor.commit(balance.active, displacement, after - before)
         self._warn(step, balance, equilibrium, moved)
         return result
 
-    def _solve(
+    def solve(
         self,
         step: PreparedStep,
         soil: Soil,
         balance: Balance,
         on_iteration: Callable[[int, float], None],
+        tolerance: float | None = None,
     ) -> Equilibrium:
-        """Finds the step's equilibrium, with a line search if Newton's iteration needs one."""
-        guess = None
+        """Finds the step's equilibrium, with a line search if Newton's iteration needs one.
+
+        tolerance: of the residual if it is less than that of the analysis [-].
+
+        Raises:
+            StepFailed: there is no equilibrium.
+        """
+        guess, attempts = None, self._attempts
+        if tolerance is not None:
+            least = min(tolerance, self.model.analysis.tolerance)
+            attempts = [replace(newton, tolerance=least) for newton in attempts]
         if self.model.analysis.predictor:
             guess = self._predictor.guess(soil, step.after - step.before)
-        for newton in self._attempts[:-1]:
+        for newton in attempts[:-1]:
             try:
                 return solve_step(
                     balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
                 )
             except StepFailed as failure:
                 guess = None
-                self.run_warnings.line_search(failure.reason, step.after)
+                if step.after > step.before:  # else a search for the starting state
+                    self.run_warnings.line_search(failure.reason, step.after)
         return solve_step(
-            balance, step.conditions, self._solver, self._attempts[-1], self.timers, guess,
+            balance, step.conditions, self._solver, attempts[-1], self.timers, guess,
             on_iteration,
         )  # fmt: skip
 
-    def _result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
+    def result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
         """Returns the result of a converged step; call it before the step is committed."""
         conditions, constraints = step.conditions, step.constraints
         with self.timers.measure("boundaries"):
@@ -442,6 +461,8 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
+        if self.water is not None:
+            terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:
             terms.append(Release(self.released, active, before, after))
         supported = union(active.nodes, (term.supported_nodes() for term in terms))

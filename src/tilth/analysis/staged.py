@@ -18,8 +18,9 @@ from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
-PointFields = tuple[list[str], list[str]]
-"""Names of the state variables and of the varying parameters that all outputs of a run have."""
+PointFields = tuple[list[str], list[str], bool]
+"""Names of the state variables and of the varying parameters that all outputs of a run have, and
+whether they have the fields of water."""
 
 
 def end_time(model: Model) -> float:
@@ -37,10 +38,10 @@ def output_times(model: Model) -> list[float]:
     ]
 
 
-def _fields_of(of_stages: Sequence[MaterialPoints]) -> PointFields:
+def _fields_of(of_stages: Sequence[MaterialPoints], model: Model) -> PointFields:
     states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
     varying = dict.fromkeys(name for each in of_stages for name in each.varying)
-    return list(states), list(varying)
+    return list(states), list(varying), model.has_water
 
 
 class StagedAnalysis:
@@ -100,12 +101,12 @@ class StagedAnalysis:
     @property
     def point_fields(self) -> PointFields:
         """The state variables and varying parameters of all stages."""
-        return _fields_of(self._initial or [self.simulation.points])
+        return _fields_of(self._initial or [self.simulation.points], self.model)
 
     @staticmethod
     def fields_of(model: Model) -> PointFields:
         """Returns the same for a model with stages that is not yet run."""
-        return _fields_of(points_of_stages(model.of_stages))
+        return _fields_of(points_of_stages(model.of_stages), model)
 
     def _clock(self, number: int, **position: float) -> Clock:
         model = self.models[number]

@@ -18,6 +18,7 @@ from tilth.model import Model, Track
 from tilth.model.fields import AXES
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -58,18 +59,18 @@ class Tracker:
             return lambda simulation, result, work: _moment(track, result)
         if track.quantity == "penetration":
             return lambda simulation, result, work: _penetration(track, simulation, result)
-        if track.quantity in ("displacement", "stress", "state"):
-            ids = nearest_points(initial, track.at or (), self._model.cell_size, track.body)
+        if track.at is not None:
+            ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
                 return lambda simulation, result, work: _state(track, simulation.points, ids)
-            array = "displacement" if track.quantity == "displacement" else "stress"
 
             def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
-                values: Floats = getattr(simulation.points, array)
                 there = _there(simulation.points, ids)
                 if len(there) == 0:
                     return math.nan
-                return _component(values[there].mean(axis=0), track.component or "")
+                values = _values(track, simulation, 0.0 if result is None else result.time)
+                mean = values[there].mean(axis=0)
+                return _component(mean, track.component) if track.component else float(mean)
 
             return of_points
         if track.quantity == "enclosed":
@@ -89,7 +90,7 @@ def unit_of(track: Track, model: Model) -> str:
     per_length = f"/{units.length}" if model.analysis.kind == "plane_strain" else ""
     if track.quantity == "reaction":
         return units.force + per_length
-    if track.quantity == "stress":
+    if track.quantity in ("stress", "effective_stress", "pore_pressure"):
         return units.stress
     if track.quantity == "state":
         return units.stress if model.state_units()[track.variable or ""] == "stress" else ""
@@ -138,6 +139,18 @@ def _enclosed(simulation: Simulation, name: str) -> float:
     if name not in simulation.surfaces:
         return math.nan
     return simulation.surfaces[name].enclosed()
+
+
+def _values(track: Track, simulation: Simulation, time: float) -> Floats:
+    """Returns the quantity that is tracked at points, of all points, (n, k) or (n,)."""
+    points, water = simulation.points, simulation.water
+    if track.quantity == "displacement":
+        return points.displacement
+    if track.quantity == "effective_stress":
+        return effective_stress(points)
+    if track.quantity == "pore_pressure":
+        return pore_pressure(points, water, time)
+    return total_stress(points, water, time)
 
 
 def _component(value: Floats, name: str) -> float:

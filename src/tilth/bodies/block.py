@@ -31,6 +31,16 @@ class Block:
     first: int
     group: npt.NDArray[np.str_]
 
+    def of(self, chosen: npt.NDArray[np.bool_]) -> Block:
+        """Returns some of the elements; chosen: shape (n,)."""
+        return Block(
+            self.element,
+            self.corners[chosen],
+            self.nodes[chosen],
+            self.first,
+            self.group[chosen],
+        )
+
     def element_name(self, number: int) -> str:
         """Returns the name of the element of this row, numbered from 1 among those of its type."""
         return f"{self.element.name} {self.first + number + 1}"

@@ -38,7 +38,7 @@ def inside_mesh(blocks: list[Block]) -> Inside:
     Quadrilaterals and hexahedra count as triangles and tetrahedra with the same corners, which is
     exact in 2D and for plane faces.
     """
-    return partial(_in_simplices, np.concatenate([_simplices(block) for block in blocks]))
+    return partial(_in_simplices, np.concatenate([simplices(block) for block in blocks]))
 
 
 def _in_box(shape: Box, position: Floats) -> Flags:
@@ -83,7 +83,7 @@ def _in_ring(shape: Cylinder | Sphere, offset: Floats) -> Flags:
     return np.asarray((radius <= shape.radius) & (radius >= (shape.inner_radius or 0.0)) & on_sides)
 
 
-def _simplices(block: Block) -> Floats:
+def simplices(block: Block) -> Floats:
     """Returns the corners of the triangles or tetrahedra of a block, shape (n, d + 1, d)."""
     dimension = block.corners.shape[2]
     if not isinstance(block.element, Brick):

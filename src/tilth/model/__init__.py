@@ -34,7 +34,11 @@ from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
 from tilth.model.implicit import Rotation as Rotation
 from tilth.model.initial import AtRest as AtRest
 from tilth.model.initial import GivenStress as GivenStress
+from tilth.model.initial import GravityStress as GravityStress
 from tilth.model.initial import Initial as Initial
+from tilth.model.initial import MaterialAtRest as MaterialAtRest
+from tilth.model.initial import StressOfRun as StressOfRun
+from tilth.model.initial import TableStress as TableStress
 from tilth.model.loads import BodyForce as BodyForce
 from tilth.model.loads import LineForce as LineForce
 from tilth.model.loads import PointForce as PointForce
@@ -62,6 +66,7 @@ from tilth.model.soils import Tresca as Tresca
 from tilth.model.stages import ExcavatedRegion as ExcavatedRegion
 from tilth.model.stages import Stage as Stage
 from tilth.model.stages import StageGrid as StageGrid
+from tilth.model.strength_reduction import StrengthReduction as StrengthReduction
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad
@@ -77,3 +82,4 @@ from tilth.model.variation import GridFile as GridFile
 from tilth.model.variation import OfPosition as OfPosition
 from tilth.model.variation import Random as Random
 from tilth.model.variation import RandomField as RandomField
+from tilth.model.water import Water as Water

@@ -68,9 +68,15 @@ class ModifiedCamClay(PoreFluid):
     pressure; this or `shear_modulus`."""
     overconsolidation_ratio: OverconsolidationRatio | None = None
     """Size of the yield surface over that through the initial stress [-], >= 1; this or
-    `preconsolidation_pressure`."""
+    `preconsolidation_pressure`, or neither where [[initial.stress]] gives the overconsolidation."""
     preconsolidation_pressure: VaryingPositive | None = None
     """Mean effective stress at the tip of the initial yield surface [stress], > 0."""
+
+    @property
+    def has_preconsolidation(self) -> bool:
+        """Whether the material itself gives its preconsolidation."""
+        given = (self.overconsolidation_ratio, self.preconsolidation_pressure)
+        return any(each is not None for each in given)
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -80,6 +86,8 @@ class ModifiedCamClay(PoreFluid):
             ("overconsolidation_ratio", "preconsolidation_pressure"),
         ):
             given = [key for key in (one, other) if getattr(self, key) is not None]
+            if not given and one == "overconsolidation_ratio":
+                continue  # the initial stress may give it: initial_checks.py
             if len(given) != 1:
                 what = f"given together with `{one}`" if given else "missing"
                 remedy = f"give exactly one of `{one}` and `{other}`"
@@ -124,9 +132,9 @@ class ModifiedCamClay(PoreFluid):
         else:
             nu = at.value("poisson_ratio")
             ratio = 1.5 * (1.0 - 2.0 * nu) / (1.0 + nu) / kappa
-        if self.preconsolidation_pressure is None:
+        if self.overconsolidation_ratio is not None:
             consolidation = at.value("overconsolidation_ratio")
-        else:
+        else:  # of the material, or of the initial stress
             consolidation = -at.value("preconsolidation_pressure")
         parameters = {
             "compression_slope": compression / (1.0 - compression),

@@ -10,13 +10,13 @@ from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
-from tilth.model.initial import GivenStress
+from tilth.model.initial_checks import initial_problems
 from tilth.model.laws import PLASTIC_STRAIN
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
-from tilth.model.settings import COLOURS
+from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.staging import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
@@ -32,8 +32,9 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_repeated_names(model),
         *_unknown_references(model),
         *state_variable_problems(model, declared),
-        *_initial_stress(model),
+        *initial_problems(model),
         *_needs_implicit(model),
+        *_needs_water(model),
         *_densities(model),
         *_needs_gravity(model),
         *size_problems(model),
@@ -107,30 +108,6 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
 
 
-def _initial_stress(model: Model) -> Iterator[Problem]:
-    bodies = {body.name: i for i, body in enumerate(model.bodies)}
-    numbers: dict[str, int] = {}
-    components = 6 if model.dimension == 3 else 4
-    for i, entry in enumerate(model.initial.stress):
-        key = f"initial.stress[{i}]"
-        if entry.body not in bodies:
-            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
-        if numbers.setdefault(entry.body, i) != i:
-            what = f"has its stress from initial.stress[{numbers[entry.body]}] already"
-            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
-        if isinstance(entry, GivenStress) and len(entry.stress) != components:
-            order = "xx, yy, zz, xy" + (", yz, xz" if components == 6 else "")
-            what = f"has {len(entry.stress)} components, expected {components}"
-            yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
-    for i, body in enumerate(model.bodies):
-        for key, name in zip(body.material_keys(), body.materials, strict=True):
-            material = model.materials.get(name)
-            if material is not None and material.needs_stress and body.name not in numbers:
-                what = f"a material of the model {material.model!r} cannot be without stress"
-                remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
-                yield Problem(f"bodies[{i}].{key}", what, remedy, name)
-
-
 def state_variable_problems(
     model: Model, variables: Mapping[str, Mapping[str, str] | None]
 ) -> Iterator[Problem]:
@@ -145,7 +122,8 @@ def state_variable_problems(
             words = unknown_name("state variable", track.variable, known)
             yield Problem(f"track[{i}].variable", *words, track.variable)
     colour, known = model.output.colour_by, _known(model, variables, None)
-    if known is not None and colour not in (choices := [*dict.fromkeys((*COLOURS, *known))]):
+    fixed = COLOURS if not model.has_water else (*COLOURS, *COLOURS_OF_WATER)
+    if known is not None and colour not in (choices := [*dict.fromkeys((*fixed, *known))]):
         likely = suggestion(colour, choices)
         remedy = f'did you mean "{likely}"? ' if likely else ""
         remedy += f"choose from {', '.join(choices)}"
@@ -187,6 +165,15 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
         elif followed != "implicit":
             what = f'the grid can follow implicit boundaries only, but this one is "{followed}"'
             yield Problem(key, what, remedy, follow.boundary)
+
+
+def _needs_water(model: Model) -> Iterator[Problem]:
+    """Only water has a pore pressure."""
+    for i, track in enumerate(model.track):
+        if track.quantity == "pore_pressure" and not model.has_water:
+            remedy = "add a section [water]; an undrained law has a state variable instead"
+            what = "there is no water"
+            yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)
 
 
 def _densities(model: Model) -> Iterator[Problem]:

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, PlainValidator, ValidationError, model_vali
 
 from tilth.errors import BadInput, Problem
 from tilth.model.base import Declared
+from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.element_tests import AnyElementTest, Names
 from tilth.model.fields import AsTuple, CellName, Entries, Name, Text
 from tilth.model.laws import Law
@@ -71,9 +72,14 @@ class ElementCase(Declared):
         """Yields names of materials and tests that are not declared."""
         for i, test in enumerate(self.tests):
             for name in test.material:
-                if name not in self.materials:
+                material = self.materials.get(name)
+                if material is None:
                     words = unknown_name("material", name, self.materials)
                     yield Problem(f"tests[{i}].material", *words, name)
+                elif isinstance(material, ModifiedCamClay) and not material.has_preconsolidation:
+                    key = dotted(("materials", name, "overconsolidation_ratio"))
+                    remedy = "give exactly one of it and `preconsolidation_pressure`"
+                    yield Problem(key, "missing", remedy)
         known = [test.name for test in self.tests]
         for i, plot in enumerate(self.plots):
             for name in plot.tests or ():

@@ -3,13 +3,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
+from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
-from tilth.model.fields import AsTuple, Entries, Name, NotNegative, Positive, Real, Vector
+from tilth.model.fields import (
+    LEAST,
+    AsTuple,
+    Count,
+    Entries,
+    FileName,
+    Flag,
+    Name,
+    NotNegative,
+    Real,
+    Vector,
+    real,
+)
+from tilth.model.problems import reject, rejection
+from tilth.model.variation import Level, VaryingNotNegative, VaryingPositive, variations
+
+JAKY = "1-sin_phi"
+"""The coefficient of earth pressure at rest that follows from the friction angle."""
+
+
+def _at_rest(value: Any) -> float | str:
+    if isinstance(value, str):
+        if value == JAKY:
+            return JAKY
+        raise reject(f'must be a number or "{JAKY}"')
+    if (number := real(value)) < LEAST:
+        raise reject("must be greater than zero")
+    return number
+
+
+def _overconsolidated(value: float) -> float:
+    if value < 1.0:
+        remedy = "it is the greatest past over the present vertical effective stress"
+        raise reject("must be at least 1", remedy)
+    return value
+
+
+CoefficientAtRest = Annotated[float | str, PlainValidator(_at_rest)]
+Overconsolidation = Annotated[Real, AfterValidator(_overconsolidated)]
 
 
 class GivenStress(Declared):
@@ -23,33 +62,144 @@ class GivenStress(Declared):
     is radial, yy axial, zz hoop), xx, yy, zz, xy, yz, xz in 3D."""
 
 
-class AtRest(Declared):
-    """Stress under level ground: the weight above acts vertically, K0 times this stress sideways.
+class MaterialAtRest(Declared):
+    """What one material of a body has of its own; the entry of the body gives the rest."""
 
-    The weight is that of the body's density under the body force that acts at time 0, which must be
-    vertical. The normal stresses are -sigma_v along the vertical axis and -K0 sigma_v across it.
+    K0: CoefficientAtRest | None = None
+    """Coefficient of earth pressure at rest of this material, as in the entry of the body."""
+    overconsolidation_ratio: Overconsolidation | None = None
+    """Overconsolidation ratio of this material, as in the entry of the body."""
+
+
+MaterialsAtRest = Mapping[Name, MaterialAtRest]
+
+
+class AtRest(Declared):
+    """Stress at rest: the weight above acts vertically, K0 times the effective stress sideways.
+
+    The weight is that of all declared soil vertically above the point, of its own body and of
+    others, under the body force that acts at time 0, which must be vertical. The effective normal
+    stresses are -sigma_v along the vertical axis and -K0 sigma_v across it. They are in equilibrium
+    under level ground; elsewhere the equilibrium that is found before the first step changes them.
     """
 
     type: Literal["k0"] = "k0"
     body: Name
     """Name of the body."""
-    K0: Positive
-    """Coefficient of earth pressure at rest [-], > 0: horizontal over vertical effective stress."""
-    surface_level: Real
-    """Height of the level ground above the origin [length]: y in 2D, z in 3D."""
+    K0: CoefficientAtRest | None = None
+    """Coefficient of earth pressure at rest [-], > 0: horizontal over vertical effective stress; or
+    "1-sin_phi" for (1 - sin(phi)) OCR^sin(phi) with the friction angle of each material (Jaky 1944;
+    Mayne and Kulhawy 1982). With Drucker-Prager and Cam Clay the angle is that in triaxial
+    compression. Required unless `materials` gives it for each material of the body."""
+    overconsolidation_ratio: Overconsolidation | None = None
+    """OCR [-], >= 1: greatest past over present vertical effective stress, for "1-sin_phi" and for
+    the preconsolidation of Cam Clay, whose material then gives none. Its past stress was
+    OCR sigma_v, and (1 - sin(phi)) OCR sigma_v sideways. 1 for "1-sin_phi" if not given."""
+    materials: MaterialsAtRest = Field(default_factory=dict)
+    """Values of single materials of the body, by the material's name, such as
+    { clay = { K0 = 0.6 } }."""
+    ground: Level | None = None
+    """Elevation of the ground [length]: a number, in 2D also a polyline of rows (x, elevation), or
+    { file = "ground.csv" } with a grid over the horizontal axes. What lies above it has no weight;
+    where no body fills the space below it, it counts as soil of the body at that height. If not
+    given, what the declared bodies contain is all that has weight."""
     surcharge: NotNegative = 0.0
     """Vertical pressure on the ground [stress], >= 0; a load of the same size must act on it."""
 
 
+class GravityStress(Declared):
+    """Stress by gravity loading: all loads that act at time 0 grow from zero before the first step.
+
+    The soil follows its law, so that the stress obeys equilibrium and strength; the displacement of
+    this loading is then removed. The ratio of horizontal to vertical stress results from the law
+    (nu / (1 - nu) under level elastic ground).
+    """
+
+    type: Literal["gravity"] = "gravity"
+    body: Name
+    """Name of the body."""
+    steps: Count = 10
+    """Equal parts in which the loads are applied; the most of all bodies counts. A part without
+    equilibrium is halved."""
+
+
+class TableStress(Declared):
+    """Effective stress by tables over depth or elevation, from a grid file or a function.
+
+    Each entry is a number, or varies as the parameters of a material do, such as
+    { depth = [[0, 0], [10, 95e3]], surface = 0.0 }.
+    """
+
+    type: Literal["table"] = "table"
+    body: Name
+    """Name of the body."""
+    vertical_pressure: VaryingNotNegative
+    """Vertical effective stress, compression positive [stress], >= 0."""
+    K0: VaryingPositive | None = None
+    """Horizontal over vertical effective stress [-], > 0; this or `horizontal_pressure`."""
+    horizontal_pressure: VaryingNotNegative | None = None
+    """Horizontal effective stress, compression positive [stress], >= 0."""
+
+    @model_validator(mode="after")
+    def _one_horizontal_stress(self) -> Any:
+        if (self.K0 is None) == (self.horizontal_pressure is None):
+            given = self.K0 is not None
+            what = "given together with `horizontal_pressure`" if given else "missing"
+            remedy = "give exactly one of `K0` and `horizontal_pressure`"
+            raise rejection([Problem("K0", what, remedy)])
+        return self
+
+
+class StressOfRun(Declared):
+    """Stress and state variables of the soil of another run, at the same places.
+
+    Points at the place of a point of that run have its state. Elsewhere it is interpolated linearly
+    between the points of the other run's body, at its edge it is that of the nearest point.
+    """
+
+    type: Literal["run"] = "run"
+    body: Name
+    """Name of the body."""
+    folder: FileName
+    """Folder of the other run, relative to the case file."""
+    source: Name | None = None
+    """Name of the body in the other run; the same if not given."""
+    time: Real | None = None
+    """Time of an output of the other run; its last one if not given."""
+
+
 InitialStress = Annotated[
-    GivenStress | AtRest,
+    GivenStress | AtRest | GravityStress | TableStress | StressOfRun,
     Field(discriminator="type"),
-    chosen_by("type", GivenStress, AtRest),
+    chosen_by("type", GivenStress, AtRest, GravityStress, TableStress, StressOfRun),
 ]
 
 
-class Initial(Declared):
-    """State at time 0; bodies that are not named start without stress."""
+InitialStresses = Annotated[Sequence[InitialStress], Entries, AsTuple]
 
-    stress: Annotated[Sequence[InitialStress], Entries, AsTuple] = ()
+
+class Initial(Declared):
+    """State at time 0; bodies that are not named start without stress.
+
+    If a stress is declared, the equilibrium with the loads and boundaries at time 0 is found before
+    the first step, with the soil at its declared places.
+    """
+
+    stress: InitialStresses = ()
     """Stress of bodies, an entry [[initial.stress]] for each."""
+    equilibrium: Flag = True
+    """Whether equilibrium is found before the first step; without it the first step has to balance
+    what the declared stress does not."""
+    reset_plastic_strain: Flag = False
+    """Whether the equivalent plastic strain begins with zero after this equilibrium."""
+
+    def functions(self) -> list[Any]:
+        """Returns the functions of the user, "file.py:name", that give a stress."""
+        found = [v for each in self.stress for v in variations(each).values()]
+        return [getattr(each, "function", None) for each in found]
+
+    def of(self, body: str) -> tuple[str, InitialStress] | None:
+        """Returns the key and the entry of a body's stress; None without one."""
+        found = (i for i, each in enumerate(self.stress) if each.body == body)
+        i = next(found, None)
+        return None if i is None else (f"initial.stress[{i}]", self.stress[i])

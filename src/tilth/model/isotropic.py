@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -13,7 +13,7 @@ from pydantic import AfterValidator, model_validator
 from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import NotNegative, Real
+from tilth.model.fields import Flag, NotNegative, Real
 from tilth.model.laws import Law, laws
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
@@ -21,8 +21,17 @@ from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
 Values = float | Floats
 """A parameter: one number for all points, or one for each, shape (n,)."""
 
+Columns = Mapping[str, Values]
+"""Parameters of a law by their names in the core."""
+
 LARGEST_PRESSURE_RATIO = 1e6
 """Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
+
+MODULI = ("young_modulus", "hardening_modulus", "pore_fluid_bulk_modulus")
+"""Parameters of laws with a declared strength that are stresses over strains."""
+
+STRAINS = ("softening_strain",)
+"""Parameters of these laws that are strains."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +69,37 @@ class AnyMaterial(Declared):
     """Whether the law yields; the stresses then depend on the path of loading."""
     needs_stress: ClassVar[bool] = False
     """Whether the law has no state without stress."""
+    is_reducible: ClassVar[bool] = False
+    """Whether the law says what its strength is, so that `reduced_strength` can divide it."""
     model: str
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
+    saturated_density: NotNegative | None = None
+    """Mass per initial volume [mass / length^3] where the soil is below the water of `[water]`, not
+    less than `density`. The pores stay full: water that leaves them when the volume shrinks takes
+    its weight with it. Required there if a body force acts and the material is not `watertight`.
+    """
+    watertight: Flag | None = None
+    """Whether water does not enter it, such as concrete: its density below the water is `density`,
+    and it displaces water with its current volume; not if not given.
+    """
+
+    @property
+    def keeps_water(self) -> bool:
+        """Whether no water leaves or enters the pores when the volume changes."""
+        return bool(self.watertight)
+
+    @model_validator(mode="after")
+    def _densities_fit_together(self) -> Any:
+        saturated, what = self.saturated_density, ""
+        if saturated is not None and self.watertight:
+            what, remedy = "is given for a watertight material", "leave out one of the two"
+        elif saturated is not None and self.density is not None and saturated < self.density:
+            what = f"is less than the density {self.density:g}"
+            remedy = "water in the pores adds to the mass"
+        if what:
+            raise rejection([Problem("saturated_density", what, remedy, saturated)])
+        return self
 
     @property
     def law(self) -> Law:
@@ -107,6 +144,41 @@ class AnyMaterial(Declared):
             return np.array(columns, dtype=np.float64)
         return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)
 
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Returns the parameters of a reducible law with its strength divided by a factor, by name.
+
+        Cohesions and tangents of friction angles are divided; elasticity stays.
+
+        Args:
+            parameters: of the law by their names in the core, one number or shape (n,) each.
+            factor: of safety [-], > 0; below 1 it raises the strength.
+        """
+        raise NotImplementedError
+
+    def reduced_parameters(self, parameters: Floats, factor: float) -> Floats:
+        """Returns the parameters of a reducible law with its strength divided by a factor.
+
+        parameters: as the core takes them, shape (m,) or (n, m).
+        """
+        columns = dict(zip(self.parameter_names, np.moveaxis(parameters, -1, 0), strict=True))
+        reduced = self.reduced_strength(columns, factor)
+        return np.stack([reduced[name] for name in self.parameter_names], axis=-1)
+
+    def stiffened_parameters(self, parameters: Floats, factor: float) -> Floats:
+        """Returns the parameters of the law with all moduli multiplied by a factor.
+
+        Strains of the law are divided by it, so that strains over the factor cause the same stress.
+
+        parameters: as the core takes them, shape (m,) or (n, m).
+        """
+        stiffened = parameters.copy()
+        for column, name in enumerate(self.parameter_names):
+            if name in MODULI:
+                stiffened[..., column] *= factor
+            elif name in STRAINS:
+                stiffened[..., column] /= factor
+        return stiffened
+
 
 class Isotropic(AnyMaterial):
     """Materials with Hencky's elasticity, which two constants describe."""
@@ -130,6 +202,11 @@ class PoreFluid(AnyMaterial):
     total one, and the state variable `excess_pore_pressure` (compression positive) is the pressure
     of the fluid since the start.
     """
+
+    @property
+    def keeps_water(self) -> bool:
+        """Whether no water leaves or enters the pores when the volume changes."""
+        return bool(self.watertight) or self.pore_fluid_bulk_modulus is not None
 
     @property
     def law(self) -> Law:

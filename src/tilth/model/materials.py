@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
-from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.laws import Law
 from tilth.model.problems import dotted, rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
@@ -23,7 +23,13 @@ from tilth.model.variation import VaryingNotNegative, VaryingPositive
 class HenckyElastic(WithPoreFluid):
     """Linear relation of Kirchhoff stress and logarithmic (Hencky) elastic strain."""
 
+    is_reducible: ClassVar[bool] = True
+
     model: Literal["hencky_elastic"] = "hencky_elastic"
+
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Returns the same parameters: the material does not fail."""
+        return parameters
 
 
 class VonMises(Isotropic):
@@ -34,6 +40,7 @@ class VonMises(Isotropic):
     """
 
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
     yield_stress: VaryingPositive | None = None
@@ -72,6 +79,11 @@ class VonMises(Isotropic):
             "yield_stress": _TO_YIELD_STRESS[key] * at.value(key),
             "hardening_modulus": at.value("hardening_modulus"),
         }
+
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Divides the yield stress, and so its hardening; see `AnyMaterial`."""
+        divided = ("yield_stress", "hardening_modulus")
+        return {**parameters, **{name: parameters[name] / factor for name in divided}}
 
 
 _TO_YIELD_STRESS = {

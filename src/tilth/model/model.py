@@ -111,10 +111,10 @@ class Model(Declared):
     """Dirichlet boundary conditions, at least one."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, seismic loads, point and line forces, and loads on surfaces."""
+    water: Water | None = None
+    """Water at rest in the soil and above it; none if not given."""
     initial: Initial = Initial()
     """State at the start."""
-    water: Water | None = None
-    """Water at rest."""
     schedule: Schedule = Schedule(steps=1)
     """a section [schedule] with the number of steps or the step_size; not with `stages`, each of
     which has its own.
@@ -164,7 +164,7 @@ class Model(Declared):
         shapes = [getattr(b.geometry, "function", None) for b in found]
         varying = [v for material in self.materials.values() for v in variations(material).values()]
         parameters = [getattr(each, "function", None) for each in varying]
-        names = (*motions, *shapes, *parameters, *self.user_laws)
+        names = (*motions, *shapes, *parameters, *self.initial.functions(), *self.user_laws)
         return tuple(dict.fromkeys(name for name in names if name))
 
     @property
@@ -215,6 +215,11 @@ class Model(Declared):
     def stage(self) -> StageOfModel:
         """Which stage this is the model of; `stage_models` sets it."""
         return StageOfModel()
+
+    @property
+    def has_water(self) -> bool:
+        """Whether there is water in any stage."""
+        return self.water is not None or any(stage.water is not None for stage in self.stages)
 
     def present(self, body: str) -> bool:
         """Returns whether a body is there in this stage."""

@@ -117,18 +117,22 @@ class Grid(Declared):
     """Box that the material points must not leave."""
 
 
+def _of_tensor(name: str) -> tuple[str, ...]:
+    parts = ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
+    return (name, *(f"{name}_{part}" for part in parts))
+
+
 COLOURS = (
     "displacement",
     *(f"displacement_{axis}" for axis in "xyz"),
-    "cauchy_stress",
-    *(
-        f"cauchy_stress_{part}"
-        for part in ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
-    ),
+    *_of_tensor("cauchy_stress"),
     *state_units(),
     "volume",
 )
 """Fields of the results, and their components, whatever the materials."""
+
+COLOURS_OF_WATER = ("pore_pressure", *_of_tensor("effective_stress"))
+"""Further fields of the results with `[water]`."""
 
 
 class Output(Declared):

@@ -11,6 +11,7 @@ from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.model.geometry import GEOMETRIES, DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.initial import AtRest
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.problems import below, dotted
 from tilth.model.shapes import SHAPES, DeclaredShape
@@ -116,13 +117,25 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
         for j, layer in enumerate(body.layers):
             if layer.bottom is not None:
                 yield f"bodies[{i}].layers[{j}].bottom", layer.bottom
+    for i, entry in enumerate(model.initial.stress):
+        if isinstance(entry, AtRest) and entry.ground is not None:
+            yield f"initial.stress[{i}].ground", entry.ground
+    declared = [("water", model.water)]
+    declared += [(f"stages[{i}].water", stage.water) for i, stage in enumerate(model.stages)]
+    for key, water in declared:
+        if water is not None:
+            yield f"{key}.level", water.level
+            yield f"{key}.initial_level", water.initial_level
 
 
 def _variations(model: Model) -> Iterator[tuple[str, Variation]]:
-    """Yields every material parameter that varies from place to place, with its key."""
+    """Yields every material parameter and initial stress that varies, with its key."""
     for name, material in model.materials.items():
         for key, variation in variations(material).items():
             yield dotted(("materials", name, key)), variation
+    for i, entry in enumerate(model.initial.stress):
+        for key, variation in variations(entry).items():
+            yield f"initial.stress[{i}].{key}", variation
 
 
 def _vectors(model: Model) -> Iterator[tuple[str, Any]]:

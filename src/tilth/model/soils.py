@@ -12,7 +12,7 @@ from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.fields import Real
-from tilth.model.isotropic import Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingNotNegative, VaryingPositive, or_varying
 
@@ -47,15 +47,22 @@ class Tresca(Isotropic):
     """Hencky elasticity with Tresca's yield condition: undrained clay in terms of total stress."""
 
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     model: Literal["tresca"] = "tresca"
     undrained_shear_strength: VaryingPositive
     """Strength s_u [stress], > 0: half the difference of the largest and the smallest principal
     stress, 2 s_u = tau_1 - tau_3, in plane strain as in triaxial tests."""
 
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Divides s_u; see `AnyMaterial`."""
+        strength = parameters["undrained_shear_strength"] / factor
+        return {**parameters, "undrained_shear_strength": strength}
+
 
 class _Frictional(WithPoreFluid):
     is_plastic: ClassVar[bool] = True
+    is_reducible: ClassVar[bool] = True
 
     cohesion: VaryingNotNegative
     """Cohesion c [stress], >= 0."""
@@ -155,6 +162,25 @@ class MohrCoulomb(_Frictional):
         }
         return self.with_fluid(parameters, at)
 
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Divides c, tan(phi), also after softening, and the cut-off; see `AnyMaterial`.
+
+        The dilation angle is kept, but not above the reduced friction angles.
+        """
+        divided = {
+            name: parameters[name] / factor for name in ("cohesion", "residual_cohesion")
+        } | {
+            name: _reduced_angle(parameters[name], factor)
+            for name in ("friction_angle", "residual_friction_angle")
+        }
+        least = np.minimum(divided["friction_angle"], divided["residual_friction_angle"])
+        return {
+            **parameters,
+            **divided,
+            "dilation_angle": np.minimum(parameters["dilation_angle"], least),
+            "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
+        }
+
 
 class DruckerPrager(_Frictional):
     """Hencky elasticity with a circular cone as yield surface, and non-associated flow.
@@ -180,23 +206,63 @@ class DruckerPrager(_Frictional):
         """Returns the parameters of the law; see `Isotropic`."""
         sine, cosine = _sine_and_cosine(at.value("friction_angle"))
         flow, _ = _sine_and_cosine(at.value("dilation_angle"))
+        parameters = {
+            **self.elastic_parameters(at),
+            **self._cone(sine, cosine, flow, at.value("cohesion")),
+            "tension_cut_off": _cut_off(self.tension_cut_off, at),
+        }
+        return self.with_fluid(parameters, at)
+
+    def _cone(self, sine: Values, cosine: Values, flow: Values, c: Values) -> dict[str, Values]:
+        """Returns the cone of the declared fit.
+
+        Args:
+            sine, cosine: of the friction angle.
+            flow: sine of the dilation angle.
+            c: cohesion [stress].
+        """
         if self.fit == "plane_strain":
             dilation = 3.0 * flow / np.sqrt(9.0 + 3.0 * flow**2)  # tan^2 = s^2 / (1 - s^2)
             divisor = np.sqrt(1.0 - dilation**2 / 3.0) + sine * dilation / 3.0
             slope, strength = sine / divisor, cosine / divisor
         else:
-            sign = -1.0 if self.fit == "compression" else 1.0
-            divisor = np.sqrt(3.0) * (3.0 + sign * sine)
+            divisor = np.sqrt(3.0) * (3.0 + self._sign * sine)
             slope, strength = 6.0 * sine / divisor, 6.0 * cosine / divisor
-            dilation = 6.0 * flow / (np.sqrt(3.0) * (3.0 + sign * flow))
-        parameters = {
-            **self.elastic_parameters(at),
+            dilation = 6.0 * flow / (np.sqrt(3.0) * (3.0 + self._sign * flow))
+        return {
             "friction_slope": slope,
             "dilation_slope": dilation,
-            "cone_strength": strength * at.value("cohesion"),
-            "tension_cut_off": _cut_off(self.tension_cut_off, at),
+            "cone_strength": strength * c,
         }
-        return self.with_fluid(parameters, at)
+
+    @property
+    def _sign(self) -> float:
+        """Sign of the sine in the fit to triaxial tests."""
+        return -1.0 if self.fit == "compression" else 1.0
+
+    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+        """Divides c and tan(phi) of the fitted pyramid and the cut-off; see `AnyMaterial`.
+
+        The dilation angle is kept, but not above the reduced friction angle.
+        """
+        slope, dilation = parameters["friction_slope"], parameters["dilation_slope"]
+        if self.fit == "plane_strain":
+            flow = 3.0 * dilation / np.sqrt(9.0 - 3.0 * dilation**2)
+            sine = slope * np.sqrt(1.0 - dilation**2 / 3.0) / (1.0 - slope * dilation / 3.0)
+        else:
+            flow, sine = (
+                3.0 * each / (2.0 * np.sqrt(3.0) - self._sign * each) for each in (dilation, slope)
+            )
+        cosine = np.sqrt(1.0 - sine**2)
+        c = parameters["cone_strength"] / self._cone(sine, cosine, flow, 1.0)["cone_strength"]
+        tangent = sine / cosine / factor
+        cosine = 1.0 / np.sqrt(1.0 + tangent**2)
+        sine = tangent * cosine
+        return {
+            **parameters,
+            **self._cone(sine, cosine, np.minimum(flow, sine), c / factor),
+            "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
+        }
 
 
 def _cut_off(given: object, at: ParametersAt) -> Values:
@@ -206,3 +272,13 @@ def _cut_off(given: object, at: ParametersAt) -> Values:
 def _sine_and_cosine(degrees: Values) -> tuple[Values, Values]:
     angle = np.radians(degrees)
     return np.sin(angle), np.cos(angle)
+
+
+def _reduced_angle(degrees: Values, factor: float) -> Values:
+    """Returns the angle whose tangent is that of `degrees` over the factor."""
+    return np.degrees(np.arctan(np.tan(np.radians(degrees)) / factor))
+
+
+def _reduced_cut_off(cut_off: Values, factor: float) -> Values:
+    given = np.not_equal(cut_off, NO_CUT_OFF)
+    return np.divide(cut_off, factor, out=np.array(cut_off, dtype=np.float64), where=given)

@@ -85,7 +85,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
     bodies = {body.name for body in model.bodies}
     held: dict[str, float] = {}
     materials: dict[str, str] = {}
-    water, grid, start = model.water, model.grid, 0.0
+    water, grid, start, last_end = model.water, model.grid, 0.0, 0.0
     found = []
     for number, stage in enumerate(model.stages):
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
@@ -107,7 +107,9 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             change["initial_level"] = stage.water.level if water is None else water.level
             water = copied(stage.water, **change)
         elif water is not None and number > 0:
-            water = copied(water, initial_level=None)
+            held_factor = LoadCurve(water.factor or ((0.0, 1.0),)).factor(last_end)
+            water = copied(water, initial_level=None, factor=((0.0, held_factor),))
+        last_end = end
         if stage.grid is not None:
             origin = grid.origin if stage.grid.origin is None else stage.grid.origin
             grid = copied(grid, cell_size=stage.grid.cell_size, origin=origin)

@@ -18,6 +18,8 @@ Quantity = Literal[
     "penetration",
     "displacement",
     "stress",
+    "effective_stress",
+    "pore_pressure",
     "top_height",
     "run_out",
     "enclosed",
@@ -26,11 +28,13 @@ Quantity = Literal[
 ]
 
 _AXES = ("x", "y", "z")
+_TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
 _COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
     "reaction": _AXES,
     "moment": _AXES,
     "displacement": (*_AXES, "magnitude"),
-    "stress": ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises"),
+    "stress": _TENSOR,
+    "effective_stress": _TENSOR,
 }
 _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "reaction": ("boundary", "component"),
@@ -38,6 +42,8 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "penetration": ("boundary",),
     "displacement": ("at", "component"),
     "stress": ("at", "component"),
+    "effective_stress": ("at", "component"),
+    "pore_pressure": ("at",),
     "top_height": ("of",),
     "run_out": ("axis", "of"),
     "enclosed": ("body",),
@@ -47,6 +53,8 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "displacement": ("body",),
     "stress": ("body",),
+    "effective_stress": ("body",),
+    "pore_pressure": ("body",),
     "top_height": ("body",),
     "run_out": ("body",),
     "state": ("body",),
@@ -64,7 +72,9 @@ class Track(Declared):
     | moment | `boundary`, `about`, `component` z, in 3D x, y, z: moment of that force |
     | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
-    | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy); optional `body` |
+    | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy, total); optional `body` |
+    | effective_stress | the same of the effective stress: without water and pore fluid the total |
+    | pore_pressure | `at`: pressure of the water of `[water]` at a point; optional `body` |
     | top_height | `of` "points" or "domains": greatest vertical coordinate; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |

@@ -14,7 +14,7 @@ from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
 from tilth.mpm.domains import keep_off_axis
-from tilth.mpm.initial_stress import declared_stress, start_with_stress
+from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.user_moduli import require_declared_moduli
@@ -31,25 +31,24 @@ def initial_points(model: Model) -> MaterialPoints:
     bodies: list[PointRange] = []
     parts: list[BodyPoints] = []
     parameters: dict[int, Floats] = {}
-    stresses: dict[int, Floats] = {}
+    starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
     start = 0
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         part, counts = by_layer(body, part, f"bodies[{number}]")
-        stress = None
+        declared_starts = None
         if model.present(body.name):  # a body that is placed later begins without stress
-            stress = declared_stress(model, number, part.position)
+            declared_starts = declared_start(model, number, part.position, counts)
         first = 0
         for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
             own = slice(first, first + count)
-            values, found = _parameters(
-                model, name, part.position[own], None if stress is None else stress[own]
-            )
+            start_of_layer = None if declared_starts is None else declared_starts[layer]
+            values, found = _parameters(model, name, part.position[own], start_of_layer)
             if values.ndim == 2:
                 parameters[len(bodies)] = values
-            if stress is not None:
-                stresses[len(bodies)] = stress[own]
+            if start_of_layer is not None:
+                starts[len(bodies)] = start_of_layer
             declared.append(found)
             material, law = model.materials[name], model.laws[name]
             require_declared_moduli(law, values, dotted(("materials", name)))
@@ -63,6 +62,10 @@ def initial_points(model: Model) -> MaterialPoints:
                     law=law,
                     parameters=values if values.ndim == 1 else None,
                     density=material.density or 0.0,
+                    wet_density=(
+                        material.density if material.watertight else material.saturated_density
+                    ),
+                    keeps_water=material.keeps_water or material.saturated_density is None,
                     anti_locking=body.anti_locking,
                     body=number,
                     layer=layer,
@@ -81,7 +84,7 @@ def initial_points(model: Model) -> MaterialPoints:
         parameters,
         _at_all_points(bodies, declared, start),
     )
-    start_with_stress(points, model, stresses)
+    start_with_stress(points, model, starts)
     if model.analysis.kind == "axisymmetric":
         for point_range in bodies:
             if point_range.convected_by_gradient:
@@ -91,15 +94,18 @@ def initial_points(model: Model) -> MaterialPoints:
 
 
 def _parameters(
-    model: Model, name: str, position: Floats, stress: Floats | None
+    model: Model, name: str, position: Floats, start: Start | None
 ) -> tuple[Floats, dict[str, Floats]]:
     """Returns the parameters of a material's law at points, and the entries that vary, by key.
 
     Shape (m,) or (n, m) of the former, (n,) of the latter.
     """
     material = model.materials[name]
+    stress = None if start is None else start.stress
     varying = parameter_values(material, position, dotted(("materials", name)), stress)
     entries = {key: getattr(material, key) for key in type(material).model_fields} | varying
+    if start is not None:
+        entries |= start.parameters
     cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
     at = ParametersAt(entries.__getitem__, cell_length)
     return material.parameter_array(at, len(position)), varying

@@ -3,135 +3,152 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
-from tilth.fields.level import elevation
-from tilth.model import BodyForce, Model
-from tilth.model.initial import AtRest, GivenStress
+from tilth.fields.evaluate import parameter_values
+from tilth.fields.tables import place_text
+from tilth.model import Model
+from tilth.model.initial import AtRest, GivenStress, StressOfRun, TableStress
+from tilth.model.laws import PLASTIC_STRAIN
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.stress_at_rest import stress_at_rest
+from tilth.mpm.stress_of_run import state_of_run
+from tilth.mpm.wet_mass import EXCESS
 
 WITHIN_YIELD = 1e-9
 """Plastic flow of a starting stress, at most, over its elastic strain [-]."""
 
 
-def declared_stress(model: Model, number: int, position: Floats) -> Floats | None:
-    """Returns the initial stress of a body's points, tension positive, (n, 6); None without one.
+@dataclass(frozen=True)
+class Start:
+    """The state in which points start.
+
+    Attributes:
+        stress: effective Cauchy stress, tension positive, shape (n, 6).
+        parameters: material parameters that belong to it, by their keys, shape (n,) each.
+        variables: state variables by name, shape (n,) each, NaN where the law gives the first one.
+        returned: whether a stress outside the yield surface is returned to it, as one is that was
+            interpolated between states on a surface that is not convex or not the same everywhere.
+    """
+
+    stress: Floats
+    parameters: Mapping[str, Floats] = field(default_factory=dict)
+    variables: Mapping[str, Floats] = field(default_factory=dict)
+    returned: bool = False
+
+
+def declared_start(
+    model: Model, number: int, position: Floats, counts: Sequence[int]
+) -> list[Start] | None:
+    """Returns the state at the start of each layer of a body; None without a declared stress.
 
     Args:
         model: the declared problem.
         number: of the body in it.
-        position: of its points [length], shape (n, dim).
+        position: of its points [length], layer by layer, shape (n, dim).
+        counts: number of points of each layer.
 
     Raises:
-        BadInput: a point lies above the declared ground, or no weight balances the stress.
+        BadInput: a point lies above the declared ground or outside a table or the soil of another
+            run, or no weight balances the stress.
     """
     body = model.bodies[number]
-    found = (i for i, each in enumerate(model.initial.stress) if each.body == body.name)
-    if (i := next(found, None)) is None:
+    if (found := model.initial.of(body.name)) is None:
         return None
-    entry, key = model.initial.stress[i], f"initial.stress[{i}]"
-    stress = np.zeros((len(position), 6))
+    key, entry = found
+    ends = np.cumsum([0, *counts])
+    layers = [position[first:last] for first, last in pairwise(ends)]
+    if isinstance(entry, AtRest):
+        starts = []
+        for name, own in zip(body.materials, layers, strict=True):
+            layer = stress_at_rest(model, key, entry, number, name, own)
+            pressure = layer.preconsolidation
+            given = {} if pressure is None else {"preconsolidation_pressure": pressure}
+            starts.append(Start(layer.stress, given))
+        return starts
+    if isinstance(entry, StressOfRun):
+        return [
+            _of_run(model, key, entry, name, own)
+            for name, own in zip(body.materials, layers, strict=True)
+        ]
+    if isinstance(entry, TableStress):
+        return [Start(_tabulated(model, key, entry, own)) for own in layers]
+    stresses = [np.zeros((count, 6)) for count in counts]
     if isinstance(entry, GivenStress):
-        stress[:, : len(entry.stress)] = entry.stress
-    else:
-        vertical = _overburden(model, key, entry, number, position)
-        stress[:, :3] = -entry.K0 * vertical[:, None]
-        stress[:, model.dimension - 1] = -vertical
+        for stress in stresses:
+            stress[:, : len(entry.stress)] = entry.stress
+    return [Start(stress) for stress in stresses]
+
+
+def _of_run(model: Model, key: str, entry: StressOfRun, material: str, position: Floats) -> Start:
+    state = state_of_run(model, key, entry, position)
+    excess = state.variables.get(EXCESS)
+    if excess is not None and EXCESS not in model.laws[material].state_variables:
+        state.stress[:, :3] += np.nan_to_num(excess)[:, None]  # this soil is drained
+    return Start(state.stress, {}, state.variables, True)
+
+
+def _tabulated(model: Model, key: str, entry: TableStress, position: Floats) -> Floats:
+    varying = parameter_values(entry, position, key)
+
+    def values(name: str) -> Floats:
+        return varying.get(name, np.full(len(position), getattr(entry, name)))
+
+    vertical = values("vertical_pressure")
+    lateral = values("K0") * vertical if entry.K0 is not None else values("horizontal_pressure")
+    stress = np.zeros((len(position), 6))
+    stress[:, :3] = -lateral[:, None]
+    stress[:, model.dimension - 1] = -vertical
     return stress
 
 
-def start_with_stress(points: MaterialPoints, model: Model, stresses: Mapping[int, Floats]) -> None:
+def start_with_stress(points: MaterialPoints, model: Model, starts: Mapping[int, Start]) -> None:
     """Gives undeformed points their initial stress, and the state variables that belong to it.
 
-    stresses: of the ranges of `points` that have one, by number, shape (points of the range, 6).
+    starts: of the ranges of `points` that have one, by number.
 
     Raises:
         BadInput: a law cannot have its stress, or the stress lies outside the yield surface.
     """
-    keys = {each.body: f"initial.stress[{i}]" for i, each in enumerate(model.initial.stress)}
-    for number, stress in stresses.items():
-        part, key = points.part(points.bodies[number]), keys[points.bodies[number].name]
-        failed = part.start_with(stress)
+    for number, start in starts.items():
+        body = points.bodies[number]
+        part, found = points.part(body), model.initial.of(body.name)
+        assert found is not None, "a start is declared"
+        failed = part.start_with(start.stress, start.variables)
         if failed >= 0:
-            raise _refused(part, failed, key, "is not possible with this law")
-        outside = np.flatnonzero(_outside_yield(part))
-        if len(outside):
-            raise _refused(part, int(outside[0]), key, "lies outside the yield surface")
+            raise _refused(part, failed, found[0], "is not possible with this law")
+        if PLASTIC_STRAIN in start.variables:
+            part.plastic[:, 0] = start.variables[PLASTIC_STRAIN]
+        require_within_yield(part, found[0], start.returned)
 
 
-def _overburden(model: Model, key: str, entry: AtRest, number: int, position: Floats) -> Floats:
-    """Returns the vertical stress of the weight above the points, compression positive, (n,)."""
-    height = position[:, -1]
-    if (height > entry.surface_level).any():
-        raise BadInput(
-            f"the point at {_place(position[height.argmax()])} lies above this level",
-            "give the height of the ground's surface",
-            key=f"{key}.surface_level",
-            value=entry.surface_level,
-        )
-    mass = _mass_above(model, key, entry.surface_level, number, position)
-    return entry.surcharge + _gravity(model, key) * mass
+def require_within_yield(part: MaterialPoints, key: str, returned: bool = False) -> None:
+    """Checks that the points of one range would not flow without deformation.
 
+    key: of what gave them their stress, for messages. returned: whether stresses outside the yield
+    surface are returned to it instead.
 
-def _mass_above(
-    model: Model, key: str, surface_level: float, number: int, position: Floats
-) -> Floats:
-    """Returns the mass per area between the ground and the points of a body, shape (n,).
-
-    The sum over the layers of the density times the thickness of the part above the point.
+    Raises:
+        BadInput: a stress lies outside the yield surface.
     """
-    body, height = model.bodies[number], position[:, -1]
-    densities = [model.materials[name].density or 0.0 for name in body.materials]
-    if len(set(densities)) > 1 and body.layers[0].group is not None:
-        raise BadInput(
-            "layers that are groups of a mesh have no horizons from which their weight follows",
-            'give the layers of different density a `bottom`, or the stress as type = "given"',
-            key=f"{key}.type",
-            value="k0",
-        )
-    mass, above = np.zeros(len(position)), np.full(len(position), surface_level)
-    for i, density in enumerate(densities):
-        layer = body.layers[i] if body.layers else None
-        below = height
-        if layer is not None and layer.bottom is not None:
-            horizon = elevation(layer.bottom, position, f"bodies[{number}].layers[{i}].bottom")
-            below = np.clip(horizon, height, surface_level)
-        mass += density * np.maximum(above - below, 0.0)
-        above = np.minimum(above, below)
-    return mass
+    outside, admissible = _outside_yield(part, returned)
+    wrong = np.flatnonzero(~admissible if returned else outside)
+    if len(wrong):
+        raise _refused(part, int(wrong[0]), key, "lies outside the yield surface")
 
 
-def _gravity(model: Model, key: str) -> float:
-    """Returns the downward acceleration at time 0 [length / time^2]."""
-    total = np.zeros(model.dimension)
-    for _, load in model.acting_loads():
-        if isinstance(load, BodyForce):
-            total += model.load_curve(load).factor(0.0) * np.asarray(load.acceleration)
-    if np.any(total[:-1]) or total[-1] > 0.0:
-        raise BadInput(
-            f"the body force at time 0, {_place(total)}, does not act downwards only",
-            'give the stress as type = "given", or a vertical body force',
-            key=f"{key}.type",
-            value="k0",
-        )
-    if total[-1] == 0.0:
-        raise BadInput(
-            "no body force acts at time 0, so the stress would not be in equilibrium",
-            "add a load of the type body_force, with its whole factor from the start: "
-            "factor = [[0, 1], [1, 1]]",
-            key=f"{key}.type",
-            value="k0",
-        )
-    return float(-total[-1])
+def _outside_yield(part: MaterialPoints, returned: bool) -> tuple[Flags, Flags]:
+    """Returns which points of a body would flow without deformation, and which have a stress.
 
-
-def _outside_yield(part: MaterialPoints) -> Flags:
-    """Returns which points of a body would flow without any deformation, shape (n,)."""
+    returned: whether the former get the stress to which they would flow.
+    """
     body = part.bodies[0]
     elastic, plastic, state = (
         np.empty_like(each) for each in (part.elastic_deformation, part.plastic, part.state)
@@ -143,19 +160,18 @@ def _outside_yield(part: MaterialPoints) -> Flags:
     )  # fmt: skip
     change = np.abs(elastic - part.elastic_deformation).max(axis=1)
     size = np.abs(part.elastic_deformation).max(axis=1)
-    return np.asarray(~admissible | (change > WITHIN_YIELD * size))
+    outside = np.asarray(~admissible | (change > WITHIN_YIELD * size))
+    if returned and (some := outside & admissible).any():
+        part.elastic_deformation[some], part.stress[some] = elastic[some], kirchhoff[some]
+    return outside, admissible
 
 
 def _refused(part: MaterialPoints, point: int, key: str, problem: str) -> BadInput:
     body = part.bodies[0]
     stress = ", ".join(f"{value:.4g}" for value in part.stress[point])
     return BadInput(
-        f"the starting stress {problem} ({body.law.name}) at {_place(part.position[point])}: "
+        f"the starting stress {problem} ({body.law.name}) at {place_text(part.position[point])}: "
         f"[{stress}], xx yy zz xy yz xz",
         "change the stress or the strength; tension is positive",
         key=key,
     )
-
-
-def _place(vector: Floats) -> str:
-    return "(" + ", ".join(f"{x:.4g}" for x in vector) + ")"

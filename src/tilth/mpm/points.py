@@ -34,6 +34,8 @@ class PointRange:
         parameters: its parameters in the order of `law.parameters`, shape (count,); None if they
             vary from point to point, see `MaterialPoints.parameters`.
         density: mass per initial volume [mass/length^3]; 0 if none was declared.
+        wet_density: the same below the water; None if none was declared.
+        keeps_water: whether no water leaves or enters the pores when the volume changes.
         body: number of the body in the model.
         layer: number of the layer in the body; 0 if it has none.
     """
@@ -49,6 +51,8 @@ class PointRange:
     anti_locking: str = "none"
     body: int = 0
     layer: int = 0
+    wet_density: float | None = None
+    keeps_water: bool = True
 
     @property
     def points(self) -> slice:
@@ -206,10 +210,12 @@ class MaterialPoints:
             points.part(body).start_with(np.zeros((body.stop - body.start, 6)))
         return points
 
-    def start_with(self, stress: Floats) -> int:
+    def start_with(self, stress: Floats, variables: Mapping[str, Floats] | None = None) -> int:
         """Gives points of one body, without deformation, a stress and the state that belongs to it.
 
         stress: effective Cauchy stress, tension positive, shape (n, 6).
+        variables: state variables of the law by name, shape (n,) each, NaN for those that the law
+            gives; others are not used.
 
         Returns the first point whose law cannot have its stress, -1 if all can.
         """
@@ -217,6 +223,11 @@ class MaterialPoints:
         parameters = self.parameters_of(body)
         law, tensors = body.law.core, self.tensors
         failed = _core.initial_state(tensors, law, parameters, stress, self.state)
+        for column, name in enumerate(body.law.state_variables):
+            given = (variables or {}).get(name)
+            if failed < 0 and given is not None:
+                known = ~np.isnan(given)
+                self.state[known, column] = given[known]
         if failed < 0:
             failed = _core.elastic_deformation_of(
                 tensors, law, parameters, stress, self.state, self.elastic_deformation

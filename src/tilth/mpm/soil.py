@@ -164,6 +164,13 @@ class Soil:
         """Sum of S_ap V_p at each node at the start of the step [volume], shape (nodes,)."""
         return self.scatter(self.points.volume)
 
+    def plastic_increment(self) -> Floats:
+        """Returns the equivalent plastic strain since the start of the step [-], shape (n,).
+
+        It is that of the trial state.
+        """
+        return np.asarray(self._trial.plastic[:, 0] - self.points.plastic[:, 0])
+
     def yielding_nodes(self) -> Flags:
         """Returns whether a point in a node's support yields in the trial state, (nodes,)."""
         yielding = self._trial.plastic[:, :1] > self.points.plastic[:, :1]
@@ -177,6 +184,44 @@ class Soil:
         for body, stencil in zip(self.points.bodies, self.active.stencils, strict=True):
             _core.interpolate(stencil, nodal, vector[body.start : body.stop])
         return vector
+
+    def step_inverses(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Returns determinants and inverses of the step's deformation gradients at the points [-].
+
+        Shapes (n,) and (n, 3, 3); in axisymmetry with the hoop stretch, see `MaterialPoints`.
+        """
+        points = self.points
+        determinant, inverse = np.empty(len(points)), np.empty((len(points), 3, 3))
+        with self._timers.measure("assembly"):
+            for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
+                s = body.points
+                _core.step_inverses(
+                    self.kind, stencil, displacement, points.position[s], determinant[s],
+                    inverse[s],
+                )  # fmt: skip
+        return determinant, inverse
+
+    def add_force_derivative(
+        self, pattern: ActiveGrid, by_displacement: Floats, by_gradient: Floats, matrix: Floats
+    ) -> None:
+        """Adds the derivative of sum_p S_ap f_p to `matrix` (blocks, dim, dim) [force/length].
+
+        Args:
+            pattern: the grid of the step with the pattern of the matrix.
+            by_displacement: derivative of f by the point's displacement [force/length], shape
+                (n, dim, dim).
+            by_gradient: derivative of f_i by the gradient of its component k in direction j
+                [force], shape (n, i, k, j).
+            matrix: to which it is added.
+        """
+        with self._timers.measure("assembly"):
+            for body, stencil, (start, position) in zip(
+                self.points.bodies, self.active.stencils, pattern.block_positions, strict=True
+            ):
+                _core.add_force_derivative(
+                    stencil, start, position, np.ascontiguousarray(by_displacement[body.points]),
+                    np.ascontiguousarray(by_gradient[body.points]), matrix,
+                )  # fmt: skip
 
     def moved_domains(self, displacement: Floats) -> MovedDomains:
         """Returns the domains whose corners move with the grid, at the end of the step.

@@ -23,6 +23,13 @@ LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
 SETUP = "setup.npz"
+SAFETY = "safety.json"
+SAFETY_TABLE = "safety.csv"
+MECHANISM = "safety.vtkhdf"
+MECHANISM_PICTURE = "safety.png"
+
+OF_SAFETY = (SAFETY, SAFETY_TABLE, MECHANISM, MECHANISM_PICTURE)
+"""Files of a strength reduction; the first tells that there are the others."""
 
 STAGE_CHECKPOINT = re.compile(r"checkpoint_stage_[0-9]{2,}\.npz")
 """Names of the checkpoints at the ends of stages."""
@@ -33,7 +40,7 @@ def stage_checkpoint(number: int) -> str:
     return f"checkpoint_stage_{number + 1:02d}.npz"
 
 
-FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP)
+FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *OF_SAFETY)
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed."""
 

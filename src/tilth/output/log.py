@@ -14,6 +14,7 @@ from pathlib import Path
 from tilth.errors import BadInput, visible
 from tilth.output.disk import writing
 
+START = "at the start: "
 WARNING, CUT, FINISHED, STOPPED = "warning: ", "step cut: ", "finished: ", "stopped: "
 STAGE = "stage: "
 _STAGE_LINE = re.compile(r"stage: (?P<name>[^,]+), from time \S+; forces released in it: (.+)")
@@ -85,6 +86,10 @@ class RunLog:
         self._steps += 1
         self._iterations += max(len(residuals) - 1, 0)
 
+    def start(self, text: str) -> None:
+        """Writes how the equilibrium of the initial state was found; it is in the report, too."""
+        self._write(f"{START}{_one_line(text)}")
+
     def warning(self, text: str) -> None:
         """Writes a warning; it also appears in the report."""
         self.warnings.append(_one_line(text))
@@ -137,6 +142,8 @@ class LogContents:
     warnings: list[str] = field(default_factory=list)
     cuts: list[str] = field(default_factory=list)
     """One sentence per undone step."""
+    start: str = ""
+    """How the equilibrium of the initial state was found."""
     last_residuals: list[float] = field(default_factory=list)
     """Relative residuals of the last converged step, that of the predictor first."""
     last_step: int = 0
@@ -175,6 +182,8 @@ def read_log(path: Path | str) -> LogContents:
             log.finished, log.failure = False, None
         elif line.startswith(WARNING):
             log.warnings.append(line.removeprefix(WARNING))
+        elif line.startswith(START):
+            log.start = line.removeprefix(START)
         elif line.startswith(CUT):
             log.cuts.append(line.removeprefix(CUT))
         elif match := _STAGE_LINE.fullmatch(line):

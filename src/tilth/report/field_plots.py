@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from tilth.report.tracked_surfaces import (
     draw_tracked_3d,
     tracked_vertices,
 )
+from tilth.report.water_line import draw_water, nearby
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +43,7 @@ def draw_frames(
     axisymmetric: bool = False,
     initial: Snapshot | None = None,
     titles: Sequence[str] | None = None,
+    water: Callable[[float], Floats | None] = lambda time: None,
 ) -> Figure:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
@@ -50,7 +52,8 @@ def draw_frames(
     seven times longer than wide are drawn with the narrow side stretched, with a note.
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
     of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
-    the ``titles``, or step and time. Points without a value (NaN) are grey.
+    the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
+    vertices of the water's surface in the plane at a time, see :class:`Setup`.
     """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -61,6 +64,9 @@ def draw_frames(
     colours = _colours(values)
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     lower, upper = _extent(snapshots, tracked)
+    levels = [water(snapshot.time) for snapshot in snapshots]
+    near = [nearby(line, lower, upper) for line in levels if line is not None]
+    lower, upper = _extent(snapshots, [*tracked, *(part for part in near if len(part))])
     size = upper - lower
     rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
     stretch = 1.0
@@ -85,6 +91,8 @@ def draw_frames(
             _draw_plane(axes, snapshot, value, colours)
             draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
+            if (line := levels[index]) is not None:
+                draw_water(axes, line)
             axes.label_outer()
         else:
             axes = figure.add_subplot(rows, columns, index + 1, projection="3d")

@@ -87,7 +87,9 @@ def _unit(field: str, units: Mapping[str, str]) -> str:
     """Returns the label of a field's unit, "-" if it has none."""
     if field in ("displacement", "domain"):
         return units.get("length", "") or "-"
-    if field == "cauchy_stress" or state_units().get(field) == "stress":
+    if field in ("cauchy_stress", "effective_stress", "pore_pressure"):
+        return units.get("stress", "") or "-"
+    if state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
     if field in parameter_units():
         unit = parameter_units()[field]

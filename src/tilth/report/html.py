@@ -16,13 +16,24 @@ import numpy as np
 from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
-from tilth.output.folder import HISTORY, LOG, REPORT, RESULTS, SETUP, read_declared
+from tilth.output.folder import (
+    HISTORY,
+    LOG,
+    MECHANISM,
+    REPORT,
+    RESULTS,
+    SAFETY,
+    SETUP,
+    read_declared,
+)
 from tilth.output.history import read_history, read_stages
 from tilth.output.log import LogContents, read_log
+from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
+from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup, read_staged_setup
 from tilth.report.stage_marks import (
@@ -69,16 +80,21 @@ def write_report(
     stages = read_stages(folder / HISTORY) if summary.get("stages") else []
     title = results.title or visible(folder.resolve().name)
     parts = [_header(title, kind, results, log)]
-    pictures = _setup_picture(folder, results, setup) + _parameters(results, kind, summary, stages)
+    if (folder / SETUP).exists():
+        staged = read_staged_setup(folder / SETUP)
+        setup = staged or read_setup(folder / SETUP, results.snapshot(0))
+    pictures = _setup_picture(setup) + _parameters(results, kind, summary, stages)
     parts.append(_section("Set-up", pictures))
     if stages:
         table = stage_table(summary["stages"], history, stages, log)
         parts.append(_section("Stages", table))
-    parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages)))
+    parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages, setup)))
     curves = draw_curves(history, results.units.get("time", ""), stages)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
     parts.append(_section("Convergence", _convergence(history, log, stages)))
+    if (folder / SAFETY).exists():
+        parts.append(_section("Factor of safety", _safety(folder, kind)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
@@ -126,6 +142,7 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     facts = {
         "analysis": kinds.get(kind, kind),
         "points": log.facts.get("points", ""),
+        "initial state": log.start,
         "active cells at the start": log.facts.get("active cells", ""),
         "last step": f"{log.last_step}, time {results.times[-1]:.4g} at the last output",
         "outputs": str(len(results)),
@@ -146,11 +163,8 @@ def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     return f"<h1>{escape(title)}</h1>\n{state}\n{facts_table(shown)}"
 
 
-def _setup_picture(folder: Path, results: Results, setup: Setup | StagedSetup | None) -> str:
+def _setup_picture(setup: Setup | StagedSetup | None) -> str:
     """Returns the figure of the set-up, or why there is none."""
-    if (folder / SETUP).exists():
-        staged = read_staged_setup(folder / SETUP)
-        setup = staged or read_setup(folder / SETUP, results.snapshot(0))
     if setup is None:
         return f"<p>{_NOT_DRAWN}</p>"
     if isinstance(setup, Setup):
@@ -189,7 +203,13 @@ def _parameters(
     return "".join(figures)
 
 
-def _frames(results: Results, kind: str, colour_by: str, stages: Sequence[Span]) -> str:
+def _frames(
+    results: Results,
+    kind: str,
+    colour_by: str,
+    stages: Sequence[Span],
+    setup: Setup | StagedSetup | None,
+) -> str:
     """Returns a figure of up to six outputs at even intervals, including the first and last.
 
     Of a run with stages those at their ends are among them, as far as there are not too many.
@@ -207,6 +227,7 @@ def _frames(results: Results, kind: str, colour_by: str, stages: Sequence[Span])
         axisymmetric=kind == "axisymmetric",
         initial=results.snapshot(0),
         titles=titles,
+        water=lambda time: None if setup is None else setup.water_at(time),
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):
@@ -234,6 +255,16 @@ def _convergence(history: Mapping[str, Any], log: LogContents, stages: Sequence[
             f"{iterations.mean():.1f}, at most {int(iterations.max())} a step.</p>"
         )
     return _image(figure, "Newton iterations per step and residuals of the last step") + text
+
+
+def _safety(folder: Path, kind: str) -> str:
+    """Returns factor, criterion, curve and mechanism of a strength reduction."""
+    summary, results = read_safety(folder), read_results(folder / MECHANISM)
+    curve = draw_safety_curve(summary, results.units.get("length", ""))
+    content = f"<p>{escape(text_of(summary))}</p>" + _image(curve, "Displacement over the factor")
+    for name, figure in draw_mechanism(results, axisymmetric=kind == "axisymmetric").items():
+        content += _image(figure, f"Mechanism: {name}")
+    return content + f"<p>{MECHANISM_NOTE}</p>"
 
 
 def _warnings(log: LogContents) -> str:

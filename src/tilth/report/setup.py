@@ -14,6 +14,7 @@ from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
 from tilth.report.symbols import arrow, hatching, support
 from tilth.report.texts import AS_IT_IS, add_legend, any_characters, on_lines
 from tilth.report.tracked_surfaces import tracked_handles
+from tilth.report.water_line import water_handle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,6 +150,8 @@ def legend_handles(setup: Setup) -> list[Any]:
     for shape, handle in zip(setup.tracked, tracked_handles(setup.tracked), strict=True):
         handle.set_label(f"{shape.name}\ntracked surface")
         handles.append(handle)
+    if setup.water is not None:
+        handles.append(water_handle(not np.array_equal(*setup.water)))
     for load in setup.loads:
         total = load.force.sum(axis=0)
         amount = f"{_number(float(np.linalg.norm(total)))} {setup.force_unit}".rstrip()

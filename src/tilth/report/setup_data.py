@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tilth.arrays import Flags, Floats, Integers
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
+from tilth.report.water_line import nearby
 
 _MARGIN_RATIO = 0.08
 """Width of the region around the soil where surfaces are shown, over its longest side."""
@@ -141,6 +142,20 @@ class Setup:
         """Twice the number of each point's body, and one more if it is new, shape (n,)."""
         return 2 * self.body_id + (0 if self.is_new is None else self.is_new)
 
+    water: Floats | None = None
+    """Vertices of the water's surface in 2D at ``water_times``, from left to right at the same x
+    [length], shape (2, k, 2); None without water, and in 3D."""
+    water_times: Floats = field(default_factory=lambda: np.array([0.0, 1.0]))
+    """Total times at the start and the end of the stage, shape (2,)."""
+
+    def water_at(self, time: float) -> Floats | None:
+        """Returns the vertices of the water's surface at a total time [length], shape (k, 2)."""
+        if self.water is None:
+            return None
+        start, end = self.water_times
+        share = min(max((time - start) / (end - start), 0.0), 1.0)
+        return np.asarray((1.0 - share) * self.water[0] + share * self.water[1])
+
     @property
     def axis_names(self) -> tuple[str, str, str]:
         """Names of the axes; r instead of x in axisymmetry."""
@@ -175,6 +190,8 @@ class Setup:
             if not (surface.bounded and small):
                 visible = surface.visible_vertices(lower - near, upper + near)
             around.append(visible)
+        if self.water is not None:
+            around += [nearby(line, lower, upper) for line in self.water]
         everything = np.concatenate([everything, *around])
         lower, upper = everything.min(axis=0), everything.max(axis=0)
         size = upper - lower

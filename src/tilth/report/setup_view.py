@@ -16,6 +16,7 @@ from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
 from tilth.report.texts import AS_IT_IS
 from tilth.report.tracked_surfaces import draw_tracked_lines
+from tilth.report.water_line import draw_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,6 +71,8 @@ def draw_view(
         draw_surface(axes, surface, chosen, lower, upper, colour, symbols)
     if setup.dim == 2:
         draw_tracked_lines(axes, setup.tracked)
+    if setup.water is not None:
+        draw_water(axes, setup.water[1], setup.water[0])
     if not symbols:
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))

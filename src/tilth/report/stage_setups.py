@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tilth.arrays import Flags
+from tilth.arrays import Flags, Floats
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.setup_data import Setup, Soil
 
@@ -60,6 +60,11 @@ class StagedSetup:
             is_new=(stage.present & ~before)[stage.present],
             removed=self.soil.selected(before & ~stage.present),
         )
+
+    def water_at(self, time: float) -> Floats | None:
+        """Returns the vertices of the water's surface at a total time [length], shape (k, 2)."""
+        stage = next((each for each in self.stages if time <= each.end), self.stages[-1])
+        return stage.setup.water_at(time)
 
     def whole(self) -> Setup:
         """Returns the first stage's set-up with the soil of all stages."""

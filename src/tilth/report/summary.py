@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,24 +25,18 @@ from tilth.model import (
     SeismicLoad,
     SurfaceLoad,
     Track,
+    Water,
 )
 from tilth.model.base import meaning_of
 from tilth.model.boundaries import Boundary
 from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
-from tilth.model.initial import GivenStress, InitialStress
 from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
-from tilth.model.variation import (
-    AlongAxis,
-    ByDepth,
-    ByStress,
-    GridFile,
-    OfPosition,
-    Random,
-    Variation,
-)
+from tilth.model.variation import GridFile, Level
+from tilth.report.amounts import amount, vector
+from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
 
@@ -98,7 +92,11 @@ def _rows(
     for name, material in model.materials.items():
         yield "materials", _material(name, material, model)
     for entry in model.initial.stress:
-        yield "at the start", _initial_stress(entry, model)
+        yield "at the start", initial_stress(entry, model)
+    if model.initial.stress:
+        yield "at the start", equilibrium_before(model)
+    if model.water is not None:
+        yield "water", _water(model.water, model)
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
     for load in model.loads:
@@ -146,51 +144,37 @@ def _material(name: str, material: Material, model: Model) -> str:
             return f"{name} {[*value]}"
         if isinstance(value, str):
             return f"{name} {value}"
+        if isinstance(value, bool):
+            return name
         meaning = meaning_of(type(material), key)  # has the unit in brackets
         unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
-        return f"{name} {_amount(value)}{unit}"
+        return f"{name} {amount(value)}{unit}"
 
     fields = type(material).model_fields
-    keys = material.model_dump(exclude={"model"}, exclude_none=True)
+    given = material.model_dump(exclude={"model"}, exclude_none=True)
+    keys = [key for key, value in given.items() if value is not False]
     parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
 
 
-def _amount(value: float | Variation) -> str:
-    """Returns a parameter's value, or what it depends on and its declared range."""
-    if isinstance(value, ByDepth | AlongAxis):
-        table = value.depth if isinstance(value, ByDepth) else value.values
-        along = "depth" if isinstance(value, ByDepth) else value.axis
-        values = [number for _, number in table]
-        return f"by {along} {min(values):g} to {max(values):g}"
-    if isinstance(value, GridFile):
-        return f"by {Path(value.file).name}"
-    if isinstance(value, OfPosition):
-        file, _, function = value.function.rpartition(":")
-        return f"by {function} in {Path(file).name}"
-    if isinstance(value, Random):
-        field = value.random
-        return (
-            f"random, {field.distribution}, coefficient of variation "
-            f"{field.coefficient_of_variation:g}, mean {field.mean:g}"
-        )
-    if isinstance(value, ByStress):
-        return f"by the initial stress, at {value.reference_pressure:g} {value.reference:g}"
-    return f"{value:g}"
+def _water(water: Water, model: Model) -> str:
+    end, unit = _level(water.level), f"{water.unit_weight:g} {model.units.force}"
+    start = "" if water.initial_level is None else f"from {_level(water.initial_level)} to "
+    return f"level {start}{end}, unit weight {unit}/{model.units.length}^3"
 
 
-def _initial_stress(entry: InitialStress, model: Model) -> str:
-    stress = model.units.stress
-    if isinstance(entry, GivenStress):
-        return f"{entry.body}: stress {_vector(entry.stress)} {stress}"
-    level = f"{AXES[model.dimension - 1]} = {entry.surface_level:g} {model.units.length}"
-    above = f", surcharge {entry.surcharge:g} {stress}" if entry.surcharge else ""
-    return f"{entry.body}: weight of the soil below {level}, K0 {entry.K0:g}{above}"
+def _level(level: Level) -> str:
+    if isinstance(level, GridFile):
+        return f"that of {Path(level.file).name}"
+    if isinstance(level, tuple):
+        heights = [height for _, height in level]
+        return f"a polyline between {min(heights):g} and {max(heights):g}"
+    return f"{level:g}"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:
     if isinstance(boundary, AffineBoundary):
-        rows = "; ".join(_vector(row) for row in boundary.deformation_gradient)
+        rows = "; ".join(vector(row) for row in boundary.deformation_gradient)
         moved = f"{boundary.path} path, {boundary.nodes} nodes"
         return f"{boundary.name}: affine motion to F = [{rows}], {moved}"
     if isinstance(boundary, ImplicitBoundary):
@@ -200,7 +184,7 @@ def _boundary(boundary: Boundary, model: Model) -> str:
         for axis, (least, greatest) in (boundary.range or {}).items():
             where += f", {least:g} <= {axis} <= {greatest:g}"
     else:
-        where = f"at the node {_vector(boundary.at)}"
+        where = f"at the node {vector(boundary.at)}"
     constrained = ", ".join(
         f"u{AXES[i]} = {value:g}" for i, value in boundary.prescribed(model.dimension).items()
     )
@@ -211,7 +195,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     unit = model.units.length
     constrained: str = boundary.condition
     if boundary.direction is not None:
-        constrained = f"constrained along {_vector(boundary.direction)}"
+        constrained = f"constrained along {vector(boundary.direction)}"
     parts = [
         f"implicit, {constrained} on a {_geometry(boundary.geometry)}",
         f"{boundary.form} form, delta = {model.delta(boundary):g} {unit}",
@@ -222,7 +206,7 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
         parts.append(f"loses {100.0 * boundary.volume_loss:g} % of its volume")
     if (rotation := boundary.rotation) is not None:
         axis = "" if rotation.axis is None else f"the axis {rotation.axis} through "
-        parts.append(f"turns by {rotation.angle:g} degrees about {axis}{_vector(rotation.centre)}")
+        parts.append(f"turns by {rotation.angle:g} degrees about {axis}{vector(rotation.centre)}")
     for axis, value in (boundary.displacement or {}).items():
         parts.append(f"u{axis} = {value:g} {unit}")
     if boundary.motion is not None:
@@ -239,7 +223,7 @@ def _geometry(geometry: Geometry) -> str:
         if key == "vertices":
             words.append(f"{len(value)} vertices")
         elif isinstance(value, tuple) and not isinstance(value[0], str):
-            words.append(f"{key} {_vector(value)}")
+            words.append(f"{key} {vector(value)}")
         elif isinstance(value, tuple):
             words.append(f"{key} {' '.join(value)}")
         elif isinstance(value, float):
@@ -263,17 +247,17 @@ def _declared_load(load: Load, model: Model) -> str:
     if model.stages:
         end = "factor by stage"
     if isinstance(load, BodyForce):
-        return f"body force, acceleration {_vector(load.acceleration)}, {end}"
+        return f"body force, acceleration {vector(load.acceleration)}, {end}"
     if isinstance(load, SurfaceLoad):
         return f"{_surface_load(load, model)}, {end}"
     if isinstance(load, SeismicLoad):
-        return f"seismic, coefficients {_vector(load.coefficient)} of the body force, {end}"
-    force = f"{_vector(load.force)} {model.units.force}"
+        return f"seismic, coefficients {vector(load.coefficient)} of the body force, {end}"
+    force = f"{vector(load.force)} {model.units.force}"
     if isinstance(load, LineForce):
-        ends = f"from {_vector(load.start)} to {_vector(load.end)}"
+        ends = f"from {vector(load.start)} to {vector(load.end)}"
         per_length = f"{force}/{model.units.length}" if model.units.force else f"{force} per length"
         return f"line force {per_length} on {load.body} {ends}, {end}"
-    return f"point force {force} on {load.body} at {_vector(load.at)}, {end}"
+    return f"point force {force} on {load.body} at {vector(load.at)}, {end}"
 
 
 def _surface_load(load: SurfaceLoad, model: Model) -> str:
@@ -286,8 +270,8 @@ def _surface_load(load: SurfaceLoad, model: Model) -> str:
     if load.pressure_along is not None:
         parts.append("pressure along the arc length")
     if load.traction is not None:
-        parts.append(f"traction {_vector(load.traction)} {stress}")
-    where = f" from {_vector(load.start)} to {_vector(load.end or ())}" if load.start else ""
+        parts.append(f"traction {vector(load.traction)} {stress}")
+    where = f" from {vector(load.start)} to {vector(load.end or ())}" if load.start else ""
     where = f" ({load.part})" if load.part else where
     if load.within is not None:
         where += f" within {_region(load.within)}"
@@ -299,18 +283,14 @@ def _region(region: Region) -> str:
     if region.vertices is not None:
         return f"a polygon of {len(region.vertices)} vertices"
     if region.centre is not None:
-        return f"the circle of radius {region.radius:g} around {_vector(region.centre)}"
-    return f"the rectangle from {_vector(region.lower or ())} to {_vector(region.upper or ())}"
+        return f"the circle of radius {region.radius:g} around {vector(region.centre)}"
+    return f"the rectangle from {vector(region.lower or ())} to {vector(region.upper or ())}"
 
 
 def _track(track: Track) -> str:
     what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
     where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
-    position = f" at {_vector(track.at)}" if track.at else ""
+    position = f" at {vector(track.at)}" if track.at else ""
     if track.about:
-        position = f" about {_vector(track.about)}"
+        position = f" about {vector(track.about)}"
     return f"{track.name}: {what.replace('_', ' ')}{where}{position}"
-
-
-def _vector(components: Iterable[float]) -> str:
-    return "[" + ", ".join(f"{c:g}" for c in components) + "]"

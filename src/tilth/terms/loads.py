@@ -110,6 +110,11 @@ class Loads:
     def __bool__(self) -> bool:
         return bool(self._body_forces or self.on_points)
 
+    @property
+    def acts_on_mass(self) -> bool:
+        """Whether there are body forces."""
+        return bool(self._body_forces)
+
     def acceleration(self, time: float) -> Floats:
         """Returns all forces per mass at `time` [acceleration], shape (dim,), seismic ones too."""
         parts = [curve.factor(time) * acceleration for acceleration, curve in self._body_forces]

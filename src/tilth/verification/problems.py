@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from tilth.verification import (
+    buoyancy,
     buried_pipe,
     cavity_expansion,
     collapse,
@@ -21,6 +22,8 @@ from tilth.verification import (
     generalized_shear,
     hollow_sphere_limit,
     inclined_column,
+    infinite_slope,
+    k0_slope,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -32,6 +35,7 @@ from tilth.verification import (
     rigid_sphere,
     self_weight_column,
     slope,
+    slope_strength_reduction,
     square_footing,
     strip_footing,
     strip_footing_friction,
@@ -65,6 +69,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "upsetting": upsetting.comparisons,
     "pressure_cantilever": pressure_cantilever.comparisons,
     "cooks_membrane": cooks_membrane.comparisons,
+    "buoyancy": buoyancy.comparisons,
     "submerged_block": submerged_block.comparisons,
     "pressurised_ring": pressurised_ring.comparisons,
     "footing_on_spline": footing_on_spline.comparisons,
@@ -79,6 +84,9 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "vertical_cut": vertical_cut.comparisons,
     "excavation": excavation.comparisons,
     "embankment": embankment.comparisons,
+    "slope_strength_reduction": slope_strength_reduction.comparisons,
+    "infinite_slope": infinite_slope.comparisons,
+    "k0_slope": k0_slope.comparisons,
     "tunnel": tunnel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

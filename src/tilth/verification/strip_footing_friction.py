@@ -121,7 +121,7 @@ def pressed(soil: Soil, divisions: int, basis: str, *, implicit: bool) -> Model:
         "materials.soil.dilation_angle": soil.friction,
         "bodies.0.shape.upper": [soil.width, soil.depth],
         "bodies.0.basis": basis,
-        "initial.stress.0.surface_level": soil.depth,
+        "initial.stress.0.ground": soil.depth,
         "boundaries.1.at": soil.width,
         "boundaries.3.at": soil.depth,
         "boundaries.3.displacement": motion,

@@ -33,12 +33,16 @@ NO_CHANGES: Mapping[str, Any] = MappingProxyType({})
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """A block under water, fixed and pulled through the grid; water rising past a cylinder."""
+    """A block under water, fixed and pulled through the grid; water rising past a cylinder.
+
+    The block's water is a load on its surface or declared by its level.
+    """
     yield from anywhere_over_the_grid()
     yield from pulled(24)
     if long:
         yield from pulled(96)
         yield from pulled(96, 3)
+    yield from by_level()
     yield from rising_water()
     yield from level_inside_segments((0.1, 0.05, 0.025, 0.0125) if long else (0.1, 0.025))
 
@@ -91,6 +95,45 @@ def pulled(steps: int, points_per_cell: int = 6) -> Iterator[Comparison]:
     yield vanishing(quantity, float(tracking.max()), 5e-4, "the surface stays on the material")
     quantity = "area lost on the way"
     yield at_least(quantity, float(1.0 - area[-1] / area[0]), 0.02, 0.0, "pressure over stiffness")
+
+
+def by_level() -> Iterator[Comparison]:
+    """The block in water that is declared by its level: no surface, and no error of one.
+
+    The stress of the soil is then the effective one, and the water does not compress the block: it
+    is lifted by its whole volume. A block stiff enough not to be compressed has the same reactions
+    with both.
+    """
+    model = example(PROBLEM, "water_level.toml")
+    factor, lift, volumes = handle(model)
+    weight, buoyancy = lift[:, 1] - factor * 10.0 * volumes[0], 10.0 * volumes[0]
+    quantity = f"water level: handle less weight and buoyancy, worst of {len(lift)} steps"
+    expected = -factor[:, None] * np.column_stack([0.0 * volumes, 10.0 * volumes])
+    error = float(np.abs(np.column_stack([lift[:, 0], weight]) - expected).max())
+    yield vanishing(quantity, error / buoyancy, 1e-9, SOURCE)
+    stiff = {"materials.foam.young_modulus": 5e6, "materials.foam.density": 1.5}
+    forces = [
+        handle(varied(example(PROBLEM, file), stiff))[1]
+        for file in ("case.toml", "water_level.toml")
+    ]
+    quantity = "handle of a stiff block: water level less load on the surface, over the buoyancy"
+    yield vanishing(quantity, float(np.abs(forces[1] - forces[0]).max()) / buoyancy, 1e-4, SOURCE)
+
+
+def handle(model: Model) -> tuple[Floats, Floats, Floats]:
+    """Returns the factor of weight and water, the force of the handle and the volume by step.
+
+    Shapes (steps,), (steps, 2) and (steps,) [-, force, length^2].
+    """
+    rows: list[tuple[float, Floats, float]] = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        volume = float(simulation.points.volume.sum())
+        rows.append((min(time / 0.5, 1.0), result.resultant("handle"), volume))
+
+    march(model, after_step)
+    factor, force, volume = zip(*rows, strict=True)
+    return np.array(factor), np.array(force), np.array(volume)
 
 
 def rising_water() -> Iterator[Comparison]:

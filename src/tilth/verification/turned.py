@@ -25,7 +25,7 @@ HINGE_WIDTH = 0.02
 """Width of the short boundary that replaces the condition on a node [length]."""
 ALIGNED = "the same along the grid"
 
-POSITION_KEYS = ("point", "centre", "place", "at")
+POSITION_KEYS = ("point", "centre", "place", "at", "start", "end")
 DIRECTION_KEYS = ("normal", "direction", "acceleration", "force")
 MODIFICATIONS: dict[str, dict[str, Any]] = {
     "strip_footing": {

@@ -15,6 +15,7 @@ from tilth.verification.closed_forms.homogeneous import (
 )
 from tilth.verification.closed_forms.moduli import Moduli
 from tilth.verification.closed_forms.plastic_ring import PlasticRing
+from tilth.verification.closed_forms.wet_column import WetColumn
 from tilth.verification.closed_forms.widened_cylinder import WidenedCylinder
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "PressurisedShell",
     "SelfWeightColumn",
     "ThickCylinder",
+    "WetColumn",
     "WidenedCylinder",
     "components",
     "full_deformation_gradient",

@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equilibrium of the starting state, found before the first step (docs/theory/initial_stress.md).
+
+Newton's iteration finds the stress that balances the loads and boundaries at the start. Then the
+soil is put back to where it was and keeps this stress. Its forces change with the strain of this
+motion only, so the residual falls by a factor of the order of the strain each time; this is
+repeated until the stressed soil is in equilibrium where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residual, State
+from tilth.analysis.simulation import PreparedStep, Simulation, StepResult
+from tilth.analysis.step import Equilibrium
+from tilth.arrays import Floats
+from tilth.errors import AnalysisFailed, BadInput, StepFailed
+from tilth.fields.tables import place_text
+from tilth.model import Model
+from tilth.model.initial import GravityStress
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.initial_stress import require_within_yield
+from tilth.mpm.pattern import Elements
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.soil import Soil
+from tilth.terms.balance import Balance
+from tilth.terms.protocol import AssembledTerm, Term
+
+RESIDUAL = 1e-8
+"""Residual of the undisplaced soil relative to the forces, at most [-]."""
+
+NEWTON_RESIDUAL = 1e-9
+"""Residual that Newton's iteration leaves, at most [-]."""
+
+LEAST_PART = 1.0 / 1024.0
+"""Least part of the unbalanced force that is applied at once [-]."""
+
+MOST_CORRECTIONS = 100
+"""Returns to the undisplaced soil, at most."""
+
+_KEPT = (
+    "position", "displacement", "last_displacement", "last_gradient", "deformation_gradient",
+    "assumed_jacobian", "half_length", "corner",
+)  # fmt: skip
+"""Arrays of the points that describe where the soil is."""
+
+
+@dataclass(frozen=True)
+class InitialEquilibrium:
+    """What was done to find the equilibrium of the starting state.
+
+    Attributes:
+        iterations: linear solves in all.
+        parts: parts in which the unbalanced force was applied.
+        corrections: how often the soil was put back and balanced again.
+        residual_before, residual_after: relative residuals of the undisplaced soil [-].
+        change: largest change of a component of the stress [stress].
+        largest: largest component of the stress afterwards [stress].
+        place: of the point with this change [length], shape (dim,).
+        result: forces at the start, without displacement.
+    """
+
+    iterations: int
+    parts: int
+    corrections: int
+    residual_before: float
+    residual_after: float
+    change: float
+    largest: float
+    place: Floats
+    result: StepResult
+
+    def text(self, unit: str) -> str:
+        """Returns the report as a sentence; unit: label of stresses."""
+        if self.iterations == 0:
+            return f"in equilibrium as declared: relative residual {self.residual_after:.1e}"
+        parts = f"{self.iterations} iterations" + (f", {self.parts} parts" * (self.parts > 1))
+        share = f" ({self.change / self.largest:.2g} of the largest)" if self.largest > 0.0 else ""
+        return (
+            f"equilibrium found in {parts}: relative residual {self.residual_before:.1e} before, "
+            f"{self.residual_after:.1e} after; the stress changed by at most {self.change:.4g} "
+            f"{unit}{share}, at {place_text(self.place)}"
+        )
+
+
+def has_initial_equilibrium(model: Model) -> bool:
+    """Returns whether equilibrium is found before the first step."""
+    return bool(model.initial.stress) and model.initial.equilibrium
+
+
+def find_initial_equilibrium(
+    simulation: Simulation,
+    on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+) -> InitialEquilibrium:
+    """Finds the stress in equilibrium with the loads and boundaries at time 0; moves no point.
+
+    With gravity loading, and where one step has no equilibrium, the unbalanced force is applied in
+    parts.
+
+    on_iteration: is called with the number of each Newton iteration and its relative residual.
+
+    Raises:
+        AnalysisFailed: there is no equilibrium.
+        BadInput: without its plastic strain a stress lies outside the yield surface, or code of
+            the user fails.
+    """
+    points, model = simulation.points, simulation.model
+    before = points.stress[points.in_order]
+    gravity = [each.steps for each in model.initial.stress if isinstance(each, GravityStress)]
+    search = _Search(simulation, max(gravity, default=1), on_iteration)
+    try:
+        result, residual = search.run()
+    except BadInput as error:  # code of the user that fails
+        raise error.during("in the search for the equilibrium of the starting state") from error
+    if model.initial.reset_plastic_strain:
+        points.plastic[:] = 0.0
+        for body in points.bodies:
+            require_within_yield(points.part(body), "initial.reset_plastic_strain")
+    order = points.in_order
+    change = np.abs(points.stress[order] - before).max(axis=1)
+    worst = int(change.argmax())
+    return InitialEquilibrium(
+        iterations=search.iterations,
+        parts=search.parts,
+        corrections=search.corrections,
+        residual_before=search.first_residual,
+        residual_after=residual,
+        change=float(change[worst]),
+        largest=float(np.abs(points.stress).max()),
+        place=points.position[order[worst]].copy(),
+        result=result,
+    )
+
+
+class _Withheld(Term, AssembledTerm):
+    """The part of the unbalanced force that is not applied yet.
+
+    Attributes:
+        withheld: internal minus external force [force], shape (nodes, dim).
+    """
+
+    def __init__(self, active: ActiveGrid) -> None:
+        self.withheld: Floats = np.zeros((active.nodes, active.grid.dim))
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+        return self
+
+    def force(self, displacement: Floats) -> Floats:
+        return -self.withheld
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """It does not depend on the displacement."""
+
+
+class _Search:
+    """The search for equilibrium of a simulation.
+
+    Attributes:
+        iterations, parts, corrections, first_residual: as in `InitialEquilibrium`.
+    """
+
+    def __init__(
+        self, simulation: Simulation, parts: int, on_iteration: Callable[[int, float], None]
+    ) -> None:
+        self._simulation, self._on_iteration = simulation, on_iteration
+        self._regular_size = self._size = 1.0 / parts
+        self._left = 1.0  # of the unbalanced force
+        self._successes = 0
+        self.iterations = self.parts = self.corrections = 0
+        self.first_residual = 0.0
+        self._last_residual = np.inf
+
+    def run(self) -> tuple[StepResult, float]:
+        """Finds equilibrium; returns the forces and the residual of the undisplaced soil."""
+        simulation = self._simulation
+        first = True
+        while True:
+            step = simulation.prepare(0.0, 0.0)
+            soil = simulation.soil_on(step.active)
+            withheld = _Withheld(step.active)
+            balance = Balance(step.active, [*simulation.terms(step, soil), withheld])
+            constrained = step.conditions.constrained
+            residual = Residual(balance, constrained)
+            zero = np.zeros_like(step.conditions.increment)
+            try:
+                now = residual.at(zero, np.zeros_like(balance.global_scale))
+            except StepFailed as failure:
+                raise self._failed(failure) from failure
+            if first:
+                self.first_residual, first = now.relative, False
+            if self._settled(residual, now):
+                reaction = np.where(constrained, now.forces.residual, 0.0)
+                still = Equilibrium(
+                    zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns
+                )
+                return simulation.result(step, balance, still), now.relative
+            share = self._share()
+            unbalanced = np.where(constrained, 0.0, now.forces.residual)
+            withheld.withheld = (1.0 - share) * unbalanced
+            try:
+                self._advance(step, soil, balance)
+            except StepFailed as failure:
+                self._cut(failure)
+                continue
+            self._accept(share, residual, now)
+
+    def _settled(self, residual: Residual, now: State) -> bool:
+        if self._left == 1.0 and self._size < 1.0 and now.forces.load.any():
+            return now.relative == 0.0  # gravity loading has not begun
+        simulation, last = self._simulation, self._last_residual
+        self._last_residual = now.relative
+        wanted = min(RESIDUAL, simulation.model.analysis.tolerance)
+        if now.relative > 0.5 * last and self._left == 0.0:
+            wanted = RESIDUAL  # it does not become less
+        late = ITERATIONS_BEFORE_ROUND_OFF if self.parts else 0
+        return residual.balanced(now, Newton(wanted, 0, False, simulation.round_off), late)
+
+    def _share(self) -> float:
+        """Returns the part of the force still unbalanced that is applied next."""
+        return 1.0 if self._left <= self._size * (1.0 + 1e-9) else self._size / self._left
+
+    def _advance(self, step: PreparedStep, soil: Soil, balance: Balance) -> None:
+        """Finds equilibrium with the applied part, then puts the soil back."""
+        simulation = self._simulation
+        equilibrium = simulation.solve(step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
+        self.iterations += equilibrium.iterations
+        balance.require_acceptable(equilibrium.displacement)
+        points = simulation.points
+        kept = {name: getattr(points, name).copy() for name in _KEPT}
+        if self._left == 0.0:
+            kept["elastic_share"] = points.elastic_share.copy()
+        balance.commit(equilibrium.displacement)
+        put_back(points, kept)
+
+    def _accept(self, share: float, residual: Residual, before: State) -> None:
+        if self._left == 0.0:
+            self.corrections += 1
+            if self.corrections > MOST_CORRECTIONS:
+                point = residual.worst_point(before)
+                reason = f"the residual of the undisplaced soil stays at {before.relative:.1e}"
+                raise self._failed(StepFailed(reason, point=point))
+        else:
+            self.parts += 1
+        self._left = 0.0 if share == 1.0 else self._left - self._size
+        self._successes += 1
+        if self._successes >= 2 and self._size < self._regular_size:
+            self._size, self._successes = min(2.0 * self._size, self._regular_size), 0
+
+    def _cut(self, failure: StepFailed) -> None:
+        self._size *= 0.5
+        self._successes = 0
+        if self._size < LEAST_PART * self._regular_size or self._left == 0.0:
+            raise self._failed(failure) from failure
+
+    def _failed(self, failure: StepFailed) -> AnalysisFailed:
+        where = ""
+        if failure.point is not None:
+            points = self._simulation.points
+            place = points.position[points.index_of(np.array([failure.point]))[0]]
+            where = f", at the point {failure.point} at {place_text(place)}"
+        applied = "" if self._left == 0.0 else f", with {1.0 - self._left:.1%} of it applied"
+        return AnalysisFailed(
+            "the starting state has no equilibrium with the loads and boundaries at time 0: "
+            f"{failure.reason}{where}{applied}",
+            "check strength and boundaries there, and that what the stress has to balance acts at "
+            "time 0 (factor = [[0, 1], [1, 1]]); initial.equilibrium = false starts without it",
+        )
+
+
+def put_back(points: MaterialPoints, kept: dict[str, Floats]) -> None:
+    """Puts points back to where they were; they keep their elastic deformation.
+
+    The Kirchhoff stress follows from this deformation; the Cauchy stress is over the volume ratio.
+
+    kept: arrays of the points, in their present order, that hold where the soil was.
+    """
+    kirchhoff = points.stress * _volume_ratio(points)[:, None]
+    for name, array in kept.items():
+        getattr(points, name)[:] = array
+    points.stress[:] = kirchhoff / _volume_ratio(points)[:, None]
+
+
+def _volume_ratio(points: MaterialPoints) -> Floats:
+    """Returns Kirchhoff over Cauchy stress: det F, with F-bar that of the assumed F, (n,)."""
+    ratio = np.linalg.det(points.deformation_gradient)
+    for body in points.bodies:
+        if body.anti_locking == "f_bar":
+            ratio[body.points] = points.assumed_jacobian[body.points]
+    return np.asarray(ratio)

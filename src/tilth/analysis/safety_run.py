@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The factor of safety of a model or of a run, with all its files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tilth.analysis.recorder import snapshot, units_of
+from tilth.analysis.run import run, set_threads
+from tilth.analysis.safety import SafetyResult, Trial, strength_reduction
+from tilth.analysis.setup import write_report
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import end_time
+from tilth.analysis.stored_run import StoredRun
+from tilth.errors import BadInput
+from tilth.interrupt import DeferredStop, StopSignals
+from tilth.model import Model, StrengthReduction
+from tilth.mpm.frozen_points import require_reducible
+from tilth.output import ResultsWriter, read_results
+from tilth.output.folder import (
+    CHECKPOINT,
+    MECHANISM,
+    MECHANISM_PICTURE,
+    OF_SAFETY,
+    require_folder,
+)
+from tilth.output.lock import FolderLock
+from tilth.output.safety_files import SafetySummary, write_safety
+from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
+from tilth.report.texts import save
+
+
+@StopSignals()
+def safety(
+    model: Model | Path | str,
+    out: Path | str | None = None,
+    *,
+    settings: StrengthReduction | None = None,
+    threads: int | None = None,
+    overwrite: bool = False,
+    quiet: bool = False,
+    on_trial: Callable[[Trial], None] = lambda trial: None,
+) -> SafetyResult:
+    """Finds the factor of safety at the end of an analysis, and writes its files.
+
+    Besides the files of the run the folder gets `safety.csv`, `safety.json`, `safety.vtkhdf` and
+    `safety.png`; the report shows them.
+
+    Args:
+        model: is run first, as by `run`; or the folder of an earlier run, whose last checkpoint is
+            the state.
+        out: folder of a model's run.
+        settings: of the search.
+        threads, overwrite, quiet: as in `run`.
+        on_trial: is called with each factor that was tried.
+
+    Raises:
+        BadInput: as `run` and `strength_reduction`; `out` without a model or the reverse.
+        AnalysisFailed: as `run` and `strength_reduction`.
+        KeyboardInterrupt: as in `run`; the run's files are complete once it is finished.
+    """
+    if isinstance(model, Model):
+        if out is None:
+            raise BadInput("missing", "give the folder of the results", key="out")
+        require_reducible(model.of_stages[-1])
+        until = None if model.output.checkpoint_every else end_time(model)  # has a checkpoint
+        run(model, out, threads=threads, until=until, overwrite=overwrite, quiet=quiet)
+        folder = Path(out)
+    else:
+        if out is not None:
+            raise BadInput("has no meaning for the folder of a run", "leave it out", key="out")
+        folder = require_folder(model)
+    return _of_run(folder, settings or StrengthReduction(), threads, on_trial)
+
+
+def _of_run(
+    folder: Path,
+    settings: StrengthReduction,
+    threads: int | None,
+    on_trial: Callable[[Trial], None],
+) -> SafetyResult:
+    """Finds the factor of safety of the last checkpoint of a run."""
+    with FolderLock(folder):
+        if not (folder / CHECKPOINT).exists():
+            raise BadInput(
+                f"{folder} has no checkpoint",
+                "run the case with `checkpoint_every` of at least 1 in [output]",
+            )
+        set_threads(threads)
+        stored = StoredRun.read(folder)
+        analysis = stored.analysis(None)
+        simulation, clock = analysis.simulation, analysis.clock
+        with DeferredStop() as stop:
+            result = strength_reduction(
+                simulation, clock.time, settings, on_trial, lambda *_: stop.check()
+            )
+            stop.check()
+        record(folder, simulation, clock.step, clock.time, result)
+        if stored.model.output.report:
+            write_report(folder)
+    return result
+
+
+def record(
+    folder: Path, simulation: Simulation, step: int, time: float, result: SafetyResult
+) -> None:
+    """Writes the files of a strength reduction into a folder, replacing those of an earlier one.
+
+    Args:
+        folder: of the run.
+        simulation: in the state at the start of the reduction.
+        step, time: of this state, the time of its stage.
+        result: of the reduction.
+
+    Raises:
+        AnalysisFailed: a file cannot be written.
+    """
+    for name in OF_SAFETY:
+        with suppress(FileNotFoundError):
+            (folder / name).unlink()
+    units = units_of(simulation.model)
+    total = simulation.model.stage.start + time
+    state = snapshot(simulation, simulation.locate(time), None, step, total)
+    moved = {"displacement": result.displacement, PLASTIC_INCREMENT: result.plastic_strain}
+    fields = {name: np.asarray(values) for name, values in state.point_fields.items()} | moved
+    writer = ResultsWriter(folder / MECHANISM, title=simulation.model.title, units=units)
+    try:
+        writer.append(replace(state, point_fields=fields))
+    finally:
+        writer.close()
+    axisymmetric = simulation.model.analysis.kind == "axisymmetric"
+    drawn = draw_mechanism(read_results(folder / MECHANISM), axisymmetric=axisymmetric)
+    save(next(iter(drawn.values())), folder / MECHANISM_PICTURE, dpi=130)
+    trials = [
+        (t.factor, None if math.isnan(t.displacement) else t.displacement, t.iterations, t.failure)
+        for t in result.trials
+    ]
+    summary = SafetySummary(
+        result.factor, result.above, total, result.criterion, result.largest_displacement, trials
+    )
+    write_safety(folder, summary, units["length"])

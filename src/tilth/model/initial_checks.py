@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong between the initial stress and the other entries of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tilth.errors import Problem
+from tilth.model.bodies import Body
+from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.initial import JAKY, AtRest, GivenStress, GravityStress
+from tilth.model.problems import dotted, unknown_name
+from tilth.model.soils import DruckerPrager, MohrCoulomb
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+
+def initial_problems(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the initial stress."""
+    yield from _entries(model)
+    for i, body in enumerate(model.bodies):
+        entry = model.initial.of(body.name)
+        for key, name in zip(body.material_keys(), body.materials, strict=True):
+            material = model.materials.get(name)
+            if material is None or not material.needs_stress:
+                continue
+            what = f"a material of the model {material.model!r} cannot be without stress"
+            if entry is None:
+                remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
+                yield Problem(f"bodies[{i}].{key}", what, remedy, name)
+            elif isinstance(entry[1], GravityStress):
+                remedy = 'give its body a stress of another type, such as "k0"'
+                yield Problem(f"{entry[0]}.type", f"{what}, not even at first", remedy, "gravity")
+    yield from _preconsolidation(model)
+    if model.initial.reset_plastic_strain and not model.initial.stress:
+        remedy = "leave it out, or give the bodies a stress"
+        yield Problem("initial.reset_plastic_strain", "there is no [[initial.stress]]", remedy)
+
+
+def _entries(model: Model) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.bodies}
+    numbers: dict[str, int] = {}
+    components = 6 if model.dimension == 3 else 4
+    for i, entry in enumerate(model.initial.stress):
+        key = f"initial.stress[{i}]"
+        if entry.body not in bodies:
+            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
+        if numbers.setdefault(entry.body, i) != i:
+            what = f"has its stress from initial.stress[{numbers[entry.body]}] already"
+            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
+        if isinstance(entry, GivenStress) and len(entry.stress) != components:
+            order = "xx, yy, zz, xy" + (", yz, xz" if components == 6 else "")
+            what = f"has {len(entry.stress)} components, expected {components}"
+            yield Problem(f"{key}.stress", what, f"give {order}", entry.stress)
+        if isinstance(entry, AtRest) and entry.body in bodies:
+            yield from _at_rest(model, entry, key, bodies[entry.body])
+        if isinstance(entry, GravityStress) and not _is_loaded(model):
+            what = "no load acts at time 0, so there is nothing to apply"
+            remedy = "add a load with its whole factor from the start: factor = [[0, 1], [1, 1]]"
+            yield Problem(f"{key}.type", what, remedy, "gravity")
+        if isinstance(entry, GravityStress) and not model.initial.equilibrium:
+            what = "gravity loading is a search for equilibrium, which is switched off"
+            yield Problem("initial.equilibrium", what, "leave it out", value=False)
+
+
+def _is_loaded(model: Model) -> bool:
+    """Whether a load or water may act at time 0; a stage may have other factors."""
+    return (
+        bool(model.stages)
+        or model.water is not None
+        or any(model.load_curve(load).factor(0.0) != 0.0 for load in model.loads)
+    )
+
+
+def _at_rest(model: Model, entry: AtRest, key: str, body: Body) -> Iterator[Problem]:
+    """What is wrong with the coefficients at rest of a body's materials."""
+    for name in entry.materials:
+        if name not in body.materials:
+            known = dict.fromkeys(body.materials)
+            yield Problem(f"{key}.materials", *unknown_name("material", name, known), name)
+    for name in dict.fromkeys(body.materials):
+        material = model.materials.get(name)
+        if material is None:
+            continue
+        own, where = at_rest_of(entry, name), key
+        if name in entry.materials and entry.materials[name].K0 is not None:
+            where = dotted((f"{key}.materials", name))
+        if own[0] is None:
+            remedy = f'give a number or "{JAKY}", for the body or for this material'
+            yield Problem(f"{key}.K0", f"missing for the material {name!r}", remedy)
+        elif own[0] == JAKY and not isinstance(
+            material, MohrCoulomb | DruckerPrager | ModifiedCamClay
+        ):
+            what = f"the material {name!r} ({material.model}) has no friction angle"
+            yield Problem(f"{where}.K0", what, "give a number", JAKY)
+        elif own[1] is not None and own[0] != JAKY and not isinstance(material, ModifiedCamClay):
+            what = f"is of no use for the material {name!r}: its K0 is a number"
+            remedy = f'leave it out, or give K0 = "{JAKY}"'
+            yield Problem(f"{where}.overconsolidation_ratio", what, remedy, own[1])
+
+
+def at_rest_of(entry: AtRest, material: str) -> tuple[float | str | None, float | None]:
+    """Returns K0 and the overconsolidation ratio of a material of the entry's body, as declared."""
+    own = entry.materials.get(material)
+    coefficient = entry.K0 if own is None or own.K0 is None else own.K0
+    ratio = entry.overconsolidation_ratio
+    if own is not None and own.overconsolidation_ratio is not None:
+        ratio = own.overconsolidation_ratio
+    return coefficient, ratio
+
+
+def _preconsolidation(model: Model) -> Iterator[Problem]:
+    """Cam Clay's preconsolidation comes either from its material or from the initial stress."""
+    for i, body in enumerate(model.bodies):
+        found = model.initial.of(body.name)
+        for name in dict.fromkeys(body.materials):
+            material = model.materials.get(name)
+            if not isinstance(material, ModifiedCamClay):
+                continue
+            given, ratio = material.has_preconsolidation, None
+            if found is not None and isinstance(found[1], AtRest):
+                ratio = at_rest_of(found[1], name)[1]
+            if given and ratio is not None and found is not None:
+                what = f"the material {name!r} has a preconsolidation of its own"
+                remedy = "give it here or there, not in both places"
+                yield Problem(f"{found[0]}.overconsolidation_ratio", what, remedy, ratio)
+            elif not given and ratio is None:
+                key = dotted(("materials", name, "overconsolidation_ratio"))
+                remedy = (
+                    "give exactly one of `overconsolidation_ratio` and `preconsolidation_pressure`,"
+                    f' or an entry [[initial.stress]] of bodies[{i}] of type "k0" with '
+                    "`overconsolidation_ratio`"
+                )
+                yield Problem(key, "missing", remedy)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Mass and stresses of material points in water."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats
+from tilth.errors import BadInput
+from tilth.model import BodyForce, Model
+from tilth.model.problems import dotted
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.water import PhreaticSurface, half_extents, wet_share
+
+EXCESS = "excess_pore_pressure"
+
+
+def pore_mass(points: MaterialPoints) -> Floats:
+    """Returns the mass that points have in addition below the water [mass], shape (n,).
+
+    Of the initial volume, as `MaterialPoints.mass`; 0 where no density below the water is declared.
+    """
+    mass = np.zeros(len(points))
+    for body in points.bodies:
+        if body.wet_density is not None:
+            added = body.wet_density - body.density
+            mass[body.points] = added * points.initial_volume[body.points]
+    return mass
+
+
+def without_wet_density(points: MaterialPoints, wet: Flags) -> int | None:
+    """Returns a point of those chosen whose material has no density below the water, or None.
+
+    wet: which points are below the water, shape (n,).
+    """
+    for body in points.bodies:
+        if body.wet_density is None and (found := np.flatnonzero(wet[body.points])).size:
+            return body.start + int(found[0])
+    return None
+
+
+def require_wet_densities(model: Model, points: MaterialPoints) -> None:
+    """Checks that soil below the water has a density there, if a body force acts.
+
+    With the water as it is at the start and at the end of the model's schedule, on points as they
+    are.
+
+    Raises:
+        BadInput: a material below the water has neither a `saturated_density` nor is `watertight`,
+            or a point lies beside the polyline or the grid of a level.
+    """
+    surface = PhreaticSurface.of(model)
+    if surface is None:
+        return
+    surface.require_covers(points.position)
+    if not any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
+        return
+    for time in (0.0, model.schedule.end):
+        planes = surface.planes(points.position, time)
+        share, _ = wet_share(planes.depth, half_extents(points, planes.direction))
+        if (dry := without_wet_density(points, share > 0.0)) is not None:
+            body = next(each for each in points.bodies if each.start <= dry < each.stop)
+            name = model.bodies[body.body].materials[body.layer]
+            place = ", ".join(f"{x:.4g}" for x in points.position[dry])
+            raise BadInput(
+                f"missing, but at time {time:g} the body {body.name!r} of this material is below "
+                f"the water at ({place}), where a body force acts",
+                "give the mass per volume with full pores, or watertight = true for a material "
+                "that water does not enter",
+                key=dotted(("materials", name, "saturated_density")),
+            )
+
+
+def pore_pressure(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
+    """Returns the pressure of the water at rest at points [stress], 0 without water, shape (n,)."""
+    if water is None:
+        return np.zeros(len(points))
+    return water.pore_pressure(points.position, time)
+
+
+def effective_stress(points: MaterialPoints) -> Floats:
+    """Returns the effective Cauchy stress of points [stress], tension positive, shape (n, 6).
+
+    That of the laws; of undrained laws without the pressure of their pore fluid.
+    """
+    stress = points.stress.copy()
+    for body in points.bodies:
+        own = list(body.law.state_variables)
+        if EXCESS in own:
+            s = body.points
+            jacobian = points.volume[s] / points.initial_volume[s]
+            if body.anti_locking == "f_bar":
+                jacobian = points.assumed_jacobian[s]
+            stress[s, :3] += (points.state[s, own.index(EXCESS)] / jacobian)[:, None]
+    return stress
+
+
+def total_stress(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
+    """Returns the total Cauchy stress of points [stress], tension positive, shape (n, 6).
+
+    That of the laws less the pore pressure of the water at rest.
+    """
+    if water is None:
+        return points.stress
+    stress = points.stress.copy()
+    stress[:, :3] -= water.pore_pressure(points.position, time)[:, None]
+    return stress

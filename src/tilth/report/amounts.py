@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers, vectors and what varies from place to place, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from tilth.model.variation import (
+    AlongAxis,
+    ByDepth,
+    ByStress,
+    GridFile,
+    OfPosition,
+    Random,
+    Variation,
+)
+
+
+def amount(value: float | Variation) -> str:
+    """Returns a parameter's value, or what it depends on and its declared range."""
+    if isinstance(value, ByDepth | AlongAxis):
+        table = value.depth if isinstance(value, ByDepth) else value.values
+        along = "depth" if isinstance(value, ByDepth) else value.axis
+        values = [number for _, number in table]
+        return f"by {along} {min(values):g} to {max(values):g}"
+    if isinstance(value, GridFile):
+        return f"by {Path(value.file).name}"
+    if isinstance(value, OfPosition):
+        file, _, function = value.function.rpartition(":")
+        return f"by {function} in {Path(file).name}"
+    if isinstance(value, Random):
+        field = value.random
+        return (
+            f"random, {field.distribution}, coefficient of variation "
+            f"{field.coefficient_of_variation:g}, mean {field.mean:g}"
+        )
+    if isinstance(value, ByStress):
+        return f"by the initial stress, at {value.reference_pressure:g} {value.reference:g}"
+    return f"{value:g}"
+
+
+def vector(components: Iterable[float]) -> str:
+    """Returns the components in brackets."""
+    return "[" + ", ".join(f"{c:g}" for c in components) + "]"

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`tilth safety`: its files, what it prints, and its errors."""
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tilth as library
+from tilth.output import read_results
+from tilth.output.folder import FILES
+
+from .conftest import Outcome
+
+Case = Callable[..., Path]
+Tilth = Callable[..., Outcome]
+
+STRONGER = ("yield_stress = 2e4", "yield_stress = 1e5")
+"""A column of 4 m whose weight makes 70 kPa at its base."""
+
+
+def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    file, folder = case(STRONGER), tmp_path / "column"
+    done = tilth("safety", file, "--tolerance", "0.02", "--threads", "1")
+    assert done.code == 0, done.err
+    assert "Factor of safety" in done.out
+    assert "Criterion: no equilibrium: Newton's method with line search fails" in done.out
+    assert "10 times the elastic displacement" in done.out
+    with (folder / "safety.csv").open(encoding="utf-8") as table:
+        rows = list(csv.DictReader(table))
+    assert list(rows[0]) == [
+        "factor", "largest displacement [m]", "iterations", "equilibrium", "reason",
+    ]  # fmt: skip
+    assert done.out.count(" iterations ") >= len(rows)
+    stable = [float(row["factor"]) for row in rows if row["equilibrium"] == "yes"]
+    failed = [float(row["factor"]) for row in rows if row["equilibrium"] == "no"]
+    assert 0.0 < min(failed) - max(stable) <= 0.02
+    assert f"between {max(stable):.6g} (equilibrium) and {min(failed):.6g} (none)" in done.out
+    summary = json.loads((folder / "safety.json").read_text(encoding="utf-8"))
+    assert summary["factor"] == max(stable)
+    # 2 s_u / (gamma H) of a column whose lower half can fail, between those of its base and middle
+    base = 2.0 * 1e5 / np.sqrt(3.0) / (1800 * 9.81 * 4.0)
+    assert base <= summary["factor"] <= 2.0 * base
+    mechanism = read_results(folder / "safety.vtkhdf")
+    state, last = mechanism.snapshot(-1), read_results(folder / "results.vtkhdf").snapshot(-1)
+    assert (mechanism.steps, mechanism.times) == ([last.step], [last.time])
+    np.testing.assert_array_equal(state.position, last.position)
+    moved = np.linalg.norm(state.point_fields["displacement"], axis=1).max()
+    assert moved == pytest.approx(
+        max(float(row["largest displacement [m]"]) for row in rows if row["equilibrium"] == "yes")
+    )
+    assert state.point_fields["plastic_strain_increment"].max() > 0.0
+    assert (folder / "safety.png").stat().st_size > 0
+    assert "Factor of safety" in (folder / "report.html").read_text(encoding="utf-8")
+    # the same of the finished run, bit by bit; again at another tolerance
+    again = tilth("safety", folder, "--tolerance", "0.02", "--threads", "1", "--quiet")
+    assert (again.code, again.out) == (0, "")
+    assert json.loads((folder / "safety.json").read_text(encoding="utf-8")) == summary
+    # a run that is replaced leaves nothing of it
+    assert tilth("run", file, "--overwrite", "--quiet").code == 0
+    assert not [name for name in FILES if name.startswith("safety") and (folder / name).exists()]
+
+
+def test_safety_from_python(case: Case, tmp_path: Path) -> None:
+    model = library.load_case(case(STRONGER))
+    unstored = model.model_copy(
+        update={"output": model.output.model_copy(update={"checkpoint_every": 0, "report": False})}
+    )
+    found: list[float] = []
+    settings = library.StrengthReduction(tolerance=0.05)
+    result = library.safety(
+        unstored, tmp_path / "out", settings=settings, threads=1, quiet=True,
+        on_trial=lambda trial: found.append(trial.factor),
+    )  # fmt: skip
+    assert found == [trial.factor for trial in result.trials]
+    again = library.safety(tmp_path / "out", settings=settings, threads=1)
+    assert again.factor == result.factor
+    np.testing.assert_array_equal(again.displacement, result.displacement)
+    with pytest.raises(library.BadInput, match="out: missing"):
+        library.safety(model)
+    with pytest.raises(library.BadInput, match="leave it out"):
+        library.safety(tmp_path / "out", tmp_path / "other")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--tolerance", "0"), "StrengthReduction.tolerance = 0.0: must be greater than zero"),
+        (("--tolerance", "-1"), "StrengthReduction.tolerance = -1.0: must be greater than zero"),
+        (("--tolerance", "nan"), "StrengthReduction.tolerance = NaN"),
+        (("--start", "0"), "StrengthReduction.start = 0.0: must be greater than zero"),
+        (("--start", "0.01"), "StrengthReduction.minimum_factor = 0.1: must be at most `start`"),
+    ],
+)
+def test_wrong_options(
+    tilth: Tilth, case: Case, tmp_path: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    done = tilth("safety", case(), *arguments)
+    assert done.code == 2
+    assert message in done.err
+    assert not (tmp_path / "column").exists()
+
+
+def test_what_cannot_fail_is_refused_before_the_run(
+    tilth: Tilth, case: Case, tmp_path: Path
+) -> None:
+    elastic = 'model = "von_mises"', 'model = "hencky_elastic"'
+    nothing = ("yield_stress = 2e4\n", ""), ("hardening_modulus = 0\n", "")
+    done = tilth("safety", case(elastic, *nothing))
+    assert done.code == 2
+    assert "column.toml: materials: all materials are elastic: nothing can fail" in done.err
+    assert not (tmp_path / "column").exists()
+
+
+def test_too_weak_soil_ends_the_run(tilth: Tilth, case: Case) -> None:
+    done = tilth("safety", case(("yield_stress = 2e4", "yield_stress = 1e3")), "--quiet")
+    assert done.code == 1
+    assert "failed" in done.err
+
+
+def test_wrong_folders(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    assert tilth("safety", tmp_path / "nothing.toml").code == 2
+    done = tilth("safety", tmp_path)
+    assert done.code == 2
+    assert "name the folder of a tilth run" in done.err
+    done = tilth("safety", tmp_path, "--overwrite")
+    assert done.code == 2
+    assert "leave them out for the folder of a run" in done.err
+    file = case(STRONGER, ("[schedule]", "[output]\ncheckpoint_every = 0\n[schedule]"))
+    assert tilth("run", file, "--quiet").code == 0
+    done = tilth("safety", tmp_path / "column")
+    assert done.code == 2
+    assert "has no checkpoint" in done.err
+
+
+def test_safety_after_the_last_stage(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    """Without its upper half a column has at least twice the factor; points are gone then."""
+    steps = "[schedule]\nsteps = 2\n"
+    dug = """
+[[stages]]
+name = "weight"
+schedule = { steps = 2 }
+
+[[stages]]
+name = "dig"
+schedule = { steps = 1 }
+factors = { weight = [[0.0, 1.0], [1.0, 1.0]] }
+
+[[stages.excavate]]
+body = "column"
+shape = { type = "box", lower = [-1.0, 2.0], upper = [2.0, 5.0] }
+"""
+    named = ('type = "body_force"', 'name = "weight"\ntype = "body_force"')
+    whole = case(STRONGER)
+    assert tilth("safety", whole, "--quiet").code == 0
+    before = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
+    done = tilth("safety", case(STRONGER, named, (steps, dug)), "--overwrite", "--threads", "1")
+    assert done.code == 0, done.err
+    after = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
+    assert after["time"] == 2.0
+    assert after["factor"] > 2.0 * before["factor"]
+    state = read_results(tmp_path / "column" / "safety.vtkhdf").snapshot(-1)
+    assert len(state.position) < 2 * 4 * 8
