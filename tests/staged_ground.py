@@ -62,7 +62,7 @@ def gravity(dimension: int = 2, factor: Any = WHOLE) -> dict[str, Any]:
 
 
 def at_rest(body: str, level: float, ratio: float = 1.0 / 3.0) -> dict[str, Any]:
-    return {"type": "k0", "body": body, "K0": ratio, "surface_level": level}
+    return {"type": "k0", "body": body, "K0": ratio, "ground": level}
 
 
 def stage(name: str, steps: int = 1, **entries: Any) -> dict[str, Any]:

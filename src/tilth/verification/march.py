@@ -45,7 +45,9 @@ def march_stages(
     at_start: Callable[[StagedAnalysis], None] | None = None,
     at_end: Callable[[StagedAnalysis], None] | None = None,
 ) -> StagedAnalysis:
-    """Takes all load steps of all stages of a model; returns the analysis at its end.
+    """Finds the equilibrium of the starting state, then takes all load steps of all stages.
+
+    Returns the analysis at its end.
 
     Args:
         after_step: is told the analysis and the result after each converged step.
@@ -53,7 +55,7 @@ def march_stages(
             `analysis.simulation.model.stage`.
 
     Raises:
-        AnalysisFailed: no equilibrium with the least step.
+        AnalysisFailed: no equilibrium at the start, or with the least step.
     """
 
     def told(listener: Callable[[StagedAnalysis], None] | None) -> Callable[[], None]:
@@ -61,6 +63,8 @@ def march_stages(
 
     analysis = StagedAnalysis(model)
     analysis.check()
+    if has_initial_equilibrium(analysis.simulation.model):
+        find_initial_equilibrium(analysis.simulation)
     told(at_start)()
     steps = analysis.steps(on_stage_start=told(at_start), on_stage_end=told(at_end))
     for _, result in steps:
