@@ -91,6 +91,7 @@ TYPE_DESCRIPTIONS = {
     "Geometry": "table, see [geometries](#geometries)",
     "Shape": "table, see [shapes](#shapes)",
     "StageName": "text",
+    "FactorTolerance": "number >= 1e-4",
     "Schedule": "table, see [schedule](#schedule)",
     "EntryNames": "list of names",
     "Regions": "list of tables, see below",
@@ -285,7 +286,8 @@ def page() -> str:
         _section("`within` of a surface load", model.Region, 3),
         _section("`hydrostatic` of a surface load", model.Hydrostatic, 3),
         _section("`[schedule]`", model.Schedule),
-        _section("`[[stages]]`", model.Stage),
+        "## `[[stages]]`",
+        *_variants("type", model.Stage, model.StrengthReductionStage),
         "[How to go through stages](../howto/stages.md) has examples.",
         _section("`[[stages.excavate]]`", model.ExcavatedRegion, 3),
         _section("`grid` of a stage", model.StageGrid, 3),
@@ -380,7 +382,7 @@ def _default(cls: type[Declared], key: str, field: FieldInfo) -> str:
 
 def _selects_kind(cls: type[Declared], key: str) -> bool:
     """Returns whether a case file must contain the key although Python takes it from the class."""
-    return key in ("type", "model") and cls is not model.Analysis
+    return key in ("type", "model") and cls not in (model.Analysis, model.Stage)
 
 
 def _cell(text: str) -> str:

@@ -3,7 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +41,43 @@ def test_resumed_after_a_step_of_any_stage(
     run_until(Model.from_dict(staged_entries(kind)), tmp_path / "out", step, monkeypatch)
     resume(tmp_path / "out", quiet=True)
     assert_same_results(whole[kind], tmp_path / "out")
+
+
+SLOW = """
+import sys, time
+from tilth.mpm.soil import Soil
+from tilth.cli import run_command
+update = Soil.update
+def slowly(self, *arguments):
+    time.sleep(0.02)
+    update(self, *arguments)
+Soil.update = slowly
+sys.exit(run_command(["run", sys.argv[1], "--out", sys.argv[2], "--quiet"]))
+"""
+
+
+@pytest.mark.parametrize("step", [1, 3, 5, 7, 9])
+def test_killed_in_each_stage(step: int, whole: dict[str, Path], tmp_path: Path) -> None:
+    """SIGKILL, at a moment that no part of the program knows of."""
+    case, out = tmp_path / "case.toml", tmp_path / "out"
+    case.write_text(as_toml(staged_entries()))
+    process = subprocess.Popen(
+        [sys.executable, "-c", SLOW, str(case), str(out)],
+        env={**os.environ, "OMP_WAIT_POLICY": "passive"},
+    )
+    history, end = out / "history.csv", time.monotonic() + 60
+    try:
+        while not (out / "checkpoint.npz").exists() or history.read_text().count("\n") < step + 2:
+            assert process.poll() is None
+            assert time.monotonic() < end, "the run makes no progress"
+            time.sleep(0.002)
+        time.sleep(0.01 * step % 0.05)
+        assert process.poll() is None
+    finally:
+        process.kill()
+        process.wait()
+    assert run_command(["resume", str(out), "--quiet"]) == 0
+    assert_same_results(whole["plane_strain"], out)
 
 
 @pytest.mark.parametrize("until", [1.0, 2.5, 4.0, 5.5])

@@ -33,6 +33,7 @@ from tilth.output.folder import (
     RESULTS,
     load_model,
     require_folder,
+    safety_files,
     stage_checkpoint,
 )
 from tilth.output.snapshot import SurfaceShape
@@ -64,14 +65,14 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
     """
     folder = require_folder(folder)
     earlier = load_model(folder)
-    names = [each.name for each in earlier.stages]
+    names = [each.stage.name for each in earlier.of_stages if earlier.stages]
     if stage not in names:
         words = unknown_name("stage", stage, names)
         raise BadInput(words[0], words[1], key="from", value=f"{folder}:{stage}")
     number = names.index(stage)
-    if number >= len(model.stages) or model.stages[number].name != stage:
+    if number >= len(model.of_stages) or model.of_stages[number].stage.name != stage:
         raise BadInput(
-            f"stage {number + 1} of the new case is not {stage!r}",
+            f"stage {number + 1} of the new case that loads the soil is not {stage!r}",
             "leave the stages up to that one as they were",
             key="stages",
         )
@@ -88,7 +89,8 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
             "only what comes later may differ; run the whole case for other changes",
             key=key,
         )
-    if number + 1 == len(model.stages):
+    here = model.of_stages[number].stage
+    if number + 1 == len(model.of_stages) and not here.reductions:
         raise BadInput(
             f"the case has no stage after {stage!r}", "add the stages that follow", key="stages"
         )
@@ -105,14 +107,14 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
         yield "water", "that there is water at all, with effective stresses in all outputs,"
     if earlier.output.deformation_gradient != model.output.deformation_gradient:
         yield "output.deformation_gradient", "`output.deformation_gradient`"
-    for i, (one, other) in enumerate(
-        zip(earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True)
+    for one, other in zip(
+        earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True
     ):
         before, after = _declared(one), _declared(other)
         for key in before:
             if before[key] != after[key]:
                 yield (
-                    f"stages[{i}]",
+                    other.stage.key,
                     f"`{key}` of this stage, or what is carried on from earlier ones,",
                 )
     there = [
@@ -187,6 +189,17 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
         write_checkpoint(folder / source.name, arrays, meta)
         if i == number:
             write_checkpoint(folder / CHECKPOINT, arrays, meta)
+        elif model.of_stages[i].stage.reductions == stored.model.of_stages[i].stage.reductions:
+            _copy_safety(stored, i, folder)
+
+
+def _copy_safety(stored: StoredRun, number: int, folder: Path) -> None:
+    """Copies the files of the strength reductions at the end of an earlier stage."""
+    for index, _ in stored.model.of_stages[number].stage.reductions:
+        for name in safety_files(index):
+            if (source := stored.folder / name).exists():
+                with writing(folder / name):
+                    write_durably(folder / name, source.read_bytes())
 
 
 def _copy_results(stored: StoredRun, model: Model, folder: Path) -> list[tuple[int, int]]:

@@ -318,7 +318,7 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1:
-        of_stage = f"stages[{model.stage.number}]." if model.stage.name else ""
+        of_stage = f"{model.stage.key}." if model.stage.name else ""
         yield (
             f"{of_stage}one step",
             f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic "

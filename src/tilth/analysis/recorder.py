@@ -147,6 +147,13 @@ class Recorder:
             number = self.analysis.number
             self._checkpoint(self.analysis.clock, self.folder / stage_checkpoint(number))
 
+    def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
+        """Records the result of a strength reduction."""
+        text = f"factor of safety {factor:.4g} (none in equilibrium from {above:.4g} on)"
+        self.log.reduction(stage, self.analysis.time, text)
+        if self._progress is not None:
+            self._progress.message(f"{stage}: {text}")
+
     def stage_start(self) -> None:
         """Records that the next stage has begun."""
         self._say_warnings()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,8 @@ from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_ini
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
+from tilth.analysis.safety import strength_reduction
+from tilth.analysis.safety_record import record
 from tilth.analysis.setup import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
@@ -247,6 +250,28 @@ def _report(recorder: Recorder) -> None:
         ) from error
 
 
+def reduce_strength(
+    analysis: StagedAnalysis, recorder: Recorder, on_iteration: Callable[[int, float], None]
+) -> None:
+    """Makes the strength reductions at the end of the present stage.
+
+    Raises:
+        AnalysisFailed: a factor of safety is not found.
+    """
+    simulation, clock = analysis.simulation, analysis.clock
+    for index, stage in simulation.model.stage.reductions:
+        try:
+            result = strength_reduction(simulation, clock.time, stage, on_iteration=on_iteration)
+        except AnalysisFailed as failure:
+            raise AnalysisFailed(f"stage {stage.name!r}: {failure.message}", failure.remedy) from (
+                failure
+            )
+        except BadInput as error:
+            raise error.during(f"in the stage {stage.name!r}") from error
+        record(recorder.folder, simulation, clock.step, clock.time, result, index)
+        recorder.factor_of_safety(stage.name, result.factor, result.above)
+
+
 def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> int:
     """Takes and records the load steps; returns the number of Newton iterations."""
     iterations = 0
@@ -260,8 +285,12 @@ def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> in
             def on_cut(time: float, failure: StepFailed) -> None:
                 recorder.cut(analysis.clock, time, failure)
 
+            def on_stage_end() -> None:
+                recorder.stage_end()
+                reduce_strength(analysis, recorder, lambda *_: stop.check())
+
             for size, result in analysis.steps(
-                on_iteration, on_cut, recorder.stage_end, recorder.stage_start
+                on_iteration, on_cut, on_stage_end, recorder.stage_start
             ):
                 iterations += result.equilibrium.iterations
                 clock = analysis.clock

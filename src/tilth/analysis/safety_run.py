@@ -3,37 +3,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
-from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.run import run, set_threads
 from tilth.analysis.safety import SafetyResult, Trial, strength_reduction
+from tilth.analysis.safety_record import record
 from tilth.analysis.setup import write_report
-from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
 from tilth.interrupt import DeferredStop, StopSignals
 from tilth.model import Model, StrengthReduction
 from tilth.mpm.frozen_points import require_reducible
-from tilth.output import ResultsWriter, read_results
-from tilth.output.folder import (
-    CHECKPOINT,
-    MECHANISM,
-    MECHANISM_PICTURE,
-    OF_SAFETY,
-    require_folder,
-)
+from tilth.output.folder import CHECKPOINT, require_folder
 from tilth.output.lock import FolderLock
-from tilth.output.safety_files import SafetySummary, write_safety
-from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
-from tilth.report.texts import save
 
 
 @StopSignals()
@@ -105,43 +89,3 @@ def _of_run(
         if stored.model.output.report:
             write_report(folder)
     return result
-
-
-def record(
-    folder: Path, simulation: Simulation, step: int, time: float, result: SafetyResult
-) -> None:
-    """Writes the files of a strength reduction into a folder, replacing those of an earlier one.
-
-    Args:
-        folder: of the run.
-        simulation: in the state at the start of the reduction.
-        step, time: of this state, the time of its stage.
-        result: of the reduction.
-
-    Raises:
-        AnalysisFailed: a file cannot be written.
-    """
-    for name in OF_SAFETY:
-        with suppress(FileNotFoundError):
-            (folder / name).unlink()
-    units = units_of(simulation.model)
-    total = simulation.model.stage.start + time
-    state = snapshot(simulation, simulation.locate(time), None, step, total)
-    moved = {"displacement": result.displacement, PLASTIC_INCREMENT: result.plastic_strain}
-    fields = {name: np.asarray(values) for name, values in state.point_fields.items()} | moved
-    writer = ResultsWriter(folder / MECHANISM, title=simulation.model.title, units=units)
-    try:
-        writer.append(replace(state, point_fields=fields))
-    finally:
-        writer.close()
-    axisymmetric = simulation.model.analysis.kind == "axisymmetric"
-    drawn = draw_mechanism(read_results(folder / MECHANISM), axisymmetric=axisymmetric)
-    save(next(iter(drawn.values())), folder / MECHANISM_PICTURE, dpi=130)
-    trials = [
-        (t.factor, None if math.isnan(t.displacement) else t.displacement, t.iterations, t.failure)
-        for t in result.trials
-    ]
-    summary = SafetySummary(
-        result.factor, result.above, total, result.criterion, result.largest_displacement, trials
-    )
-    write_safety(folder, summary, units["length"])

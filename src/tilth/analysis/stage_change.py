@@ -41,7 +41,7 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     """
     stage = model.stage.declared
     assert stage is not None
-    key = f"stages[{model.stage.number}]"
+    key = model.stage.key
     points = last.points.selected(_remaining(last.points, model, stage))
     if len(points) == 0:
         raise BadInput(f"no soil is left in the stage {stage.name!r}", "keep some", key=key)
@@ -67,7 +67,7 @@ def _remaining(points: MaterialPoints, model: Model, stage: Stage) -> Flags:
             raise BadInput(
                 f"no soil of {region.body!r} is in this region at the start of {stage.name!r}",
                 "correct its shape, which lies in the deformed ground",
-                key=f"stages[{model.stage.number}].excavate[{i}].shape",
+                key=f"{model.stage.key}.excavate[{i}].shape",
             )
         kept[own] &= ~removed
     return kept
@@ -214,7 +214,7 @@ def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) 
         raise BadInput(
             f"the stage cannot begin: {failure.reason}",
             "change what the stage removes, exchanges or places",
-            key=f"stages[{model.stage.number}]",
+            key=model.stage.key,
         ) from failure
     except BadInput as error:
         raise error.during(f"at the start of the stage {model.stage.name!r}") from error

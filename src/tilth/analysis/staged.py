@@ -13,8 +13,9 @@ from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
 from tilth.analysis.state import Arrays
 from tilth.arrays import Floats
-from tilth.errors import StepFailed
+from tilth.errors import BadInput, StepFailed
 from tilth.model import Model
+from tilth.mpm.frozen_points import require_reducible
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
@@ -159,6 +160,12 @@ class StagedAnalysis:
         Raises:
             BadInput: see `next_stage` and `Simulation.check`.
         """
+        for model in self.models:
+            for _, reduction in model.stage.reductions:
+                try:
+                    require_reducible(model)
+                except BadInput as error:
+                    raise error.during(f"in the stage {reduction.name!r}") from error
         yield self.simulation, self.simulation.check()
         if len(self.models) > 1:
             simulation = Simulation(self.models[0], initial=self._initial[0])

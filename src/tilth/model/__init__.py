@@ -66,6 +66,7 @@ from tilth.model.soils import Tresca as Tresca
 from tilth.model.stages import ExcavatedRegion as ExcavatedRegion
 from tilth.model.stages import Stage as Stage
 from tilth.model.stages import StageGrid as StageGrid
+from tilth.model.stages import StrengthReductionStage as StrengthReductionStage
 from tilth.model.strength_reduction import StrengthReduction as StrengthReduction
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface

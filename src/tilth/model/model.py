@@ -25,7 +25,7 @@ from tilth.model.problems import problems_of, reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.stages import Stages
-from tilth.model.staging import StageOfModel, stage_models
+from tilth.model.staging import StageOfModel, loading_stages, stage_models
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 from tilth.model.variation import variations
@@ -219,7 +219,9 @@ class Model(Declared):
     @property
     def has_water(self) -> bool:
         """Whether there is water in any stage."""
-        return self.water is not None or any(stage.water is not None for stage in self.stages)
+        return self.water is not None or any(
+            stage.water is not None for _, stage in loading_stages(self)
+        )
 
     def present(self, body: str) -> bool:
         """Returns whether a body is there in this stage."""

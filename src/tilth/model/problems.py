@@ -17,6 +17,9 @@ from tilth.errors import Problem
 _REJECTED = "rejected"
 _DISCRIMINATORS = ("type", "model")
 
+_IMPLIED_TAGS = ["loading"]
+"""Kinds that an entry without a discriminator has."""
+
 MOST_NAMES = 30
 """Names among which a misspelt one is sought, and which are listed, at most."""
 
@@ -101,7 +104,7 @@ def _path(location: Sequence[str | int], entries: Any) -> list[str | int]:
     current, tag_may_follow = entries, True
     for part in location:
         if isinstance(current, Mapping):
-            tags = [current[name] for name in _DISCRIMINATORS if name in current]
+            tags = [current[name] for name in _DISCRIMINATORS if name in current] or _IMPLIED_TAGS
             if tag_may_follow and part in tags:
                 tag_may_follow = False
                 continue

@@ -15,6 +15,7 @@ from tilth.model.initial import AtRest
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.problems import below, dotted
 from tilth.model.shapes import SHAPES, DeclaredShape
+from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 from tilth.model.variation import AlongAxis, ByDepth, Random, Variation, variations
@@ -121,7 +122,7 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
         if isinstance(entry, AtRest) and entry.ground is not None:
             yield f"initial.stress[{i}].ground", entry.ground
     declared = [("water", model.water)]
-    declared += [(f"stages[{i}].water", stage.water) for i, stage in enumerate(model.stages)]
+    declared += [(f"stages[{i}].water", stage.water) for i, stage in loading_stages(model)]
     for key, water in declared:
         if water is not None:
             yield f"{key}.level", water.level

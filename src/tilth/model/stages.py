@@ -15,6 +15,7 @@ from tilth.model.fields import AsTuple, Entries, PositivePerDirection, Table, Ve
 from tilth.model.problems import reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.shapes import Shape
+from tilth.model.strength_reduction import StrengthReduction
 from tilth.model.texts import Name
 from tilth.model.water import Water
 
@@ -146,6 +147,17 @@ class Stage(Declared):
         return self
 
 
+class StrengthReductionStage(StrengthReduction):
+    """The factor of safety at the end of the stage before, by strength reduction.
+
+    It takes no time and changes nothing: the next stage goes on from the end of the one before. Its
+    files are `safety_stage_02.csv` and so on, numbered as the stages are listed.
+    """
+
+    name: StageName
+    """Name of the stage, unique."""
+
+
 def _with_type(entries: Any) -> Any:
     """Adds the type of a stage that does not give it."""
     if isinstance(entries, dict) and "type" not in entries:
@@ -153,5 +165,9 @@ def _with_type(entries: Any) -> Any:
     return entries
 
 
-AnyStage = Annotated[Stage, BeforeValidator(_with_type)]
+AnyStage = Annotated[
+    Stage | StrengthReductionStage,
+    Field(discriminator="type"),
+    BeforeValidator(_with_type),
+]
 Stages = Annotated[Sequence[AnyStage], Entries, AsTuple]

@@ -20,7 +20,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, Load
 from tilth.model.problems import unknown_name
-from tilth.model.stages import MOST_STAGES, Stage
+from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -33,8 +33,10 @@ class StageOfModel:
     """Which stage of a whole model a model is.
 
     Attributes:
-        number: of the stage, from 0.
+        number: of the stage among those of the type "loading", from 0.
+        index: of the stage among all that are declared, from 0.
         declared: the stage; None in a model without stages.
+        reductions: strength reductions at its end, with their indices among all stages.
         start: total time at its start [time].
         absent_bodies: names of the bodies that are not there.
         absent_loads: numbers of the loads that do not act.
@@ -42,16 +44,28 @@ class StageOfModel:
     """
 
     number: int = 0
+    index: int = 0
     declared: Stage | None = None
+    reductions: tuple[tuple[int, StrengthReductionStage], ...] = ()
     start: float = 0.0
     absent_bodies: frozenset[str] = frozenset()
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
 
     @property
+    def key(self) -> str:
+        """Where the stage stands in the case file, such as `stages[0]`."""
+        return f"stages[{self.index}]"
+
+    @property
     def name(self) -> str:
         """Name of the stage; empty in a model without stages."""
         return "" if self.declared is None else self.declared.name
+
+
+def loading_stages(model: Model) -> list[tuple[int, Stage]]:
+    """Returns the stages of the type "loading" with their indices among all stages."""
+    return [(i, stage) for i, stage in enumerate(model.stages) if isinstance(stage, Stage)]
 
 
 def copied(declared: Any, **changes: Any) -> Any:
@@ -80,14 +94,16 @@ def stage_models(model: Model) -> tuple[Model, ...]:
     """Returns the model of each stage; the model itself if it has no stages."""
     if not model.stages:
         return (model,)
-    later = {name for name, first in first_mentions(model.stages).items() if first == "activate"}
+    stages = loading_stages(model)
+    mentions = first_mentions(stage for _, stage in stages)
+    later = {name for name, first in mentions.items() if first == "activate"}
     acting = _names(model) - later
     bodies = {body.name for body in model.bodies}
     held: dict[str, float] = {}
     materials: dict[str, str] = {}
     water, grid, start, last_end = model.water, model.grid, 0.0, 0.0
     found = []
-    for number, stage in enumerate(model.stages):
+    for number, (_, stage) in enumerate(stages):
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
         end = stage.schedule.end
         tables: dict[str, Rows] = {}
@@ -187,9 +203,17 @@ def _model_of(
     result: Model = copied(
         model, stages=(), schedule=stage.schedule, boundaries=boundaries, loads=loads, **changes
     )
+    own = loading_stages(model)
+    following = [i for i, _ in own[1:]] + [len(model.stages)]
     result.__dict__["stage"] = StageOfModel(
         number=number,
+        index=own[number][0],
         declared=stage,
+        reductions=tuple(
+            (i, each)
+            for i, each in enumerate(model.stages[: following[number]])
+            if i > own[number][0] and isinstance(each, StrengthReductionStage)
+        ),
         start=start,
         absent_bodies=frozenset(b.name for b in model.bodies if b.name not in acting),
         absent_loads=frozenset(
@@ -211,10 +235,17 @@ def stage_problems(model: Model) -> Iterator[Problem]:
         kinds.setdefault(name, []).append(kind)
     for body in model.bodies:
         kinds.setdefault(body.name, []).append("body")
+    if isinstance(model.stages[0], StrengthReductionStage):
+        what = "cannot be the first stage: it needs soil in equilibrium"
+        remedy = "put it after a stage in which gravity acts"
+        yield Problem("stages[0].type", what, remedy, model.stages[0].type)
+        return
     known = [name for name in kinds if not name.startswith("\0")]
-    later = {name for name, first in first_mentions(model.stages).items() if first == "activate"}
+    stages = loading_stages(model)
+    mentions = first_mentions(stage for _, stage in stages)
+    later = {name for name, first in mentions.items() if first == "activate"}
     acting = set(kinds) - later
-    for number, stage in enumerate(model.stages):
+    for number, stage in stages:
         key = f"stages[{number}]"
         for which in ("activate", "deactivate"):
             for name in getattr(stage, which):
@@ -290,8 +321,9 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
     from tilth.model.checks import problems_of_stage
 
     held: dict[str, float] = {}
-    for number, of_stage in enumerate(stage_models(model)):
-        key, stage = f"stages[{number}]", model.stages[number]
+    for of_stage in stage_models(model):
+        key, stage = of_stage.stage.key, of_stage.stage.declared
+        assert stage is not None
         for boundary in of_stage.boundaries:
             if not moves(boundary):
                 continue

@@ -31,7 +31,8 @@ def require_reducible(model: Model) -> None:
     Raises:
         BadInput: names each material whose strength cannot be reduced.
     """
-    used = dict.fromkeys(name for body in model.bodies for name in body.materials)
+    there = [body for body in model.bodies if model.present(body.name)]
+    used = dict.fromkeys(name for body in there for name in body.materials)
     materials = {name: model.materials[name] for name in used}
     problems = []
     for name, material in materials.items():

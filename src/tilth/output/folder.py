@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tilth.errors import BadInput, shown
 from tilth.model import Model
@@ -23,13 +23,28 @@ LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
 MODEL = "model.json"
 SETUP = "setup.npz"
-SAFETY = "safety.json"
-SAFETY_TABLE = "safety.csv"
-MECHANISM = "safety.vtkhdf"
-MECHANISM_PICTURE = "safety.png"
 
-OF_SAFETY = (SAFETY, SAFETY_TABLE, MECHANISM, MECHANISM_PICTURE)
-"""Files of a strength reduction; the first tells that there are the others."""
+
+class SafetyFiles(NamedTuple):
+    """Names of the files of a strength reduction; the summary tells that there are the others."""
+
+    summary: str
+    table: str
+    mechanism: str
+    picture: str
+
+
+def safety_files(index: int | None = None) -> SafetyFiles:
+    """Returns the names of the files of a strength reduction.
+
+    ``index`` is that of its stage among all stages, from 0; None without one, at the end of a run.
+    """
+    stem = "safety" if index is None else f"safety_stage_{index + 1:02d}"
+    return SafetyFiles(*(f"{stem}.{ending}" for ending in ("json", "csv", "vtkhdf", "png")))
+
+
+_SAFETY_OF_STAGE = re.compile(r"safety_stage_[0-9]{2,}\.(json|csv|vtkhdf|png)")
+
 
 STAGE_CHECKPOINT = re.compile(r"checkpoint_stage_[0-9]{2,}\.npz")
 """Names of the checkpoints at the ends of stages."""
@@ -40,11 +55,11 @@ def stage_checkpoint(number: int) -> str:
     return f"checkpoint_stage_{number + 1:02d}.npz"
 
 
-FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *OF_SAFETY)
+FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *safety_files())
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed."""
 
-_NAMES = "|".join([*map(re.escape, FILES), STAGE_CHECKPOINT.pattern])
+_NAMES = "|".join([*map(re.escape, FILES), STAGE_CHECKPOINT.pattern, _SAFETY_OF_STAGE.pattern])
 _TEMPORARY = re.compile(rf"\.({_NAMES})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)")
 """Names of the files that exist only while one of them is written."""
 
@@ -61,7 +76,7 @@ def prepare_output_folder(
     protected = {Path(file).resolve() for file in protect}
     folder = make_folder(path)
     require_empty(folder, overwrite)
-    patterns = (_TEMPORARY, STAGE_CHECKPOINT)
+    patterns = (_TEMPORARY, STAGE_CHECKPOINT, _SAFETY_OF_STAGE)
     own = [f for f in folder.iterdir() if any(each.fullmatch(f.name) for each in patterns)]
     for file in [*(folder / name for name in FILES), *own]:
         if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:

@@ -76,6 +76,10 @@ class RunLog:
         forces = f"; forces released in it: {released}" if released else ""
         self._write(f"{STAGE}{name}, from time {time:.6g}{forces}")
 
+    def reduction(self, name: str, time: float, text: str) -> None:
+        """Writes the result of a stage of strength reduction at a total time."""
+        self._write(f"strength reduction: {name}, at time {time:.6g}: {text}")
+
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
         """Writes one converged step and its relative residuals, that of the predictor first."""
         start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "

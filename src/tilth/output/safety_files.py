@@ -15,7 +15,7 @@ from typing import Any
 from tilth.errors import BadInput
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
-from tilth.output.folder import SAFETY, SAFETY_TABLE
+from tilth.output.folder import SafetyFiles, safety_files
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,10 @@ class SafetySummary:
     trials: Sequence[tuple[float, float | None, int, str]]
 
 
-def write_safety(folder: Path, summary: SafetySummary, length_unit: str) -> None:
-    """Writes `safety.csv` and `safety.json`; raises `AnalysisFailed` if that is impossible."""
+def write_safety(
+    folder: Path, summary: SafetySummary, length_unit: str, files: SafetyFiles
+) -> None:
+    """Writes table and summary; raises `AnalysisFailed` if that is impossible."""
     unit = f" [{length_unit}]" if length_unit else ""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
@@ -51,16 +53,19 @@ def write_safety(folder: Path, summary: SafetySummary, length_unit: str) -> None
         shown = "nan" if moved is None else repr(moved)
         table.writerow([repr(factor), shown, iterations, found, failure])
     for name, content in (
-        (SAFETY_TABLE, text.getvalue()),
-        (SAFETY, json.dumps(asdict(summary), indent=1)),
+        (files.table, text.getvalue()),
+        (files.summary, json.dumps(asdict(summary), indent=1)),
     ):
         with writing(folder / name):
             write_durably(folder / name, content.encode())
 
 
-def read_safety(folder: Path) -> SafetySummary:
-    """Returns the summary in the folder of a run; raises `BadInput` if it cannot be read."""
-    file = folder / SAFETY
+def read_safety(folder: Path, index: int | None = None) -> SafetySummary:
+    """Returns the summary in the folder of a run; raises `BadInput` if it cannot be read.
+
+    index: as in `safety_files`.
+    """
+    file = folder / safety_files(index).summary
     try:
         entries: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         trials = [

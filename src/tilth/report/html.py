@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,12 +19,11 @@ from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import (
     HISTORY,
     LOG,
-    MECHANISM,
     REPORT,
     RESULTS,
-    SAFETY,
     SETUP,
     read_declared,
+    safety_files,
 )
 from tilth.output.history import read_history, read_stages
 from tilth.output.log import LogContents, read_log
@@ -93,8 +92,8 @@ def write_report(
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
     parts.append(_section("Convergence", _convergence(history, log, stages)))
-    if (folder / SAFETY).exists():
-        parts.append(_section("Factor of safety", _safety(folder, kind)))
+    for heading, index in _reductions(folder, summary):
+        parts.append(_section(heading, _safety(folder, kind, index)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
@@ -257,9 +256,19 @@ def _convergence(history: Mapping[str, Any], log: LogContents, stages: Sequence[
     return _image(figure, "Newton iterations per step and residuals of the last step") + text
 
 
-def _safety(folder: Path, kind: str) -> str:
+def _reductions(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, int | None]]:
+    """Yields headings and indices of the strength reductions that were made."""
+    for index, stage in enumerate(summary.get("stages", ())):
+        if (folder / safety_files(index).summary).exists():
+            yield f"Factor of safety: {stage.get('name', '')}", index
+    if (folder / safety_files().summary).exists():
+        yield "Factor of safety", None
+
+
+def _safety(folder: Path, kind: str, index: int | None) -> str:
     """Returns factor, criterion, curve and mechanism of a strength reduction."""
-    summary, results = read_safety(folder), read_results(folder / MECHANISM)
+    summary = read_safety(folder, index)
+    results = read_results(folder / safety_files(index).mechanism)
     curve = draw_safety_curve(summary, results.units.get("length", ""))
     content = f"<p>{escape(text_of(summary))}</p>" + _image(curve, "Displacement over the factor")
     for name, figure in draw_mechanism(results, axisymmetric=kind == "axisymmetric").items():

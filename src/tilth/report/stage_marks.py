@@ -169,6 +169,8 @@ def stage_table(
             cells += [str(int(history["iterations"][own].sum()))]
             nothing = "none" if number == 1 else "not in the log"
             cells += [log.released.get(name, nothing)] if released else []
+        elif stage.get("type") == "strength_reduction":
+            cells += ["strength reduction"]
         else:
             cells += ["not reached"]
         rows.append(cells)

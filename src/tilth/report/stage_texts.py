@@ -66,7 +66,7 @@ def stage_rows(model: Model) -> Iterator[tuple[str, str]]:
     for each in model.of_stages:
         stage = each.stage.declared
         assert stage is not None
-        heading = f"stage {each.stage.number + 1}"
+        heading = f"stage {each.stage.index + 1}"
         schedule, start = stage.schedule, each.stage.start
         steps, outputs = schedule.number_of_steps, len(schedule.times_of_output())
         yield (
@@ -77,6 +77,12 @@ def stage_rows(model: Model) -> Iterator[tuple[str, str]]:
         )
         for text in _rows_of(each, stage):
             yield heading, text
+        for index, reduction in each.stage.reductions:
+            yield (
+                f"stage {index + 1}",
+                f"{reduction.name}: factor of safety by strength reduction, to "
+                f"{reduction.tolerance:g}",
+            )
 
 
 def _rows_of(model: Model, stage: Stage) -> Iterator[str]:

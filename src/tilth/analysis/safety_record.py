@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes the files of a strength reduction: its trials, its summary, the mechanism."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tilth.analysis.recorder import snapshot, units_of
+from tilth.analysis.safety import SafetyResult
+from tilth.analysis.simulation import Simulation
+from tilth.output import ResultsWriter, read_results
+from tilth.output.folder import safety_files
+from tilth.output.safety_files import SafetySummary, write_safety
+from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
+from tilth.report.texts import save
+
+
+def record(
+    folder: Path,
+    simulation: Simulation,
+    step: int,
+    time: float,
+    result: SafetyResult,
+    index: int | None = None,
+) -> None:
+    """Writes the files of a strength reduction into a folder, replacing those of an earlier one.
+
+    Args:
+        folder: of the run.
+        simulation: in the state at the start of the reduction.
+        step, time: of this state, the time of its stage.
+        result: of the reduction.
+        index: of its stage, see `safety_files`.
+
+    Raises:
+        AnalysisFailed: a file cannot be written.
+    """
+    files = safety_files(index)
+    for name in files:
+        with suppress(FileNotFoundError):
+            (folder / name).unlink()
+    units = units_of(simulation.model)
+    total = simulation.model.stage.start + time
+    state = snapshot(simulation, simulation.locate(time), None, step, total)
+    moved = {"displacement": result.displacement, PLASTIC_INCREMENT: result.plastic_strain}
+    fields = {name: np.asarray(values) for name, values in state.point_fields.items()} | moved
+    writer = ResultsWriter(folder / files.mechanism, title=simulation.model.title, units=units)
+    try:
+        writer.append(replace(state, point_fields=fields))
+    finally:
+        writer.close()
+    axisymmetric = simulation.model.analysis.kind == "axisymmetric"
+    drawn = draw_mechanism(read_results(folder / files.mechanism), axisymmetric=axisymmetric)
+    save(next(iter(drawn.values())), folder / files.picture, dpi=130)
+    trials = [
+        (t.factor, None if math.isnan(t.displacement) else t.displacement, t.iterations, t.failure)
+        for t in result.trials
+    ]
+    summary = SafetySummary(
+        result.factor, result.above, total, result.criterion, result.largest_displacement, trials
+    )
+    write_safety(folder, summary, units["length"], files)

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Strength reductions as stages of an analysis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from resumed_runs import assert_same_results, run_until
+
+from tilth import AnalysisFailed, BadInput, Model, resume, run
+from tilth.analysis.staged import StagedAnalysis
+from tilth.output.safety_files import read_safety
+
+PRESSURE = 20.0
+STRENGTH = 14.0
+EXACT = 2.0 * STRENGTH / PRESSURE
+"""A block of clay between smooth plates, free at one side, fails at the pressure 2 s_u."""
+
+
+def entries(**changes: Any) -> dict[str, Any]:
+    """That block under its pressure, which a later stage lowers; a strength reduction at each."""
+    return {
+        "analysis": {"kind": "plane_strain"},
+        "grid": {"cell_size": 0.5},
+        "materials": {
+            "soil": {
+                "model": "tresca", "young_modulus": 1e4, "poisson_ratio": 0.3, "density": 1.0,
+                "undrained_shear_strength": STRENGTH,
+            },
+        },
+        "bodies": [
+            {
+                "name": "block", "material": "soil", "basis": "gimp", "points_per_cell": 2,
+                "shape": {"type": "box", "lower": [0.0, 0.0], "upper": [1.0, 1.0]}, "surface": {},
+            }
+        ],
+        "boundaries": [
+            {"name": name, "type": "plane", "axis": axis, "at": 0.0, "condition": "roller"}
+            for name, axis in (("left", "x"), ("below", "y"))
+        ],
+        "loads": [
+            {
+                "name": "plate", "type": "surface", "body": "block", "start": [1.0, 1.0],
+                "end": [0.0, 1.0], "pressure": PRESSURE,
+            }
+        ],
+        "stages": [
+            {"name": "load", "schedule": {"steps": 2}},
+            {"name": "safety", "type": "strength_reduction"},
+            {
+                "name": "unload", "schedule": {"steps": 2},
+                "factors": {"plate": [[0.0, 1.0], [1.0, 0.8]]},
+            },
+            {"name": "safety again", "type": "strength_reduction", "tolerance": 0.02},
+        ],
+        **changes,
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("safety") / "out"
+    run(Model.from_dict(entries()), out, quiet=True)
+    return out
+
+
+def test_each_stage_has_its_factor_of_safety(folder: Path) -> None:
+    first, second = read_safety(folder, 1), read_safety(folder, 3)
+    assert first.factor <= EXACT * 1.01
+    assert first.above >= EXACT * 0.99
+    assert second.factor <= EXACT / 0.8 * 1.01
+    assert second.above >= EXACT / 0.8 * 0.99
+    assert first.above - first.factor <= 0.01 * (1.0 + 1e-9)
+    assert (first.time, second.time) == (1.0, 2.0)
+
+
+def test_the_state_does_not_change(folder: Path, tmp_path: Path) -> None:
+    without = entries()
+    without["stages"] = [stage for stage in without["stages"] if "schedule" in stage]
+    run(Model.from_dict(without), tmp_path / "out", quiet=True)
+    for name in ("history.csv",):
+        assert (folder / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
+
+
+def test_log_and_report_name_the_stages(folder: Path) -> None:
+    log, report = (folder / "log.txt").read_text(), (folder / "report.html").read_text()
+    assert "strength reduction: safety, at time 1: factor of safety 1.4" in log
+    for name in ("safety", "safety again"):
+        assert f"<h2>Factor of safety: {name}</h2>" in report
+
+
+@pytest.mark.parametrize("step", [1, 2, 3])
+def test_resumed(folder: Path, step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_until(Model.from_dict(entries()), tmp_path / "out", step, monkeypatch)
+    resume(tmp_path / "out", quiet=True)
+    assert_same_results(folder, tmp_path / "out")
+    for index in (1, 3):
+        assert read_safety(folder, index) == read_safety(tmp_path / "out", index)
+
+
+def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: Path) -> None:
+    """Of the stored stage too: its strength reduction may have changed."""
+    changed = entries()
+    changed["stages"][1]["tolerance"] = 0.005
+    model = Model.from_dict(changed)
+    run(model, tmp_path / "new", from_stage=(folder, "load"), quiet=True)
+    first = read_safety(tmp_path / "new", 1)
+    assert first.above - first.factor <= 0.005 * (1.0 + 1e-9)
+    assert read_safety(tmp_path / "new", 3) == read_safety(folder, 3)
+    run(model, tmp_path / "last", from_stage=(tmp_path / "new", "unload"), quiet=True)
+    assert read_safety(tmp_path / "last", 1) == first
+
+
+def first_of_all(declared: dict[str, Any]) -> None:
+    declared["stages"] = declared["stages"][1:]
+
+
+def with_schedule(declared: dict[str, Any]) -> None:
+    declared["stages"][1]["schedule"] = {"steps": 1}
+
+
+def too_fine(declared: dict[str, Any]) -> None:
+    declared["stages"][1]["tolerance"] = 1e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "words"),
+    [
+        (first_of_all, "stages[0].type", "cannot be the first stage"),
+        (with_schedule, "stages[1].schedule", "unknown key"),
+        (too_fine, "stages[1].tolerance", "at least 0.0001"),
+    ],
+)
+def test_wrong_stages(change: Any, key: str, words: str) -> None:
+    declared = entries()
+    change(declared)
+    with pytest.raises(BadInput) as caught:
+        Model.from_dict(declared)
+    problem = caught.value.problems[0]
+    assert problem.key == key
+    assert words in problem.problem
+
+
+def test_elastic_soil_is_refused_before_the_run(tmp_path: Path) -> None:
+    elastic = {"model": "hencky_elastic", "young_modulus": 1e4, "poisson_ratio": 0.3}
+    model = Model.from_dict(entries(materials={"soil": elastic}))
+    with pytest.raises(BadInput, match=r"nothing can fail .in the stage 'safety'."):
+        StagedAnalysis(model).check()
+    with pytest.raises(BadInput):
+        run(model, tmp_path / "out", quiet=True)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_factor_that_is_not_found_ends_the_run_and_names_the_stage(tmp_path: Path) -> None:
+    declared = entries()
+    declared["stages"][1] |= {"maximum_factor": 1.2}
+    with pytest.raises(AnalysisFailed, match="stage 'safety': "):
+        run(Model.from_dict(declared), tmp_path / "out", quiet=True)
