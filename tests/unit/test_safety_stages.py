@@ -158,3 +158,10 @@ def test_a_factor_that_is_not_found_ends_the_run_and_names_the_stage(tmp_path: P
     declared["stages"][1] |= {"maximum_factor": 1.2}
     with pytest.raises(AnalysisFailed, match="stage 'safety': "):
         run(Model.from_dict(declared), tmp_path / "out", quiet=True)
+
+
+def test_a_run_does_not_go_on_from_a_strength_reduction(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="name the stage before it") as caught:
+        run(Model.from_dict(entries()), tmp_path / "new", from_stage=(folder, "safety"), quiet=True)
+    assert caught.value.problems[0].key == "from"
+    assert not (tmp_path / "new").exists()

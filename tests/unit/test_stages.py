@@ -131,6 +131,19 @@ REGION = {"type": "box", "lower": [0.0, 0.0], "upper": [1.0, 1.0]}
         (set_in(1, deactivate=["ground", "pit", "bank"]), "stages[1]", "no body is left"),
         (set_in(1, deactivate=["base"]), "stages[1]", "no condition constrains the y direction"),
         (set_in(4, deactivate=["side", "left", "plate"]), "stages[4]", "constrains the x"),
+        (
+            lambda e: (
+                e["stages"][4].update(materials={"spare": "soil"})
+                or e["materials"].update(spare=e["materials"]["firm"])
+            ),
+            "stages[4].materials",
+            "no body consists of 'spare'",
+        ),
+        (
+            lambda e: [each.update(materials={"soil": "firm"}) for each in e["stages"][1:3]],
+            "stages[2].materials",
+            "no body consists of 'soil' before this stage",
+        ),
         (set_in(2, activate=["footing"]), "stages[2]", "acts on the body 'fill', which is not"),
         (
             set_in(4, factors={"plate": [[0, 0], [1, 1]]}, deactivate=["side"]),
@@ -191,6 +204,7 @@ def test_a_material_that_cannot_have_the_stress_is_refused() -> None:
     def change(entries: dict[str, Any]) -> None:
         entries["materials"]["clay"] = clay
         entries["stages"][2]["materials"] = {"soil": "clay"}
+        entries["stages"][3].pop("materials")
 
     error = refused_at_the_start_of(change)
     assert error.problems[0].key == "stages[2].materials"

@@ -66,6 +66,13 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
     folder = require_folder(folder)
     earlier = load_model(folder)
     names = [each.stage.name for each in earlier.of_stages if earlier.stages]
+    if any(each.name == stage for each in earlier.stages) and stage not in names:
+        raise BadInput(
+            "this stage is a strength reduction, after which nothing can go on",
+            "name the stage before it that loads the soil",
+            key="from",
+            value=f"{folder}:{stage}",
+        )
     if stage not in names:
         words = unknown_name("stage", stage, names)
         raise BadInput(words[0], words[1], key="from", value=f"{folder}:{stage}")

@@ -317,10 +317,28 @@ def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
     used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
-    if plastic and model.schedule.number_of_steps == 1:
+    if plastic and model.schedule.number_of_steps == 1 and _something_changes(model):
         of_stage = f"{model.stage.key}." if model.stage.name else ""
         yield (
             f"{of_stage}one step",
             f"{of_stage}schedule.steps = 1: the whole load acts in one step, but the plastic "
             "strain depends on the path; compare a run with ten steps or more",
         )
+
+
+def _something_changes(model: Model) -> bool:
+    """Whether the soil is not at rest: in a stage, or from a stress at the start."""
+    stage = model.stage.declared
+    if model.stage.number == 0 and not model.initial.stress:
+        return True
+    if stage is not None and model.stage.number > 0:
+        changes = (stage.activate, stage.deactivate, stage.excavate, stage.factors)
+        if any(changes) or stage.materials or stage.water is not None or stage.grid is not None:
+            return True
+    tables = [model.load_curve(load).table for _, load in model.acting_loads()]
+    tables += [model.load_curve(b).table for b in model.boundaries if _moves(b, model)]
+    water = model.water
+    if water is not None:
+        tables.append(water.factor or ())
+    moves = water is not None and water.initial_level not in (None, water.level)
+    return moves or any(len({factor for _, factor in table}) > 1 for table in tables)

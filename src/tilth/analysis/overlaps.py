@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
 import numpy as np
 
@@ -28,8 +27,7 @@ def overlapping_bodies(model: Model, points: MaterialPoints) -> Iterator[tuple[i
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
-    there = [body.body for body, _ in points.whole_bodies()]
-    for one, other in combinations(there, 2):
+    for one, other in _near_pairs(points):
         found = [
             (body, host, _points_inside(model, points, body, host))
             for body, host in ((one, other), (other, one))
@@ -37,6 +35,24 @@ def overlapping_bodies(model: Model, points: MaterialPoints) -> Iterator[tuple[i
         most = max(found, key=lambda each: len(each[2]))
         if len(most[2]):
             yield most
+
+
+def _near_pairs(points: MaterialPoints) -> list[tuple[int, int]]:
+    """Returns the pairs of bodies of which one has points within the bounds of the other."""
+    there = points.whole_bodies()
+    inner, outer = (
+        np.array(
+            [
+                [(x - share * h).min(axis=0), (x + share * h).max(axis=0)]
+                for x, h in ((points.position[own], points.half_length[own]) for _, own in there)
+            ]
+        )
+        for share in (0.0, 1.0)
+    )
+    lower, upper = inner[:, None, 0], inner[:, None, 1]
+    near = ((lower <= outer[None, :, 1]) & (upper >= outer[None, :, 0])).all(axis=2)
+    first, second = np.nonzero(np.triu(near | near.T, 1))
+    return [(there[i][0].body, there[j][0].body) for i, j in zip(first, second, strict=True)]
 
 
 def _points_inside(model: Model, points: MaterialPoints, body: int, host: int) -> Integers:

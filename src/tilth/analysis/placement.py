@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
 from tilth.fields.tables import place_text
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints, PointRange
 
 TOUCHING = 1.05
 """Points touch if their distance is at most this multiple of the sum of their half lengths."""
@@ -23,11 +25,31 @@ LARGEST_OVERLAP = 0.05
 """Share of a new body's points that may overlap with soil, at rough edges of the ground."""
 
 
+@dataclass(frozen=True)
+class _Soil:
+    """Points that are there, and where they were declared, each of shape (n, dim)."""
+
+    position: Floats
+    half_length: Floats
+    declared: Floats
+    declared_half: Floats
+
+    def joined(self, other: _Soil) -> _Soil:
+        """Returns these points and others."""
+        return _Soil(
+            np.concatenate([self.position, other.position]),
+            np.concatenate([self.half_length, other.half_length]),
+            np.concatenate([self.declared, other.declared]),
+            np.concatenate([self.declared_half, other.declared_half]),
+        )
+
+
 def placed_on_ground(
     new: MaterialPoints, ground: MaterialPoints, initial: MaterialPoints, key: str
 ) -> dict[str, Floats]:
     """Moves new points vertically by the displacement of the ground that they touch.
 
+    New bodies are placed from below, and each is ground for those above it.
     The displacement of the ground is that since it was declared. It is taken at the points of the
     ground that touch the new body where both are declared, and averaged horizontally. So the volume
     of the new soil is the declared one.
@@ -46,17 +68,27 @@ def placed_on_ground(
         BadInput: a new body overlaps with soil.
     """
     found: dict[str, Floats] = {}
-    declared = initial.position[ground.point_id]
-    for body, own in new.whole_bodies():
-        touching = _touching(
-            new.position[own], new.half_length[own], declared, initial.half_length[ground.point_id]
-        )
-        vertical = (ground.position - declared)[touching, -1]
-        rows = np.column_stack([declared[touching, :-1], vertical])
-        new.position[own, -1] += settlement(rows, new.position[own, :-1])
-        _require_no_overlap(new, own, ground, f"{key}.activate", body.name)
+    there = _Soil(
+        ground.position,
+        ground.half_length,
+        initial.position[ground.point_id],
+        initial.half_length[ground.point_id],
+    )
+    for body, own in _from_below(new):
+        declared, half = new.position[own].copy(), new.half_length[own]
+        touching = _touching(declared, half, there.declared, there.declared_half)
+        vertical = (there.position - there.declared)[touching, -1]
+        rows = np.column_stack([there.declared[touching, :-1], vertical])
+        new.position[own, -1] += settlement(rows, declared[:, :-1])
+        _require_no_overlap(new, own, there, f"{key}.activate", body.name)
+        there = there.joined(_Soil(new.position[own], half, declared, half))
         found[body.name] = rows
     return found
+
+
+def _from_below(new: MaterialPoints) -> list[tuple[PointRange, slice]]:
+    """Returns the bodies with their points, in the order of their lowest points."""
+    return sorted(new.whole_bodies(), key=lambda each: float(new.position[each[1], -1].min()))
 
 
 def settlement(rows: Floats, place: Floats) -> Floats:
@@ -93,13 +125,13 @@ def _touching(position: Floats, half: Floats, ground: Floats, half_of_ground: Fl
 
 
 def _require_no_overlap(
-    new: MaterialPoints, own: slice, ground: MaterialPoints, key: str, name: str
+    new: MaterialPoints, own: slice, ground: _Soil, key: str, name: str
 ) -> None:
     """Refuses new points within soil."""
     from scipy.spatial import cKDTree
 
     position, half = new.position[own], new.half_length[own]
-    _, nearest = cKDTree(ground.position).query(position, k=min(NEIGHBOURS, len(ground)))
+    _, nearest = cKDTree(ground.position).query(position, k=min(NEIGHBOURS, len(ground.position)))
     nearest = nearest.reshape(len(position), -1)
     apart = np.abs(position[:, None] - ground.position[nearest])
     size = np.maximum(half[:, None], ground.half_length[nearest])

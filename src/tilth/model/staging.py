@@ -18,7 +18,7 @@ from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
-from tilth.model.loads import BodyForce, Load
+from tilth.model.loads import Load
 from tilth.model.problems import unknown_name
 from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
 
@@ -245,6 +245,7 @@ def stage_problems(model: Model) -> Iterator[Problem]:
     mentions = first_mentions(stage for _, stage in stages)
     later = {name for name, first in mentions.items() if first == "activate"}
     acting = set(kinds) - later
+    used = {name for body in model.bodies for name in body.materials}
     for number, stage in stages:
         key = f"stages[{number}]"
         for which in ("activate", "deactivate"):
@@ -268,6 +269,11 @@ def stage_problems(model: Model) -> Iterator[Problem]:
                 if name not in model.materials:
                     words = unknown_name("material", name, model.materials)
                     yield Problem(f"{key}.materials", *words, name)
+            if old in model.materials and old not in used:
+                what = f"no body consists of {old!r} before this stage"
+                remedy = "name the material that is to be exchanged, or leave it out"
+                yield Problem(f"{key}.materials", what, remedy, old)
+        used = {stage.materials.get(name, name) for name in used}
         yield from _excavation_problems(model, key, stage, before)
         if number == 0 and stage.release is not None:
             what = "has no meaning in the first stage, which changes nothing"
@@ -321,6 +327,7 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
     from tilth.model.checks import problems_of_stage
 
     held: dict[str, float] = {}
+    complained: list[int] = []
     for of_stage in stage_models(model):
         key, stage = of_stage.stage.key, of_stage.stage.declared
         assert stage is not None
@@ -337,12 +344,21 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
                 remedy = f"begin the table with [0, {expected:g}]: the boundary cannot jump"
                 yield Problem(f"{key}.factors", what, remedy, boundary.name)
             held[boundary.name] = of_stage.load_curve(boundary).factor(stage.schedule.end)
-        for _, load in of_stage.acting_loads():
+        for i, load in of_stage.acting_loads():
             body = getattr(load, "body", None)
-            if not isinstance(load, BodyForce) and body is not None and not of_stage.present(body):
+            if body is None or of_stage.present(body) or i in complained:
+                continue
+            complained.append(i)
+            if load.name is None:
                 what = f"a load acts on the body {body!r}, which is not there in this stage"
-                remedy = "deactivate the load with its body, or before; it needs a `name` for that"
-                yield Problem(key, what, remedy, body)
+                remedy = f"give `loads[{i}]` a name, to activate and deactivate it with its body"
+            else:
+                what = (
+                    f"the load {load.name!r} acts on the body {body!r}, "
+                    "which is not there in this stage"
+                )
+                remedy = "activate and deactivate it together with this body"
+            yield Problem(key, what, remedy, body)
         follow = of_stage.grid.follow
         if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
             what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
