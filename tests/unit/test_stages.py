@@ -268,3 +268,8 @@ def test_one_stage_gives_what_a_schedule_gives(tmp_path: Path) -> None:
     other = run(Model.from_dict({**entries, "schedule": {"steps": 3}}), tmp_path / "b", quiet=True)
     assert (one.points.stress == other.points.stress).all()
     assert (one.points.position == other.points.position).all()
+
+
+def test_a_grid_that_is_too_fine_for_the_points_is_named_as_the_cause() -> None:
+    error = refused_at_the_start_of(set_in(1, grid={"cell_size": 0.05}))
+    assert "stage 'dig', whose grid has cells smaller than the distance" in str(error)

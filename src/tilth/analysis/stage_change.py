@@ -217,8 +217,22 @@ def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) 
             key=model.stage.key,
         ) from failure
     except BadInput as error:
-        raise error.during(f"at the start of the stage {model.stage.name!r}") from error
+        when = f"at the start of the stage {model.stage.name!r}"
+        if _has_empty_cells(simulation):
+            when += ", whose grid has cells smaller than the distance of the points"
+        raise error.during(when) from error
     return simulation
+
+
+def _has_empty_cells(simulation: Simulation) -> bool:
+    """Whether the stage has a grid with cells smaller than the points' mean distance."""
+    stage = simulation.model.stage.declared
+    apart = 2.0 * simulation.points.half_length.mean(axis=0)
+    return (
+        stage is not None
+        and stage.grid is not None
+        and bool((apart > simulation.grid.cell_size).any())
+    )
 
 
 def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:
