@@ -72,11 +72,11 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
     number = names.index(stage)
     if number >= len(model.of_stages) or model.of_stages[number].stage.name != stage:
         raise BadInput(
-            f"stage {number + 1} of the new case that loads the soil is not {stage!r}",
+            f"the new case does not have {stage!r} after the same stages",
             "leave the stages up to that one as they were",
             key="stages",
         )
-    if not (folder / stage_checkpoint(number)).exists():
+    if not (folder / stage_checkpoint(earlier.of_stages[number].stage.index)).exists():
         raise BadInput(
             f"the run in {folder} has not finished the stage {stage!r}",
             f"finish it with: tilth resume {folder}",
@@ -180,13 +180,15 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
     outputs = _copy_results(stored, model, folder)
     number = stored.progress.stage
     for i in range(number + 1):
-        source = stored.folder / stage_checkpoint(i)
-        if not source.exists():
+        source, target = (
+            stage_checkpoint(each.of_stages[i].stage.index) for each in (stored.model, model)
+        )
+        if not (stored.folder / source).exists():
             continue
-        arrays, meta = read_checkpoint(source)
+        arrays, meta = read_checkpoint(stored.folder / source)
         meta["model"] = zlib.crc32(declared)
         meta["outputs"] = outputs[: len(meta["outputs"])]
-        write_checkpoint(folder / source.name, arrays, meta)
+        write_checkpoint(folder / target, arrays, meta)
         if i == number:
             write_checkpoint(folder / CHECKPOINT, arrays, meta)
         elif model.of_stages[i].stage.reductions == stored.model.of_stages[i].stage.reductions:

@@ -7,6 +7,7 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
+from tilth.fields.tables import place_text
 from tilth.model import BodyForce, Model
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints
@@ -61,10 +62,9 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
         if (dry := without_wet_density(points, share > 0.0)) is not None:
             body = next(each for each in points.bodies if each.start <= dry < each.stop)
             name = model.bodies[body.body].materials[body.layer]
-            place = ", ".join(f"{x:.4g}" for x in points.position[dry])
             raise BadInput(
                 f"missing, but at time {time:g} the body {body.name!r} of this material is below "
-                f"the water at ({place}), where a body force acts",
+                f"the water at {place_text(points.position[dry])}, where a body force acts",
                 "give the mass per volume with full pores, or watertight = true for a material "
                 "that water does not enter",
                 key=dotted(("materials", name, "saturated_density")),

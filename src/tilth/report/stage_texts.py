@@ -11,6 +11,7 @@ from tilth.model.loads import Load
 from tilth.model.stages import Stage
 from tilth.model.staging import moves
 from tilth.model.variation import GridFile, Level
+from tilth.report.amounts import vector
 
 
 def load_name(number: int, load: Load) -> str:
@@ -96,7 +97,7 @@ def _rows_of(model: Model, stage: Stage) -> Iterator[str]:
     if stage.water is not None:
         yield f"moves the water to {_level(stage.water.level, model)}"
     if stage.grid is not None:
-        origin = "" if stage.grid.origin is None else f", a node at {_vector(stage.grid.origin)}"
+        origin = "" if stage.grid.origin is None else f", a node at {vector(stage.grid.origin)}"
         yield f"has a grid with {_cells(stage.grid.cell_size, model)}{origin}"
     if stage.reset:
         yield f"resets {' and '.join(each.replace('_', ' ') for each in stage.reset)} to 0"
@@ -147,10 +148,6 @@ def _cells(cell_size: float | Sequence[float], model: Model) -> str:
     sizes = cell_size if isinstance(cell_size, tuple) else (cell_size,)
     text = " x ".join(f"{size:g}" for size in sizes)
     return f"cells of {text} {model.units.length}".rstrip()
-
-
-def _vector(components: Sequence[float]) -> str:
-    return "[" + ", ".join(f"{c:g}" for c in components) + "]"
 
 
 def boundary_names(model: Model) -> tuple[str, ...]:
