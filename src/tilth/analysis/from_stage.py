@@ -20,8 +20,8 @@ from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
 from tilth.model import Model, SurfaceLoad
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import unknown_name
-from tilth.mpm.wet_mass import EXCESS
 from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results, write_checkpoint
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
@@ -102,7 +102,7 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
     for key in ("analysis", "units", "track", "initial"):
         if getattr(earlier, key) != getattr(model, key):
             yield key, f"`{key}`"
-    has_fluid = any(EXCESS in law.state_variables for law in earlier.laws.values())
+    has_fluid = any(EXCESS_PORE_PRESSURE in law.state_variables for law in earlier.laws.values())
     if has_fluid and model.has_water and not earlier.has_water:
         yield "water", "that there is water at all, with effective stresses in all outputs,"
     if earlier.output.deformation_gradient != model.output.deformation_gradient:
@@ -136,10 +136,9 @@ def _declared(model: Model) -> dict[str, Any]:
     """Returns all that acts in a stage, by its key."""
     stage = model.stage.declared
     assert stage is not None
-    present = [body for body in model.bodies if model.present(body.name)]
-    used = {name for body in present for name in body.materials}
+    used = {name for body in model.present_bodies for name in body.materials}
     return {
-        "bodies": present,
+        "bodies": model.present_bodies,
         "materials": {name: each for name, each in model.materials.items() if name in used},
         "boundaries": model.boundaries,
         "loads": [load for _, load in model.acting_loads()],

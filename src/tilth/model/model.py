@@ -227,6 +227,11 @@ class Model(Declared):
         """Returns whether a body is there in this stage."""
         return body not in self.stage.absent_bodies
 
+    @property
+    def present_bodies(self) -> list[Body]:
+        """The bodies that are there in this stage."""
+        return [body for body in self.bodies if self.present(body.name)]
+
     def acting_loads(self) -> Iterator[tuple[int, Load]]:
         """Yields the loads that act in this stage, with their numbers."""
         absent = self.stage.absent_loads

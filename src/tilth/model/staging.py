@@ -245,8 +245,8 @@ def stage_problems(model: Model) -> Iterator[Problem]:
     mentions = first_mentions(stage for _, stage in stages)
     later = {name for name, first in mentions.items() if first == "activate"}
     acting = set(kinds) - later
-    for number, stage in stages:
-        key = f"stages[{number}]"
+    for index, stage in stages:
+        key = f"stages[{index}]"
         for which in ("activate", "deactivate"):
             for name in getattr(stage, which):
                 if name not in kinds:
@@ -269,13 +269,12 @@ def stage_problems(model: Model) -> Iterator[Problem]:
                     words = unknown_name("material", name, model.materials)
                     yield Problem(f"{key}.materials", *words, name)
         yield from _excavation_problems(model, key, stage, before)
-        if number == 0 and stage.release is not None:
+        if index == 0 and stage.release is not None:
             what = "has no meaning in the first stage, which changes nothing"
             yield Problem(f"{key}.release", what, "leave it out")
-        for table, where in ((stage.release, "release"),):
-            if table is not None and table[-1][0] > stage.schedule.end:
-                what = f"ends after the stage, which ends at {stage.schedule.end:g}"
-                yield Problem(f"{key}.{where}", what, "end it with the stage", table)
+        if stage.release is not None and stage.release[-1][0] > stage.schedule.end:
+            what = f"ends after the stage, which ends at {stage.schedule.end:g}"
+            yield Problem(f"{key}.release", what, "end it with the stage", stage.release)
 
 
 def _factor_problems(
@@ -348,7 +347,7 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
             what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
             yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
             continue
-        if not any(of_stage.present(body.name) for body in model.bodies):
+        if not of_stage.present_bodies:
             yield Problem(key, "no body is left", "keep at least one body")
             continue
         for problem in problems_of_stage(of_stage):
