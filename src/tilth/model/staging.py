@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 Rows = tuple[tuple[float, float], ...]
 
+_BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
+
 
 @dataclass(frozen=True)
 class StageOfModel:
@@ -118,10 +120,9 @@ def stage_models(model: Model) -> tuple[Model, ...]:
                 held.pop(name, None)
         materials = {old: stage.materials.get(new, new) for old, new in materials.items()}
         materials |= {old: new for old, new in stage.materials.items() if old not in materials}
-        change: dict[str, Any] = {}
         if stage.water is not None:
-            change["initial_level"] = stage.water.level if water is None else water.level
-            water = copied(stage.water, **change)
+            last_level = stage.water.level if water is None else water.level
+            water = copied(stage.water, initial_level=last_level)
         elif water is not None and number > 0:
             held_factor = LoadCurve(water.factor or ((0.0, 1.0),)).factor(last_end)
             water = copied(water, initial_level=None, factor=((0.0, held_factor),))
@@ -137,9 +138,6 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         )  # fmt: skip
         start += end
     return tuple(found)
-
-
-_BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
 
 
 def _load_name(number: int, load: Load) -> str:
