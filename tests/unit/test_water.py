@@ -377,8 +377,8 @@ def test_a_case_file_names_a_grid_beside_it(tmp_path: Path) -> None:
 def test_the_summary_says_what_the_water_is(tmp_path: Path, capsys: Any) -> None:
     """The command prints level and unit weight, and the densities with their units."""
     levels = {
-        "level = 1.3": "level from 5 to 1.3",
-        "level = [[0.0, 1.0], [9.0, 1.5]]": "level from 5 to a polyline between 1 and 1.5",
+        "level = 1.3": "level from 5 m to 1.3 m",
+        "level = [[0.0, 1.0], [9.0, 1.5]]": "level from 5 m to a polyline between 1 and 1.5 m",
     }
     for level, words in levels.items():
         case = Path(__file__).parents[2] / "examples/buoyancy/drawdown.toml"
