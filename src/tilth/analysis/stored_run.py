@@ -45,8 +45,8 @@ class _Plain(BaseModel):
 class ClockState(_Plain):
     """Where the run is in its schedule, see `Clock`."""
 
-    step: _Number
-    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    step: Annotated[int, Field(ge=1)]
+    time: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     size: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     successes: _Number
 

@@ -206,9 +206,13 @@ class Model(Declared):
         ramp = ((0.0, 0.0), (self.schedule.end, 1.0))
         return LoadCurve(getattr(item, "factor", None) or ramp)
 
-    @cached_property
+    @property
     def of_stages(self) -> tuple[Model, ...]:
         """The model of each stage (see `staging`); this one alone if it has no stages."""
+        return self._compiled_stages if self.stages else (self,)
+
+    @cached_property
+    def _compiled_stages(self) -> tuple[Model, ...]:
         return stage_models(self)
 
     @cached_property

@@ -93,9 +93,7 @@ def first_mentions(stages: Iterable[Stage]) -> dict[str, str]:
 
 
 def stage_models(model: Model) -> tuple[Model, ...]:
-    """Returns the model of each stage; the model itself if it has no stages."""
-    if not model.stages:
-        return (model,)
+    """Returns the model of each stage of a model with stages."""
     stages = loading_stages(model)
     mentions = first_mentions(stage for _, stage in stages)
     later = {name for name, first in mentions.items() if first == "activate"}
