@@ -23,6 +23,8 @@ STRENGTH = 14.0
 EXACT = 2.0 * STRENGTH / PRESSURE
 """A block of clay between smooth plates, free at one side, fails at the pressure 2 s_u."""
 
+NO_REPORT = {"report": False}
+
 
 def entries(**changes: Any) -> dict[str, Any]:
     """That block under its pressure, which a later stage lowers; a strength reduction at each."""
@@ -107,7 +109,7 @@ def test_resumed(folder: Path, step: int, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: Path) -> None:
     """Of the stored stage too: its strength reduction may have changed."""
-    changed = entries()
+    changed = entries(output=NO_REPORT)
     changed["stages"][1]["tolerance"] = 0.005
     model = Model.from_dict(changed)
     run(model, tmp_path / "new", from_stage=(folder, "load"), quiet=True)
@@ -121,7 +123,7 @@ def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: P
 def test_stages_are_numbered_as_in_the_case_file(
     folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    run(Model.from_dict(entries()), tmp_path / "out")
+    run(Model.from_dict(entries(output=NO_REPORT)), tmp_path / "out")
     assert "stage 3/4 unload, step 4" in capfd.readouterr().err
     kept = sorted(file.name for file in folder.glob("checkpoint_stage_*"))
     assert kept == ["checkpoint_stage_01.npz", "checkpoint_stage_03.npz"]
@@ -135,7 +137,7 @@ def test_a_run_from_a_stage_may_have_other_reductions_before_it(
     folder: Path, tmp_path: Path
 ) -> None:
     """The checkpoints of its folder then have the numbers of its own stages."""
-    declared = entries()
+    declared = entries(output=NO_REPORT)
     del declared["stages"][1]
     run(Model.from_dict(declared), tmp_path / "new", from_stage=(folder, "unload"), quiet=True)
     kept = sorted(file.name for file in (tmp_path / "new").glob("*_stage_*"))
