@@ -280,14 +280,14 @@ def test_flipped_bits_are_refused_or_have_no_effect(
         (folder / file).write_bytes(good[:place] + bytes([good[place] ^ bit]) + good[place + 1 :])
         try:
             found = StoredRun.read(folder)
-            simulation = found.simulation()
+            simulation = found.analysis(None).simulation
         except BadInput as error:
             messages.append(str(error))
             continue
         accepted += 1
         assert (found.progress, found.history) == (whole.progress, whole.history)
         assert found.model == whole.model
-        for name, array in whole.simulation().arrays().items():
+        for name, array in whole.analysis(None).simulation.arrays().items():
             assert array.tobytes() == simulation.arrays()[name].tobytes()
     assert all(str(folder / file) in message for message in messages)
     assert len(messages) > 2

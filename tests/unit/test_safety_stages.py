@@ -6,17 +6,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from resumed_runs import assert_same_results, run_until
 
 from tilth import AnalysisFailed, BadInput, Model, resume, run
 from tilth.analysis.staged import StagedAnalysis
+from tilth.output.folder import SETUP
 from tilth.output.safety_files import read_safety
+from tilth.report.setup_file import read_staged_setup
+from tilth.report.stage_marks import first_outputs
+from tilth.report.stage_pages import draw_stages
 
 PRESSURE = 20.0
 STRENGTH = 14.0
 EXACT = 2.0 * STRENGTH / PRESSURE
 """A block of clay between smooth plates, free at one side, fails at the pressure 2 s_u."""
+
+NO_REPORT = {"report": False}
 
 
 def entries(**changes: Any) -> dict[str, Any]:
@@ -80,8 +87,8 @@ def test_the_state_does_not_change(folder: Path, tmp_path: Path) -> None:
     without = entries()
     without["stages"] = [stage for stage in without["stages"] if "schedule" in stage]
     run(Model.from_dict(without), tmp_path / "out", quiet=True)
-    for name in ("history.csv",):
-        assert (folder / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
+    history = (folder / "history.csv").read_bytes()
+    assert history == (tmp_path / "out" / "history.csv").read_bytes()
 
 
 def test_log_and_report_name_the_stages(folder: Path) -> None:
@@ -102,7 +109,7 @@ def test_resumed(folder: Path, step: int, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: Path) -> None:
     """Of the stored stage too: its strength reduction may have changed."""
-    changed = entries()
+    changed = entries(output=NO_REPORT)
     changed["stages"][1]["tolerance"] = 0.005
     model = Model.from_dict(changed)
     run(model, tmp_path / "new", from_stage=(folder, "load"), quiet=True)
@@ -111,6 +118,48 @@ def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: P
     assert read_safety(tmp_path / "new", 3) == read_safety(folder, 3)
     run(model, tmp_path / "last", from_stage=(tmp_path / "new", "unload"), quiet=True)
     assert read_safety(tmp_path / "last", 1) == first
+
+
+def test_stages_are_numbered_as_in_the_case_file(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    run(Model.from_dict(entries(output=NO_REPORT)), tmp_path / "out")
+    assert "stage 3/4 unload, step 4" in capfd.readouterr().err
+    kept = sorted(file.name for file in folder.glob("checkpoint_stage_*"))
+    assert kept == ["checkpoint_stage_01.npz", "checkpoint_stage_03.npz"]
+    setup = read_staged_setup(folder / SETUP)
+    assert setup is not None
+    titles = [axes.get_title(loc="left") for axes in next(draw_stages(setup)).axes]
+    assert [title.partition("  (")[0] for title in titles] == ["1  load", "3  unload"]
+
+
+def test_a_run_from_a_stage_may_have_other_reductions_before_it(
+    folder: Path, tmp_path: Path
+) -> None:
+    """The checkpoints of its folder then have the numbers of its own stages."""
+    declared = entries(output=NO_REPORT)
+    del declared["stages"][1]
+    run(Model.from_dict(declared), tmp_path / "new", from_stage=(folder, "unload"), quiet=True)
+    kept = sorted(file.name for file in (tmp_path / "new").glob("*_stage_*"))
+    assert kept[:2] == ["checkpoint_stage_01.npz", "checkpoint_stage_02.npz"]
+    assert all(name.startswith("safety_stage_03.") for name in kept[2:])
+    assert read_safety(tmp_path / "new", 2) == read_safety(folder, 3)
+
+
+def test_new_soil_after_a_reduction_is_found() -> None:
+    """Outputs of a parameter are drawn for stages that bring soil, whatever stands between."""
+    declared = {
+        "bodies": [{"name": "ground"}, {"name": "fill"}],
+        "stages": [
+            {"name": "weight"},
+            {"name": "safety", "type": "strength_reduction"},
+            {"name": "wait"},
+            {"name": "fill", "activate": ["fill"]},
+        ],
+    }
+    spans = [("weight", 0.0, 1.0), ("wait", 1.0, 2.0), ("fill", 2.0, 3.0)]
+    times = np.array([0.0, 1.0, 1.5, 2.0, 2.5, 3.0])
+    assert first_outputs(times, spans, declared) == {"fill": 4}
 
 
 def first_of_all(declared: dict[str, Any]) -> None:

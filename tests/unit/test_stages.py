@@ -77,6 +77,10 @@ def test_the_model_is_stored_without_loss() -> None:
     model = model_of()
     again = Model.from_dict(model.to_dict())
     assert again == model
+    assert len(model.of_stages) == 5
+    assert again == model, "what was computed from a model does not count"
+    one = next(iter(model.of_stages))
+    assert one.of_stages == (one,)
     assert "schedule" not in model.to_dict()
 
 

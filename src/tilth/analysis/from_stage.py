@@ -20,8 +20,8 @@ from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
 from tilth.model import Model, SurfaceLoad
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import unknown_name
-from tilth.mpm.wet_mass import EXCESS
 from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results, write_checkpoint
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
@@ -79,11 +79,11 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
     number = names.index(stage)
     if number >= len(model.of_stages) or model.of_stages[number].stage.name != stage:
         raise BadInput(
-            f"stage {number + 1} of the new case that loads the soil is not {stage!r}",
+            f"the new case does not have {stage!r} after the same stages",
             "leave the stages up to that one as they were",
             key="stages",
         )
-    if not (folder / stage_checkpoint(number)).exists():
+    if not (folder / stage_checkpoint(earlier.of_stages[number].stage.index)).exists():
         raise BadInput(
             f"the run in {folder} has not finished the stage {stage!r}",
             f"finish it with: tilth resume {folder}",
@@ -109,7 +109,7 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
     for key in ("analysis", "units", "track", "initial"):
         if getattr(earlier, key) != getattr(model, key):
             yield key, f"`{key}`"
-    has_fluid = any(EXCESS in law.state_variables for law in earlier.laws.values())
+    has_fluid = any(EXCESS_PORE_PRESSURE in law.state_variables for law in earlier.laws.values())
     if has_fluid and model.has_water and not earlier.has_water:
         yield "water", "that there is water at all, with effective stresses in all outputs,"
     if earlier.output.deformation_gradient != model.output.deformation_gradient:
@@ -143,10 +143,9 @@ def _declared(model: Model) -> dict[str, Any]:
     """Returns all that acts in a stage, by its key."""
     stage = model.stage.declared
     assert stage is not None
-    present = [body for body in model.bodies if model.present(body.name)]
-    used = {name for body in present for name in body.materials}
+    used = {name for body in model.present_bodies for name in body.materials}
     return {
-        "bodies": present,
+        "bodies": model.present_bodies,
         "materials": {name: each for name, each in model.materials.items() if name in used},
         "boundaries": model.boundaries,
         "loads": [load for _, load in model.acting_loads()],
@@ -187,13 +186,15 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
     outputs = _copy_results(stored, model, folder)
     number = stored.progress.stage
     for i in range(number + 1):
-        source = stored.folder / stage_checkpoint(i)
-        if not source.exists():
+        source, target = (
+            stage_checkpoint(each.of_stages[i].stage.index) for each in (stored.model, model)
+        )
+        if not (stored.folder / source).exists():
             continue
-        arrays, meta = read_checkpoint(source)
+        arrays, meta = read_checkpoint(stored.folder / source)
         meta["model"] = zlib.crc32(declared)
         meta["outputs"] = outputs[: len(meta["outputs"])]
-        write_checkpoint(folder / source.name, arrays, meta)
+        write_checkpoint(folder / target, arrays, meta)
         if i == number:
             write_checkpoint(folder / CHECKPOINT, arrays, meta)
         elif model.of_stages[i].stage.reductions == stored.model.of_stages[i].stage.reductions:

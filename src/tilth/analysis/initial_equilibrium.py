@@ -278,16 +278,7 @@ def put_back(points: MaterialPoints, kept: dict[str, Floats]) -> None:
 
     kept: arrays of the points, in their present order, that hold where the soil was.
     """
-    kirchhoff = points.stress * _volume_ratio(points)[:, None]
+    kirchhoff = points.stress * points.stress_jacobian[:, None]
     for name, array in kept.items():
         getattr(points, name)[:] = array
-    points.stress[:] = kirchhoff / _volume_ratio(points)[:, None]
-
-
-def _volume_ratio(points: MaterialPoints) -> Floats:
-    """Returns Kirchhoff over Cauchy stress: det F, with F-bar that of the assumed F, (n,)."""
-    ratio = np.linalg.det(points.deformation_gradient)
-    for body in points.bodies:
-        if body.anti_locking == "f_bar":
-            ratio[body.points] = points.assumed_jacobian[body.points]
-    return np.asarray(ratio)
+    points.stress[:] = kirchhoff / points.stress_jacobian[:, None]

@@ -115,7 +115,7 @@ def memory_of(
     sizes = {body.name: body_size(body, first) for body in first.bodies}
     estimates: dict[Any, MemoryEstimate] = {}
     for stage in model.of_stages:
-        present = [body for body in stage.bodies if stage.present(body.name)]
+        present = stage.present_bodies
         kind = (frozenset(body.name for body in present), stage.cell_size)
         refined = np.array(first.cell_size) / np.array(stage.cell_size)
 

@@ -315,7 +315,7 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
 
 def _one_step(model: Model) -> Iterator[tuple[str, str]]:
     """The whole load on a plastic body in one step."""
-    used = {n for body in model.bodies if model.present(body.name) for n in body.materials}
+    used = {name for body in model.present_bodies for name in body.materials}
     plastic = any(model.materials[name].is_plastic for name in used)
     if plastic and model.schedule.number_of_steps == 1 and _something_changes(model):
         of_stage = f"{model.stage.key}." if model.stage.name else ""

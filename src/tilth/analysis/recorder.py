@@ -24,6 +24,7 @@ from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
 from tilth.analysis.tracker import Tracker
 from tilth.arrays import Floats, Integers
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
+from tilth.fields.tables import place_text
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
@@ -144,8 +145,8 @@ class Recorder:
     def stage_end(self) -> None:
         """Keeps the state at the end of a stage as a checkpoint of its own."""
         if self.analysis.model.stages:
-            number = self.analysis.number
-            self._checkpoint(self.analysis.clock, self.folder / stage_checkpoint(number))
+            index = self.simulation.model.stage.index
+            self._checkpoint(self.analysis.clock, self.folder / stage_checkpoint(index))
 
     def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
         """Records the result of a strength reduction."""
@@ -164,13 +165,13 @@ class Recorder:
     def _show_stage(self, progress: Progress) -> None:
         stage = self.simulation.model.stage
         if stage.name:
-            points, count = len(self.simulation.points), len(self.analysis.models)
-            progress.stage(stage.name, stage.number + 1, count, points)
+            points, count = len(self.simulation.points), len(self.analysis.model.stages)
+            progress.stage(stage.name, stage.index + 1, count, points)
 
     def _log_stage(self) -> None:
         stage = self.simulation.model.stage
         if stage.name:
-            released = "" if stage.number == 0 else _vector(self.analysis.out_of_balance)
+            released = "" if stage.number == 0 else place_text(self.analysis.out_of_balance)
             self.log.stage(stage.name, stage.start, released)
 
     def _header(self, cells: int, threads: int, last_step: int) -> None:
@@ -402,10 +403,6 @@ def _varying(points: MaterialPoints, name: str, number: Integers) -> Floats:
     if name not in points.varying:
         return np.full(len(number), np.nan)
     return points.varying[name][number]
-
-
-def _vector(components: Floats) -> str:
-    return "(" + ", ".join(f"{c:.6g}" for c in components) + ")"
 
 
 def units_of(model: Model) -> dict[str, str]:

@@ -93,6 +93,7 @@ def _stage(
     nothing = np.zeros((0, model.dimension))
     return StageSetup(
         name=of_stage.stage.name,
+        number=of_stage.stage.index + 1,
         start=of_stage.stage.start,
         end=of_stage.stage.start + of_stage.schedule.end,
         changes=changes(of_stage),

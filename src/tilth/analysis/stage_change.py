@@ -17,14 +17,12 @@ from tilth.boundaries.implicit.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
 from tilth.fields.tables import place_text
 from tilth.model import Model
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
 from tilth.model.staging import copied
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.terms.balance import Balance
-
-EXCESS_PORE_PRESSURE = "excess_pore_pressure"
-"""State variable of undrained laws, whose stress is total (compression positive)."""
 
 
 def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
@@ -115,9 +113,7 @@ def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
     The elastic strain is that of the effective stress with the new law. An excess pore pressure,
     of Kirchhoff's kind, stays if the new law has one too.
     """
-    jacobian = before.volume / before.initial_volume
-    if before.bodies[0].anti_locking == "f_bar":
-        jacobian = before.assumed_jacobian
+    jacobian = before.stress_jacobian
     kirchhoff = before.stress * jacobian[:, None]
     pore_pressure = np.zeros(len(before))
     if EXCESS_PORE_PRESSURE in before.bodies[0].law.state_variables:

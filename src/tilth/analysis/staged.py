@@ -56,8 +56,6 @@ class StagedAnalysis:
 
     Attributes:
         models: the model of each stage.
-        initial: undeformed points of all bodies, in the order of their numbers, for each stage; of
-            a model without stages those of the simulation, which change.
         simulation: of the present stage.
         clock: of the present stage; its time begins at 0 in each stage.
         out_of_balance: resultant of the forces released in the present stage [force], (dim,).
@@ -132,7 +130,7 @@ class StagedAnalysis:
 
     @property
     def number(self) -> int:
-        """Number of the present stage, from 0."""
+        """Number of the present stage among those of the type "loading", from 0."""
         return self.simulation.model.stage.number
 
     @property

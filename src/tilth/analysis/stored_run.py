@@ -45,8 +45,8 @@ class _Plain(BaseModel):
 class ClockState(_Plain):
     """Where the run is in its schedule, see `Clock`."""
 
-    step: _Number
-    time: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    step: Annotated[int, Field(ge=1)]
+    time: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     size: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
     successes: _Number
 
@@ -65,7 +65,7 @@ class Progress(_Plain):
     Attributes:
         version: of tilth.
         format: of the checkpoint, `CHECKPOINT_FORMAT`.
-        stage: number of the stage, from 0.
+        stage: number of the stage among those of the type "loading", from 0.
         clock: where the run is in its schedule.
         work: external work since the start [force length].
         model: check sum of model.json.
@@ -90,9 +90,11 @@ class StoredRun:
     """A run that can be resumed.
 
     Attributes:
+        folder: of the run.
         model: the declared problem.
         progress: plain data of the checkpoint.
         history: headings and rows of history.csv up to the checkpoint.
+        checkpoint: its file.
     """
 
     folder: Path
@@ -106,13 +108,16 @@ class StoredRun:
     def read(cls, folder: Path, stage: int | None = None) -> StoredRun:
         """Reads and checks the files of a run.
 
-        stage: number of the stage whose end is meant; the last checkpoint if None.
+        stage: number of the stage whose end is meant, as `Progress.stage`; None for the last
+            checkpoint.
 
         Raises:
             BadInput: one is missing, damaged, or not as the checkpoint expects it.
         """
         model = load_model(folder)
-        checkpoint = folder / (CHECKPOINT if stage is None else stage_checkpoint(stage))
+        checkpoint = folder / CHECKPOINT
+        if stage is not None:
+            checkpoint = folder / stage_checkpoint(model.of_stages[stage].stage.index)
         arrays, meta = read_checkpoint(checkpoint)
         progress = _progress(checkpoint, meta)
         if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:

@@ -37,7 +37,7 @@ class AxisRows:
 
     def __init__(self, model: Model, initial: MaterialPoints) -> None:
         self._next_to_axis = _initially_next_to_axis(model, initial)
-        self._initial_radius = initial.position[:, 0]
+        self._initial_radius = initial.position[:, 0].copy()
 
     def find(self, active: ActiveGrid) -> tuple[Integers, Floats]:
         """Returns the rows' lattice coordinates along y, ascending, and the soil's Young's modulus.

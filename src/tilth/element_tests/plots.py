@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.element_tests.point import PORE_PRESSURE
 from tilth.element_tests.result import ElementResult
 from tilth.model import ElementPlot
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.report.texts import AS_IT_IS, LEGEND_WIDTH, on_lines
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ _WORDS = {
     "stress_xy": "shear stress",
     "volumetric_strain": "volumetric strain",
     "void_ratio": "void ratio e",
-    PORE_PRESSURE: "excess pore pressure",
+    EXCESS_PORE_PRESSURE: "excess pore pressure",
 }
 
 
@@ -103,7 +103,7 @@ def _curve(
         "p-q": ("p", "q"),
         "q-strain": (strain, "stress_xy" if shear else "q"),
         "volume-strain": (strain, "volumetric_strain"),
-        "pressure-strain": (strain, PORE_PRESSURE),
+        "pressure-strain": (strain, EXCESS_PORE_PRESSURE),
         "compression": ("p", volume),
     }[panel]
     if y not in result.columns:

@@ -10,15 +10,12 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput, StepFailed
-from tilth.model.laws import Law
+from tilth.model.laws import EXCESS_PORE_PRESSURE, Law
 from tilth.model.materials import Material
 from tilth.mpm.soil import INVERTED
 
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
 """Rows and columns of the six components xx yy zz xy yz xz in a 3 x 3 matrix."""
-
-PORE_PRESSURE = "excess_pore_pressure"
-"""State variable of the laws whose stress is the total one [stress], compression positive."""
 
 _KIND = "3d"  # a point of every kind of analysis has six components of strain
 
@@ -165,7 +162,7 @@ class ElementPoint:
     @property
     def has_pore_fluid(self) -> bool:
         """Whether the law itself has a pore fluid: its stress is then the total one."""
-        return PORE_PRESSURE in self.law.state_variables
+        return EXCESS_PORE_PRESSURE in self.law.state_variables
 
     @property
     def excess_pore_pressure(self) -> float:
@@ -175,5 +172,5 @@ class ElementPoint:
         """
         if not self.has_pore_fluid:
             return 0.0
-        number = list(self.law.state_variables).index(PORE_PRESSURE)
+        number = list(self.law.state_variables).index(EXCESS_PORE_PRESSURE)
         return float(self.state[number]) / self.jacobian

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.element_tests.point import PORE_PRESSURE, ElementPoint
+from tilth.element_tests.point import ElementPoint
 from tilth.model import Biaxial, ElementTest, SimpleShear, StressStrainPath, Units
 from tilth.model.element_tests import COMPONENTS
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 
 _SIGNED = frozenset({
-    "axial_strain", "volumetric_strain", "p", PORE_PRESSURE, "p_total",
+    "axial_strain", "volumetric_strain", "p", EXCESS_PORE_PRESSURE, "p_total",
     *(f"{tensor}_{each}" for tensor in ("stress", "strain") for each in COMPONENTS[:3]),
 })  # fmt: skip
 _NORMAL = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
@@ -98,7 +99,7 @@ def result_of(
     table["p"] = (mean, units.stress)
     table["q"] = (_deviator(test, stress), units.stress)
     if any(row.pore_pressure is not None for row in rows):
-        table[PORE_PRESSURE] = (pore, units.stress)
+        table[EXCESS_PORE_PRESSURE] = (pore, units.stress)
         table["p_total"] = (mean + pore, units.stress)
     for k, component in enumerate(COMPONENTS):
         table[f"stress_{component}"] = (stress[:, k], units.stress)
@@ -108,7 +109,7 @@ def result_of(
     table["plastic_strain"] = (plastic[:, 0], "-")
     table["plastic_dissipation"] = (plastic[:, 1], units.stress)
     for k, (name, unit) in enumerate(points[0].law.state_variables.items()):
-        if name != PORE_PRESSURE:
+        if name != EXCESS_PORE_PRESSURE:
             label = units.stress if unit == "stress" else unit
             table[name] = (np.array([point.state[k] for point in points]), label)
     table["iterations"] = (np.array([float(row.iterations) for row in rows]), "")

@@ -14,9 +14,9 @@ ROUND_OFF = 1e-9
 """Share of a table's or a grid's extent by which a place may lie outside it."""
 
 
-def place_text(position: Floats) -> str:
-    """Returns a position (dim,) as a message writes it."""
-    return "(" + ", ".join(f"{x:.6g}" for x in position) + ")"
+def place_text(components: Floats) -> str:
+    """Returns a position or another vector (dim,) as a message writes it."""
+    return "(" + ", ".join(f"{x:.6g}" for x in components) + ")"
 
 
 def interpolate(

@@ -18,7 +18,7 @@ from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
 from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
-from tilth.model.staging import problems_in_stages, stage_problems
+from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:

@@ -12,6 +12,10 @@ from tilth import _core
 PLASTIC_STRAIN = "plastic_strain"
 """Equivalent plastic strain [-]: known of the points of every law."""
 
+EXCESS_PORE_PRESSURE = "excess_pore_pressure"
+"""State variable of the laws whose stress is the total one [stress], compression positive; it
+belongs to the Kirchhoff stress."""
+
 
 @dataclass(frozen=True)
 class Law:

@@ -206,9 +206,13 @@ class Model(Declared):
         ramp = ((0.0, 0.0), (self.schedule.end, 1.0))
         return LoadCurve(getattr(item, "factor", None) or ramp)
 
-    @cached_property
+    @property
     def of_stages(self) -> tuple[Model, ...]:
         """The model of each stage (see `staging`); this one alone if it has no stages."""
+        return self._compiled_stages if self.stages else (self,)
+
+    @cached_property
+    def _compiled_stages(self) -> tuple[Model, ...]:
         return stage_models(self)
 
     @cached_property
@@ -226,6 +230,11 @@ class Model(Declared):
     def present(self, body: str) -> bool:
         """Returns whether a body is there in this stage."""
         return body not in self.stage.absent_bodies
+
+    @property
+    def present_bodies(self) -> list[Body]:
+        """The bodies that are there in this stage."""
+        return [body for body in self.bodies if self.present(body.name)]
 
     def acting_loads(self) -> Iterator[tuple[int, Load]]:
         """Yields the loads that act in this stage, with their numbers."""

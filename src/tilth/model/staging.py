@@ -14,18 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import Load
-from tilth.model.problems import unknown_name
-from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
+from tilth.model.stages import Stage, StrengthReductionStage
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
 
 Rows = tuple[tuple[float, float], ...]
+
+BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
+"""Types of all boundaries, which tell them from loads."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +92,7 @@ def first_mentions(stages: Iterable[Stage]) -> dict[str, str]:
 
 
 def stage_models(model: Model) -> tuple[Model, ...]:
-    """Returns the model of each stage; the model itself if it has no stages."""
-    if not model.stages:
-        return (model,)
+    """Returns the model of each stage of a model with stages."""
     stages = loading_stages(model)
     mentions = first_mentions(stage for _, stage in stages)
     later = {name for name, first in mentions.items() if first == "activate"}
@@ -107,21 +106,20 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
         end = stage.schedule.end
         tables: dict[str, Rows] = {}
-        for name, declared in _named_items(model):
-            ending = name in stage.deactivate and not isinstance(declared, _BOUNDARIES)
+        for name, declared in named_items(model):
+            ending = name in stage.deactivate and not isinstance(declared, BOUNDARIES)
             if ending and getattr(declared, "body", None) in bodies - acting:
                 ending = False  # the load goes with its body
             if name in acting or (ending and name in before):
                 table = _table(declared, name, stage, held.get(name), ending)
                 tables[name], held[name] = table, LoadCurve(table).factor(end)
-            elif not isinstance(declared, _BOUNDARIES):
+            elif not isinstance(declared, BOUNDARIES):
                 held.pop(name, None)
         materials = {old: stage.materials.get(new, new) for old, new in materials.items()}
         materials |= {old: new for old, new in stage.materials.items() if old not in materials}
-        change: dict[str, Any] = {}
         if stage.water is not None:
-            change["initial_level"] = stage.water.level if water is None else water.level
-            water = copied(stage.water, **change)
+            last_level = stage.water.level if water is None else water.level
+            water = copied(stage.water, initial_level=last_level)
         elif water is not None and number > 0:
             held_factor = LoadCurve(water.factor or ((0.0, 1.0),)).factor(last_end)
             water = copied(water, initial_level=None, factor=((0.0, held_factor),))
@@ -139,16 +137,20 @@ def stage_models(model: Model) -> tuple[Model, ...]:
     return tuple(found)
 
 
-_BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
-
-
 def _load_name(number: int, load: Load) -> str:
-    """Returns the name of a load; one that no user can give for a load without a name."""
+    """Returns the name of a load, see `is_nameless`."""
     return load.name if load.name is not None else f"\0{number}"
 
 
-def _named_items(model: Model) -> Iterator[tuple[str, Any]]:
-    """Yields all loads and boundaries with their names."""
+def is_nameless(name: str) -> bool:
+    """Whether a name stands for a load without one: no user can give such a name."""
+    return name.startswith("\0")
+
+
+def named_items(model: Model) -> Iterator[tuple[str, Any]]:
+    """Yields all loads and boundaries with their names; a load without one has that of
+    `is_nameless`.
+    """
     for number, load in enumerate(model.loads):
         yield _load_name(number, load), load
     for boundary in model.boundaries:
@@ -156,7 +158,7 @@ def _named_items(model: Model) -> Iterator[tuple[str, Any]]:
 
 
 def _names(model: Model) -> set[str]:
-    return {name for name, _ in _named_items(model)} | {body.name for body in model.bodies}
+    return {name for name, _ in named_items(model)} | {body.name for body in model.bodies}
 
 
 def _table(declared: Any, name: str, stage: Stage, held: float | None, ending: bool) -> Rows:
@@ -222,152 +224,3 @@ def _model_of(
         boundary_keys=model.boundary_keys(),
     )
     return result
-
-
-def stage_problems(model: Model) -> Iterator[Problem]:
-    """Yields what is wrong with the entries of the stages of a model."""
-    if len(model.stages) > MOST_STAGES:
-        yield Problem("stages", f"has {len(model.stages):,} entries", f"at most {MOST_STAGES:,}")
-        return
-    kinds: dict[str, list[str]] = {}
-    for name, declared in _named_items(model):
-        kind = "boundary" if isinstance(declared, _BOUNDARIES) else "load"
-        kinds.setdefault(name, []).append(kind)
-    for body in model.bodies:
-        kinds.setdefault(body.name, []).append("body")
-    if isinstance(model.stages[0], StrengthReductionStage):
-        what = "cannot be the first stage: it needs soil in equilibrium"
-        remedy = "put it after a stage in which gravity acts"
-        yield Problem("stages[0].type", what, remedy, model.stages[0].type)
-        return
-    known = [name for name in kinds if not name.startswith("\0")]
-    stages = loading_stages(model)
-    mentions = first_mentions(stage for _, stage in stages)
-    later = {name for name, first in mentions.items() if first == "activate"}
-    acting = set(kinds) - later
-    used = {name for body in model.bodies for name in body.materials}
-    for number, stage in stages:
-        key = f"stages[{number}]"
-        for which in ("activate", "deactivate"):
-            for name in getattr(stage, which):
-                if name not in kinds:
-                    yield Problem(
-                        f"{key}.{which}", *unknown_name("body, boundary or load", name, known), name
-                    )
-                elif len(kinds[name]) > 1:
-                    what = f"{' and '.join(kinds[name])} have this name"
-                    yield Problem(f"{key}.{which}", what, "give them different names", name)
-                elif (name in acting) == (which == "activate"):
-                    state = "acts already" if which == "activate" else "does not act before"
-                    if kinds[name] == ["body"]:
-                        state = "is already there" if which == "activate" else "is not there before"
-                    yield Problem(f"{key}.{which}", f"{name!r} {state}", "leave it out", name)
-        before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
-        yield from _factor_problems(model, key, stage, before | acting, kinds)
-        for old, new in stage.materials.items():
-            for name in (old, new):
-                if name not in model.materials:
-                    words = unknown_name("material", name, model.materials)
-                    yield Problem(f"{key}.materials", *words, name)
-            if old in model.materials and old not in used:
-                what = f"no body consists of {old!r} before this stage"
-                remedy = "name the material that is to be exchanged, or leave it out"
-                yield Problem(f"{key}.materials", what, remedy, old)
-        used = {stage.materials.get(name, name) for name in used}
-        yield from _excavation_problems(model, key, stage, before)
-        if number == 0 and stage.release is not None:
-            what = "has no meaning in the first stage, which changes nothing"
-            yield Problem(f"{key}.release", what, "leave it out")
-        for table, where in ((stage.release, "release"),):
-            if table is not None and table[-1][0] > stage.schedule.end:
-                what = f"ends after the stage, which ends at {stage.schedule.end:g}"
-                yield Problem(f"{key}.{where}", what, "end it with the stage", table)
-
-
-def _factor_problems(
-    model: Model, key: str, stage: Stage, acting: set[str], kinds: Mapping[str, list[str]]
-) -> Iterator[Problem]:
-    items = dict(_named_items(model))
-    scaled = [n for n, d in items.items() if not isinstance(d, _BOUNDARIES) or moves(d)]
-    for name, table in stage.factors.items():
-        where = f"{key}.factors"
-        if name not in items:
-            choices = [each for each in scaled if not each.startswith("\0")]
-            words = unknown_name("load or moving boundary", name, choices)
-            yield Problem(where, *words, name)
-        elif name not in scaled:
-            what = f"the boundary {name!r} does not move: there is nothing to scale"
-            yield Problem(where, what, "leave it out", name)
-        elif name not in acting:
-            what = f"{name!r} does not act in this stage"
-            yield Problem(where, what, f"add it to `{key}.activate`", name)
-        elif table[-1][0] > stage.schedule.end:
-            what = f"the table of {name!r} ends after the stage, at {table[-1][0]:g}"
-            yield Problem(where, what, f"the stage ends at {stage.schedule.end:g}", table)
-
-
-def _excavation_problems(
-    model: Model, key: str, stage: Stage, present: set[str]
-) -> Iterator[Problem]:
-    bodies = {body.name: body for body in model.bodies}
-    for i, region in enumerate(stage.excavate):
-        where = f"{key}.excavate[{i}].body"
-        if region.body not in bodies:
-            yield Problem(where, *unknown_name("body", region.body, bodies), region.body)
-        elif region.body not in present:
-            yield Problem(where, f"{region.body!r} is not there before", "leave it out")
-        elif bodies[region.body].surface is not None:
-            what = f"the body {region.body!r} has a tracked surface, which cannot be cut"
-            remedy = "declare the part to be excavated as a body of its own and deactivate it"
-            yield Problem(where, what, remedy, region.body)
-
-
-def problems_in_stages(model: Model) -> Iterator[Problem]:
-    """Yields what does not fit together in the model of a stage; its own entries are right."""
-    from tilth.model.checks import problems_of_stage
-
-    held: dict[str, float] = {}
-    complained: list[int] = []
-    for of_stage in stage_models(model):
-        key, stage = of_stage.stage.key, of_stage.stage.declared
-        assert stage is not None
-        for boundary in of_stage.boundaries:
-            if not moves(boundary):
-                continue
-            table = of_stage.load_curve(boundary).table
-            first, expected = table[0][1], held.get(boundary.name, 0.0)
-            if first != expected:
-                what = (
-                    f"the motion of {boundary.name!r} begins with the factor {first:g}, "
-                    f"but the last stage ended with {expected:g}"
-                )
-                remedy = f"begin the table with [0, {expected:g}]: the boundary cannot jump"
-                yield Problem(f"{key}.factors", what, remedy, boundary.name)
-            held[boundary.name] = of_stage.load_curve(boundary).factor(stage.schedule.end)
-        for i, load in of_stage.acting_loads():
-            body = getattr(load, "body", None)
-            if body is None or of_stage.present(body) or i in complained:
-                continue
-            complained.append(i)
-            if load.name is None:
-                what = f"a load acts on the body {body!r}, which is not there in this stage"
-                remedy = f"give `loads[{i}]` a name, to activate and deactivate it with its body"
-            else:
-                what = (
-                    f"the load {load.name!r} acts on the body {body!r}, "
-                    "which is not there in this stage"
-                )
-                remedy = "activate and deactivate it together with this body"
-            yield Problem(key, what, remedy, body)
-        follow = of_stage.grid.follow
-        if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
-            what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
-            yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
-            continue
-        if not any(of_stage.present(body.name) for body in model.bodies):
-            yield Problem(key, "no body is left", "keep at least one body")
-            continue
-        for problem in problems_of_stage(of_stage):
-            where = f" (in {problem.key})" if problem.key != "boundaries" else ""
-            what = f"{problem.problem}{where}, in this stage"
-            yield Problem(key, what, problem.remedy, problem.value)

@@ -31,8 +31,7 @@ def require_reducible(model: Model) -> None:
     Raises:
         BadInput: names each material whose strength cannot be reduced.
     """
-    there = [body for body in model.bodies if model.present(body.name)]
-    used = dict.fromkeys(name for body in there for name in body.materials)
+    used = dict.fromkeys(name for body in model.present_bodies for name in body.materials)
     materials = {name: model.materials[name] for name in used}
     problems = []
     for name, material in materials.items():

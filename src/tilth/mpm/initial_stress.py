@@ -16,11 +16,10 @@ from tilth.fields.evaluate import parameter_values
 from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.initial import AtRest, GivenStress, StressOfRun, TableStress
-from tilth.model.laws import PLASTIC_STRAIN
+from tilth.model.laws import EXCESS_PORE_PRESSURE, PLASTIC_STRAIN
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.stress_at_rest import stress_at_rest
 from tilth.mpm.stress_of_run import state_of_run
-from tilth.mpm.wet_mass import EXCESS
 
 WITHIN_YIELD = 1e-9
 """Plastic flow of a starting stress, at most, over its elastic strain [-]."""
@@ -89,9 +88,10 @@ def declared_start(
 
 def _of_run(model: Model, key: str, entry: StressOfRun, material: str, position: Floats) -> Start:
     state = state_of_run(model, key, entry, position)
-    excess = state.variables.get(EXCESS)
-    if excess is not None and EXCESS not in model.laws[material].state_variables:
-        state.stress[:, :3] += np.nan_to_num(excess)[:, None]  # this soil is drained
+    excess = state.variables.get(EXCESS_PORE_PRESSURE)
+    drained = EXCESS_PORE_PRESSURE not in model.laws[material].state_variables
+    if drained and excess is not None:
+        state.stress[:, :3] += np.nan_to_num(excess)[:, None]
     return Start(state.stress, {}, state.variables, True)
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,25 +18,18 @@ from tilth.fields.level import elevation
 from tilth.fields.tables import place_text
 from tilth.model import Body, BodyForce, Mesh, Model
 from tilth.model.initial import AtRest
-
-
-@dataclass(frozen=True)
-class Water:
-    """Water at rest.
-
-    Attributes:
-        level: elevation of its surface above or below each point [length], shape (n,).
-        unit_weight: [force / length^3].
-    """
-
-    level: Floats
-    unit_weight: float
+from tilth.mpm.water import PhreaticSurface
 
 
 def overburden(
-    model: Model, key: str, entry: AtRest, number: int, position: Floats, water: Water | None
+    model: Model,
+    key: str,
+    entry: AtRest,
+    number: int,
+    position: Floats,
+    water: PhreaticSurface | None,
 ) -> Floats:
-    """Returns the total vertical stress at points, compression positive [stress], shape (n,).
+    """Returns the total vertical stress at points at time 0, compression positive [stress], (n,).
 
     The sum over all layers above a point of unit weight times thickness: in each layer with the
     saturated density below the water level. Where no soil is below this level, there is water.
@@ -48,7 +40,7 @@ def overburden(
         entry: of the body's stress.
         number: of the body.
         position: of its points [length], shape (n, dim).
-        water: None without.
+        water: its surface; None without water.
 
     Raises:
         BadInput: a point lies above the ground, or there is no vertical body force.
@@ -58,7 +50,7 @@ def overburden(
     if entry.ground is not None:
         high = elevation(entry.ground, position, f"{key}.ground")
         _require_below(position, high, key, entry)
-    level = low if water is None else np.maximum(water.level, low)
+    level = low if water is None else np.maximum(water.level(position, 0.0), low)
     gravity = _gravity(model, key)
     stress: Floats = np.full(len(low), entry.surcharge)
     filled = np.zeros(len(low))
@@ -69,7 +61,7 @@ def overburden(
         stress += gravity * (density * (total - wet) + saturated * wet)
         filled += wet
     if water is not None:
-        stress += water.unit_weight * np.maximum(level - low - filled, 0.0)
+        stress += water.unit_weight(0.0) * np.maximum(level - low - filled, 0.0)
     return stress
 
 

@@ -335,6 +335,15 @@ class MaterialPoints:
         """Current volume of each point, det F times the initial one, shape (n,)."""
         return np.asarray(_core.current_volumes(self.deformation_gradient, self.initial_volume))
 
+    @property
+    def stress_jacobian(self) -> Floats:
+        """Kirchhoff over Cauchy stress: det F, with F-bar that of the assumed F [-], shape (n,)."""
+        jacobian = self.volume / self.initial_volume
+        for body in self.bodies:
+            if body.anti_locking == "f_bar":
+                jacobian[body.points] = self.assumed_jacobian[body.points]
+        return jacobian
+
     def state_variables(self) -> list[str]:
         """Returns the names of the state variables of all bodies' laws."""
         names = [name for body in self.bodies for name in body.law.state_variables]

@@ -19,7 +19,7 @@ from tilth.model.initial_checks import at_rest_of
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
 from tilth.model.soils import DruckerPrager
-from tilth.mpm.overburden import Water, overburden
+from tilth.mpm.overburden import overburden
 from tilth.mpm.water import PhreaticSurface
 
 ROUND_OFF = 1e-12
@@ -85,13 +85,12 @@ def _effective_vertical_stress(
     model: Model, key: str, entry: AtRest, number: int, position: Floats
 ) -> Floats:
     """Returns total vertical stress less pore pressure, compression positive [stress], (n,)."""
-    surface = PhreaticSurface.of(model)
-    if surface is None:
+    water = PhreaticSurface.of(model)
+    if water is None:
         return overburden(model, key, entry, number, position, None)
-    surface.require_covers(position)
-    water = Water(surface.level(position, 0.0), surface.unit_weight(0.0))
+    water.require_covers(position)
     total = overburden(model, key, entry, number, position, water)
-    pressure = surface.pore_pressure(position, 0.0)
+    pressure = water.pore_pressure(position, 0.0)
     effective = total - pressure
     if (effective < -ROUND_OFF * total).any():
         worst = int(effective.argmin())

@@ -98,12 +98,6 @@ class PhreaticSurface:
         depth = self.level(position, time) - position[:, -1]
         return np.asarray(self.unit_weight(time) * np.maximum(depth, 0.0))
 
-    def pressure_gradient(self, position: Floats, time: float) -> Floats:
-        """Returns the gradient of that pressure [stress/length], 0 above the level, (n, dim)."""
-        planes = self.planes(position, time)
-        wet = planes.depth > 0.0
-        return np.asarray(self.unit_weight(time) * wet[:, None] * planes.direction)
-
     def _between(self, initial: Floats, final: Floats, time: float) -> Floats:
         share = min(max(time / self._end, 0.0), 1.0)
         return final if share == 1.0 else np.asarray(initial + share * (final - initial))

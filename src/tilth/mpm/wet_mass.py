@@ -7,12 +7,12 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
+from tilth.fields.tables import place_text
 from tilth.model import BodyForce, Model
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.water import PhreaticSurface, half_extents, wet_share
-
-EXCESS = "excess_pore_pressure"
 
 
 def pore_mass(points: MaterialPoints) -> Floats:
@@ -61,10 +61,9 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
         if (dry := without_wet_density(points, share > 0.0)) is not None:
             body = next(each for each in points.bodies if each.start <= dry < each.stop)
             name = model.bodies[body.body].materials[body.layer]
-            place = ", ".join(f"{x:.4g}" for x in points.position[dry])
             raise BadInput(
                 f"missing, but at time {time:g} the body {body.name!r} of this material is below "
-                f"the water at ({place}), where a body force acts",
+                f"the water at {place_text(points.position[dry])}, where a body force acts",
                 "give the mass per volume with full pores, or watertight = true for a material "
                 "that water does not enter",
                 key=dotted(("materials", name, "saturated_density")),
@@ -84,14 +83,9 @@ def effective_stress(points: MaterialPoints) -> Floats:
     That of the laws; of undrained laws without the pressure of their pore fluid.
     """
     stress = points.stress.copy()
-    for body in points.bodies:
-        own = list(body.law.state_variables)
-        if EXCESS in own:
-            s = body.points
-            jacobian = points.volume[s] / points.initial_volume[s]
-            if body.anti_locking == "f_bar":
-                jacobian = points.assumed_jacobian[s]
-            stress[s, :3] += (points.state[s, own.index(EXCESS)] / jacobian)[:, None]
+    if EXCESS_PORE_PRESSURE in points.state_variables():
+        excess = np.nan_to_num(points.state_variable(EXCESS_PORE_PRESSURE))
+        stress[:, :3] += (excess / points.stress_jacobian)[:, None]
     return stress
 
 

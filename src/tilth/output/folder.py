@@ -50,9 +50,9 @@ STAGE_CHECKPOINT = re.compile(r"checkpoint_stage_[0-9]{2,}\.npz")
 """Names of the checkpoints at the ends of stages."""
 
 
-def stage_checkpoint(number: int) -> str:
-    """Returns the name of the checkpoint at the end of a stage; the first stage has number 0."""
-    return f"checkpoint_stage_{number + 1:02d}.npz"
+def stage_checkpoint(index: int) -> str:
+    """Returns the name of the checkpoint at the end of a stage, see ``safety_files``."""
+    return f"checkpoint_stage_{index + 1:02d}.npz"
 
 
 FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *safety_files())

@@ -51,8 +51,8 @@ class Progress:
     def stage(self, name: str, number: int, count: int, points: int) -> None:
         """Shows that the stage with this number, from 1, of ``count`` has begun.
 
-        ``points`` is its number of material points. Call it for the first stage before the context
-        is entered.
+        Both count all stages of the case file. ``points`` is its number of material points. Call it
+        for the first stage before the context is entered.
         """
         self._stage, self._points = f"stage {number}/{count} {name}", points
         if self._live is not None:

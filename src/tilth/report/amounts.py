@@ -11,6 +11,7 @@ from tilth.model.variation import (
     ByDepth,
     ByStress,
     GridFile,
+    Level,
     OfPosition,
     Random,
     Variation,
@@ -38,6 +39,16 @@ def amount(value: float | Variation) -> str:
     if isinstance(value, ByStress):
         return f"by the initial stress, at {value.reference_pressure:g} {value.reference:g}"
     return f"{value:g}"
+
+
+def elevation(level: Level, unit: str) -> str:
+    """Returns a declared elevation; ``unit``: label of lengths."""
+    if isinstance(level, GridFile):
+        return f"that of {Path(level.file).name}"
+    if isinstance(level, tuple):
+        heights = [height for _, height in level]
+        return f"a polyline between {min(heights):g} and {max(heights):g} {unit}".rstrip()
+    return f"{level:g} {unit}".rstrip()
 
 
 def vector(components: Iterable[float]) -> str:

@@ -13,7 +13,7 @@ from tilth.output.snapshot import Snapshot
 from tilth.report.domains import corners_of_boxes, outlines
 from tilth.report.fields import field_values, with_unit
 from tilth.report.points_3d import draw_points_3d
-from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
+from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
 from tilth.report.tracked_surfaces import (
     add_tracked_legend,
     draw_tracked_2d,
@@ -125,6 +125,10 @@ def draw_frames(
     if initial is not None and all(snapshot.step == initial.step for snapshot in snapshots):
         initial = None
     add_tracked_legend(figure, snapshots, initial)
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    with any_characters():  # the first pass does not know how narrow panels of equal scales become
+        layout.execute(figure)
     return figure
 
 

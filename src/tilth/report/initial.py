@@ -9,8 +9,7 @@ from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.model.initial import AtRest, GivenStress, GravityStress, InitialStress, TableStress
 from tilth.model.initial_checks import at_rest_of
-from tilth.model.variation import GridFile
-from tilth.report.amounts import amount, vector
+from tilth.report.amounts import amount, elevation, vector
 
 
 def initial_stress(entry: InitialStress, model: Model) -> str:
@@ -37,14 +36,8 @@ def _at_rest(entry: AtRest, model: Model) -> str:
     body = next(body for body in model.bodies if body.name == entry.body)
     below = ""
     if entry.ground is not None:
-        level = f"{AXES[model.dimension - 1]} = "
-        if isinstance(entry.ground, float):
-            level += f"{entry.ground:g} {model.units.length}"
-        elif isinstance(entry.ground, GridFile):
-            level += Path(entry.ground.file).name
-        else:
-            level += f"a polyline of {len(entry.ground)} vertices"
-        below = f" below {level}"
+        axis = AXES[model.dimension - 1]
+        below = f" below {axis} = {elevation(entry.ground, model.units.length)}"
     coefficients = []
     for name in dict.fromkeys(body.materials):
         value, ratio = at_rest_of(entry, name)

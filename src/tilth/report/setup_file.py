@@ -24,6 +24,7 @@ _IN_LOG = ("warnings",)
 _OF_FIGURES = ("is_new", "removed")
 _LEFT_OUT = (*_PARTS, *_IN_RESULTS, *_IN_LOG, *_OF_FIGURES)
 _STAGES = "stages"
+_FACTS = ("name", "number", "start", "end", "changes")
 
 
 def write_setup(path: Path, setup: Setup | StagedSetup) -> None:
@@ -119,7 +120,7 @@ def _of_stages(staged: StagedSetup) -> tuple[dict[str, Any], dict[str, Any]]:
     for number, stage in enumerate(staged.stages):
         own, plain = _plain(stage.setup, f"stage.{number}.")
         arrays |= own | {f"stage.{number}.present": np.packbits(stage.present)}
-        facts = {name: getattr(stage, name) for name in ("name", "start", "end", "changes")}
+        facts = {name: getattr(stage, name) for name in _FACTS}
         entries.append({**facts, "setup": plain})
     return arrays, {"surfaces": [shape.name for shape in staged.surfaces], "entries": entries}
 

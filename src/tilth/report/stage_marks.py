@@ -137,8 +137,10 @@ def first_outputs(
     declared: the model as nested mappings and lists.
     """
     bodies = {body.get("name") for body in declared.get("bodies", ())}
+    by_name = {stage.get("name"): stage for stage in declared["stages"]}
     found: dict[str, int] = {}
-    for (name, begin, end), stage in zip(spans[1:], declared["stages"][1:], strict=False):
+    for name, begin, end in spans[1:]:
+        stage = by_name.get(name, {})
         inside = np.flatnonzero((times > begin) & (times <= end))
         if len(inside) and (stage.get("materials") or bodies & {*stage.get("activate", ())}):
             found[name] = int(inside[0])

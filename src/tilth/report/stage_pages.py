@@ -153,7 +153,7 @@ def _draw_space(
 def _title(staged: StagedSetup, number: int, width: float) -> str:
     """Returns number and name of a stage, its time, and on further lines what changes."""
     stage = staged.stages[number]
-    head = f"{number + 1}  {stage.name}  (time {stage.start:g} to {stage.end:g})"
+    head = f"{stage.number}  {stage.name}  (time {stage.start:g} to {stage.end:g})"
     text = on_lines("; ".join(stage.changes), int(_CHARACTERS * width)).split("\n")
     if len(text) > _TITLE_LINES - 1:
         text = [*text[: _TITLE_LINES - 2], f"{text[_TITLE_LINES - 2]} ..."]

@@ -18,6 +18,8 @@ class StageSetup:
     """A stage: its soil by its numbers, and what acts in it."""
 
     name: str
+    number: int
+    """That in the case file, among all stages, from 1."""
     start: float
     """Total time at its start [time]."""
     end: float
@@ -45,10 +47,10 @@ class StagedSetup:
         """Warnings about probable mistakes, of all stages."""
         return tuple(text for stage in self.stages for text in stage.setup.warnings)
 
-    def at(self, number: int) -> Setup:
-        """Returns what the figure of a stage shows; the first stage has number 0."""
-        stage = self.stages[number]
-        before = self.stages[number - 1].present if number > 0 else stage.present
+    def at(self, index: int) -> Setup:
+        """Returns what the figure of a stage shows, by its index in `stages`."""
+        stage = self.stages[index]
+        before = self.stages[index - 1].present if index > 0 else stage.present
         there = np.unique(self.soil.body_id[stage.present])
         names = {stage.setup.body_names[body] for body in there}
         return replace(

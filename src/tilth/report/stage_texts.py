@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 from tilth.model import BodyForce, ImplicitBoundary, Model, PointForce
 from tilth.model.loads import Load
 from tilth.model.stages import Stage
 from tilth.model.staging import moves
-from tilth.model.variation import GridFile, Level
+from tilth.report.amounts import elevation, vector
 
 
 def load_name(number: int, load: Load) -> str:
@@ -45,7 +44,7 @@ def changes(model: Model) -> list[str]:
         found.append(f"excavated: part of {', '.join(of)}")
     found += [f"{old} becomes {new}" for old, new in stage.materials.items()]
     if stage.water is not None:
-        found.append(f"water to {_level(stage.water.level, model)}")
+        found.append(f"water to {elevation(stage.water.level, model.units.length)}")
     if stage.grid is not None:
         found.append(f"grid: {_cells(stage.grid.cell_size, model)}")
     if stage.reset:
@@ -94,9 +93,9 @@ def _rows_of(model: Model, stage: Stage) -> Iterator[str]:
     for old, new in stage.materials.items():
         yield f"exchanges the material {old} for {new}"
     if stage.water is not None:
-        yield f"moves the water to {_level(stage.water.level, model)}"
+        yield f"moves the water to the level {elevation(stage.water.level, model.units.length)}"
     if stage.grid is not None:
-        origin = "" if stage.grid.origin is None else f", a node at {_vector(stage.grid.origin)}"
+        origin = "" if stage.grid.origin is None else f", a node at {vector(stage.grid.origin)}"
         yield f"has a grid with {_cells(stage.grid.cell_size, model)}{origin}"
     if stage.reset:
         yield f"resets {' and '.join(each.replace('_', ' ') for each in stage.reset)} to 0"
@@ -135,22 +134,10 @@ def _table(rows: Sequence[Sequence[float]]) -> str:
     return ", ".join(texts)
 
 
-def _level(level: Level, model: Model) -> str:
-    if isinstance(level, GridFile):
-        return f"the level in {Path(level.file).name}"
-    if isinstance(level, tuple):
-        return f"a level of {len(level)} rows from {level[0][1]:g} to {level[-1][1]:g}"
-    return f"the level {level:g} {model.units.length}".rstrip()
-
-
 def _cells(cell_size: float | Sequence[float], model: Model) -> str:
     sizes = cell_size if isinstance(cell_size, tuple) else (cell_size,)
     text = " x ".join(f"{size:g}" for size in sizes)
     return f"cells of {text} {model.units.length}".rstrip()
-
-
-def _vector(components: Sequence[float]) -> str:
-    return "[" + ", ".join(f"{c:g}" for c in components) + "]"
 
 
 def boundary_names(model: Model) -> tuple[str, ...]:

@@ -34,8 +34,7 @@ from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
-from tilth.model.variation import GridFile, Level
-from tilth.report.amounts import amount, vector
+from tilth.report.amounts import amount, elevation, vector
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
@@ -158,18 +157,11 @@ def _material(name: str, material: Material, model: Model) -> str:
 
 
 def _water(water: Water, model: Model) -> str:
-    end, unit = _level(water.level), f"{water.unit_weight:g} {model.units.force}"
-    start = "" if water.initial_level is None else f"from {_level(water.initial_level)} to "
-    return f"level {start}{end}, unit weight {unit}/{model.units.length}^3"
-
-
-def _level(level: Level) -> str:
-    if isinstance(level, GridFile):
-        return f"that of {Path(level.file).name}"
-    if isinstance(level, tuple):
-        heights = [height for _, height in level]
-        return f"a polyline between {min(heights):g} and {max(heights):g}"
-    return f"{level:g}"
+    length, unit = model.units.length, f"{water.unit_weight:g} {model.units.force}"
+    start = ""
+    if water.initial_level is not None:
+        start = f"from {elevation(water.initial_level, length)} to "
+    return f"level {start}{elevation(water.level, length)}, unit weight {unit}/{length}^3"
 
 
 def _boundary(boundary: Boundary, model: Model) -> str:

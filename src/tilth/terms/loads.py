@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.errors import BadInput
+from tilth.fields.tables import place_text
 from tilth.model import BodyForce, LineForce, Model, PointForce, SeismicLoad
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.points import MaterialPoints
@@ -149,8 +150,8 @@ def _on_points(
         try:
             rows, share = shares_at(place, position[near], half[near], cell)
         except NoShares as error:
-            where = ", ".join(f"{x:.6g}" for x in place)
-            what = f"the body {load.body!r} cannot carry a force at ({where}): {error.reason}"
+            where = place_text(place)
+            what = f"the body {load.body!r} cannot carry a force at {where}: {error.reason}"
             key = f"loads[{number}].{key}"
             value = getattr(load, key.rpartition(".")[2])
             raise BadInput(what, "move it to the soil", key=key, value=value) from error

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong with the stages of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from tilth.errors import Problem
+from tilth.model.problems import unknown_name
+from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
+from tilth.model.staging import (
+    BOUNDARIES,
+    first_mentions,
+    is_nameless,
+    loading_stages,
+    moves,
+    named_items,
+    stage_models,
+)
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+
+def stage_problems(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the entries of the stages of a model."""
+    if len(model.stages) > MOST_STAGES:
+        yield Problem("stages", f"has {len(model.stages):,} entries", f"at most {MOST_STAGES:,}")
+        return
+    kinds: dict[str, list[str]] = {}
+    for name, declared in named_items(model):
+        kind = "boundary" if isinstance(declared, BOUNDARIES) else "load"
+        kinds.setdefault(name, []).append(kind)
+    for body in model.bodies:
+        kinds.setdefault(body.name, []).append("body")
+    if isinstance(model.stages[0], StrengthReductionStage):
+        what = "cannot be the first stage: it needs soil in equilibrium"
+        remedy = "put it after a stage in which gravity acts"
+        yield Problem("stages[0].type", what, remedy, model.stages[0].type)
+        return
+    known = [name for name in kinds if not is_nameless(name)]
+    stages = loading_stages(model)
+    mentions = first_mentions(stage for _, stage in stages)
+    later = {name for name, first in mentions.items() if first == "activate"}
+    acting = set(kinds) - later
+    used = {name for body in model.bodies for name in body.materials}
+    for index, stage in stages:
+        key = f"stages[{index}]"
+        for which in ("activate", "deactivate"):
+            for name in getattr(stage, which):
+                if name not in kinds:
+                    yield Problem(
+                        f"{key}.{which}", *unknown_name("body, boundary or load", name, known), name
+                    )
+                elif len(kinds[name]) > 1:
+                    what = f"{' and '.join(kinds[name])} have this name"
+                    yield Problem(f"{key}.{which}", what, "give them different names", name)
+                elif (name in acting) == (which == "activate"):
+                    state = "acts already" if which == "activate" else "does not act before"
+                    if kinds[name] == ["body"]:
+                        state = "is already there" if which == "activate" else "is not there before"
+                    yield Problem(f"{key}.{which}", f"{name!r} {state}", "leave it out", name)
+        before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
+        yield from _factor_problems(model, key, stage, before | acting, kinds)
+        for old, new in stage.materials.items():
+            for name in (old, new):
+                if name not in model.materials:
+                    words = unknown_name("material", name, model.materials)
+                    yield Problem(f"{key}.materials", *words, name)
+            if old in model.materials and old not in used:
+                what = f"no body consists of {old!r} before this stage"
+                remedy = "name the material that is to be exchanged, or leave it out"
+                yield Problem(f"{key}.materials", what, remedy, old)
+        used = {stage.materials.get(name, name) for name in used}
+        yield from _excavation_problems(model, key, stage, before)
+        if index == 0 and stage.release is not None:
+            what = "has no meaning in the first stage, which changes nothing"
+            yield Problem(f"{key}.release", what, "leave it out")
+        if stage.release is not None and stage.release[-1][0] > stage.schedule.end:
+            what = f"ends after the stage, which ends at {stage.schedule.end:g}"
+            yield Problem(f"{key}.release", what, "end it with the stage", stage.release)
+
+
+def _factor_problems(
+    model: Model, key: str, stage: Stage, acting: set[str], kinds: Mapping[str, list[str]]
+) -> Iterator[Problem]:
+    items = dict(named_items(model))
+    scaled = [n for n, d in items.items() if not isinstance(d, BOUNDARIES) or moves(d)]
+    for name, table in stage.factors.items():
+        where = f"{key}.factors"
+        if name not in items:
+            choices = [each for each in scaled if not is_nameless(each)]
+            words = unknown_name("load or moving boundary", name, choices)
+            yield Problem(where, *words, name)
+        elif name not in scaled:
+            what = f"the boundary {name!r} does not move: there is nothing to scale"
+            yield Problem(where, what, "leave it out", name)
+        elif name not in acting:
+            what = f"{name!r} does not act in this stage"
+            yield Problem(where, what, f"add it to `{key}.activate`", name)
+        elif table[-1][0] > stage.schedule.end:
+            what = f"the table of {name!r} ends after the stage, at {table[-1][0]:g}"
+            yield Problem(where, what, f"the stage ends at {stage.schedule.end:g}", table)
+
+
+def _excavation_problems(
+    model: Model, key: str, stage: Stage, present: set[str]
+) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.bodies}
+    for i, region in enumerate(stage.excavate):
+        where = f"{key}.excavate[{i}].body"
+        if region.body not in bodies:
+            yield Problem(where, *unknown_name("body", region.body, bodies), region.body)
+        elif region.body not in present:
+            yield Problem(where, f"{region.body!r} is not there before", "leave it out")
+        elif bodies[region.body].surface is not None:
+            what = f"the body {region.body!r} has a tracked surface, which cannot be cut"
+            remedy = "declare the part to be excavated as a body of its own and deactivate it"
+            yield Problem(where, what, remedy, region.body)
+
+
+def problems_in_stages(model: Model) -> Iterator[Problem]:
+    """Yields what does not fit together in the model of a stage; its own entries are right."""
+    from tilth.model.checks import problems_of_stage
+
+    held: dict[str, float] = {}
+    complained: list[int] = []
+    for of_stage in stage_models(model):
+        key, stage = of_stage.stage.key, of_stage.stage.declared
+        assert stage is not None
+        for boundary in of_stage.boundaries:
+            if not moves(boundary):
+                continue
+            table = of_stage.load_curve(boundary).table
+            first, expected = table[0][1], held.get(boundary.name, 0.0)
+            if first != expected:
+                what = (
+                    f"the motion of {boundary.name!r} begins with the factor {first:g}, "
+                    f"but the last stage ended with {expected:g}"
+                )
+                remedy = f"begin the table with [0, {expected:g}]: the boundary cannot jump"
+                yield Problem(f"{key}.factors", what, remedy, boundary.name)
+            held[boundary.name] = of_stage.load_curve(boundary).factor(stage.schedule.end)
+        for i, load in of_stage.acting_loads():
+            body = getattr(load, "body", None)
+            if body is None or of_stage.present(body) or i in complained:
+                continue
+            complained.append(i)
+            if load.name is None:
+                what = f"a load acts on the body {body!r}, which is not there in this stage"
+                remedy = f"give `loads[{i}]` a name, to activate and deactivate it with its body"
+            else:
+                what = (
+                    f"the load {load.name!r} acts on the body {body!r}, "
+                    "which is not there in this stage"
+                )
+                remedy = "activate and deactivate it together with this body"
+            yield Problem(key, what, remedy, body)
+        follow = of_stage.grid.follow
+        if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
+            what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
+            yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
+            continue
+        if not of_stage.present_bodies:
+            yield Problem(key, "no body is left", "keep at least one body")
+            continue
+        for problem in problems_of_stage(of_stage):
+            where = f" (in {problem.key})" if problem.key != "boundaries" else ""
+            what = f"{problem.problem}{where}, in this stage"
+            yield Problem(key, what, problem.remedy, problem.value)
