@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from resumed_runs import assert_same_results, run_until
 
-from tilth import AnalysisFailed, BadInput, Model, resume, run
+from tilth import AnalysisFailed, BadInput, Model, resume, run, safety
 from tilth.analysis.staged import StagedAnalysis
 from tilth.output.folder import SETUP
 from tilth.output.safety_files import read_safety
@@ -214,3 +214,24 @@ def test_a_run_does_not_go_on_from_a_strength_reduction(folder: Path, tmp_path: 
         run(Model.from_dict(entries()), tmp_path / "new", from_stage=(folder, "safety"), quiet=True)
     assert caught.value.problems[0].key == "from"
     assert not (tmp_path / "new").exists()
+
+
+def test_a_factor_within_a_stage_tells_what_is_still_held(tmp_path: Path) -> None:
+    """Forces that a stage has not released yet take part in the equilibrium."""
+    case = entries()
+    case["bodies"].append(
+        {
+            **case["bodies"][0], "name": "toe",
+            "shape": {"type": "box", "lower": [1.0, 0.0], "upper": [1.5, 1.0]},
+        }
+    )  # fmt: skip
+    case["stages"] = [case["stages"][0], digging := {"name": "dig", "schedule": {"steps": 4}}]
+    digging["deactivate"] = ["toe"]
+    model = Model.from_dict(case)
+    run(model, tmp_path / "out", until=1.5, quiet=True)
+    safety(tmp_path / "out")
+    words = "the stage 'dig' is not finished: 50 % of the forces"
+    assert words in read_safety(tmp_path / "out").criterion
+    resume(tmp_path / "out", quiet=True)
+    safety(tmp_path / "out")
+    assert "not finished" not in read_safety(tmp_path / "out").criterion

@@ -19,6 +19,9 @@ from tilth.output.safety_files import SafetySummary, write_safety
 from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
 from tilth.report.texts import save
 
+LEAST_SHARE = 1e-9
+"""Share of released forces that does not count, of round-off."""
+
 
 def record(
     folder: Path,
@@ -62,6 +65,18 @@ def record(
         for t in result.trials
     ]
     summary = SafetySummary(
-        result.factor, result.above, total, result.criterion, result.largest_displacement, trials
-    )
+        result.factor, result.above, total, result.criterion + _still_held(simulation, time),
+        result.largest_displacement, trials,
+    )  # fmt: skip
     write_safety(folder, summary, units["length"], files)
+
+
+def _still_held(simulation: Simulation, time: float) -> str:
+    """Returns words on forces that the stage has not released yet; empty if there are none."""
+    share = simulation.released.remaining(time)
+    if share < LEAST_SHARE or not simulation.released.force.any():
+        return ""
+    return (
+        f"; the stage {simulation.model.stage.name!r} is not finished: {100.0 * share:.3g} % of "
+        "the forces that it releases still act on the soil"
+    )
