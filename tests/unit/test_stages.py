@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from staged_problems import KINDS, box, roller, staged_entries
 
-from tilth import BadInput, Model, run
+from tilth import BadInput, Model, check, run
 from tilth.analysis.staged import StagedAnalysis
 from tilth.output import read_history, read_results, read_stages
 
@@ -277,3 +277,15 @@ def test_one_stage_gives_what_a_schedule_gives(tmp_path: Path) -> None:
 def test_a_grid_that_is_too_fine_for_the_points_is_named_as_the_cause() -> None:
     error = refused_at_the_start_of(set_in(1, grid={"cell_size": 0.05}))
     assert "stage 'dig', whose grid has cells smaller than the distance" in str(error)
+
+
+def test_a_load_that_jumps_between_stages_is_warned_of() -> None:
+    def change(entries: dict[str, Any]) -> None:
+        entries["stages"][1]["factors"] = {"gravity": [[0.0, 0.5], [2.0, 1.0]]}
+
+    warnings = [text for text in check(model_of(change)).warnings if "begins with" in text]
+    assert len(warnings) == 1
+    assert warnings[0].startswith(
+        "stages[1].factors: in the stage 'dig': the load 'gravity' begins"
+    )
+    assert not [text for text in check(model_of()).warnings if "begins with" in text]

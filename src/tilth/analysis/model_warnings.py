@@ -74,7 +74,19 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)
+    yield from _jumps(model)
     yield from _water(simulation)
+
+
+def _jumps(model: Model) -> Iterator[tuple[str, str]]:
+    """Loads whose table in a stage does not begin where the last stage ended."""
+    for name, last, first in model.stage.jumps:
+        yield (
+            f"jump of {name} in {model.stage.name}",
+            f"{model.stage.key}.factors: the load {name!r} begins with the factor {first:g}, but "
+            f"the last stage ended with {last:g}; the difference is released over the stage; begin "
+            f"the table with [0, {last:g}] unless this is meant",
+        )
 
 
 def without_stage(text: str) -> str:

@@ -39,6 +39,8 @@ class StageOfModel:
         declared: the stage; None in a model without stages.
         reductions: strength reductions at its end, with their indices among all stages.
         start: total time at its start [time].
+        jumps: names of loads whose tables do not begin with their factors at the end of the last
+            stage, with this factor and the first one.
         absent_bodies: names of the bodies that are not there.
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
@@ -49,6 +51,7 @@ class StageOfModel:
     declared: Stage | None = None
     reductions: tuple[tuple[int, StrengthReductionStage], ...] = ()
     start: float = 0.0
+    jumps: tuple[tuple[str, float, float], ...] = ()
     absent_bodies: frozenset[str] = frozenset()
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
@@ -106,12 +109,19 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
         end = stage.schedule.end
         tables: dict[str, Rows] = {}
+        jumps: list[tuple[str, float, float]] = []
         for name, declared in named_items(model):
             ending = name in stage.deactivate and not isinstance(declared, BOUNDARIES)
             if ending and getattr(declared, "body", None) in bodies - acting:
                 ending = False  # the load goes with its body
             if name in acting or (ending and name in before):
-                table = _table(declared, name, stage, held.get(name), ending)
+                last, table = held.get(name), _table(declared, name, stage, held.get(name), ending)
+                if (
+                    last is not None
+                    and table[0][1] != last
+                    and not isinstance(declared, BOUNDARIES)
+                ):
+                    jumps.append((name, last, table[0][1]))
                 tables[name], held[name] = table, LoadCurve(table).factor(end)
             elif not isinstance(declared, BOUNDARIES):
                 held.pop(name, None)
@@ -129,7 +139,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             grid = copied(grid, cell_size=stage.grid.cell_size, origin=origin)
         found.append(
             _model_of(
-                model, number, stage, start, acting, tables,
+                model, number, stage, start, acting, tables, tuple(jumps),
                 bodies=_with_materials(model, materials), water=water, grid=grid,
             )
         )  # fmt: skip
@@ -193,7 +203,7 @@ def _with_materials(model: Model, exchanged: Mapping[str, str]) -> tuple[Any, ..
 
 def _model_of(
     model: Model, number: int, stage: Stage, start: float, acting: set[str],
-    tables: Mapping[str, Rows], **changes: Any,
+    tables: Mapping[str, Rows], jumps: tuple[tuple[str, float, float], ...], **changes: Any,
 ) -> Model:  # fmt: skip
     """Returns the model of a stage."""
     kept = [b for b in model.boundaries if b.name in acting]
@@ -217,6 +227,7 @@ def _model_of(
             if i > own[number][0] and isinstance(each, StrengthReductionStage)
         ),
         start=start,
+        jumps=jumps,
         absent_bodies=frozenset(b.name for b in model.bodies if b.name not in acting),
         absent_loads=frozenset(
             i for i, load in enumerate(model.loads) if _load_name(i, load) not in tables
