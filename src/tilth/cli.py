@@ -398,13 +398,13 @@ def run_command(arguments: Sequence[str]) -> int:
             _say_error(str(error), None if error.exit_code == EXIT_INTERRUPTED else "red")
             return error.exit_code
         except (click.Abort, KeyboardInterrupt):
-            _say_error("interrupted", None)
+            _say_interrupted()
             return EXIT_INTERRUPTED
         except BrokenPipeError:  # as after `tilth verify | head`
             return EXIT_ANALYSIS_FAILED
         except Exception as error:
             if stop.requested:
-                _say_error("interrupted", None)
+                _say_interrupted()
                 return EXIT_INTERRUPTED
             return _unforeseen(error, arguments)
         return code if isinstance(code, int) else EXIT_DONE
@@ -429,6 +429,11 @@ def _say_error(text: str, colour: str | None = "red") -> None:
     """Prints an error, if there still is a screen."""
     with suppress(OSError):
         click.secho(text, err=True, fg=colour)
+
+
+def _say_interrupted() -> None:
+    """Says so on a line of its own: the stop may come in the middle of a printed table."""
+    _say_error("\ninterrupted", None)
 
 
 def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
