@@ -274,6 +274,11 @@ def add_row_products(elements: object, row: Annotated[NDArray[numpy.float64], di
 def add_row_blocks(elements: object, row: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """As add_dense_blocks for matrices that are a row's product with itself."""
 
+def add_outer_blocks(elements: object, column: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], row: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    As add_dense_blocks for matrices that are the product of a column and a row.
+    """
+
 def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """
     Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.

@@ -194,6 +194,16 @@ void add_row_blocks(nb::handle of, ConstDoubles row, Doubles blocks) {
   });
 }
 
+void add_outer_blocks(nb::handle of, ConstDoubles column, ConstDoubles row, Doubles blocks) {
+  const ElementsView elements(of);
+  const int components = components_of_blocks(blocks);
+  require_size(column, elements.entries() * components, "column");
+  require_size(row, elements.entries() * components, "row");
+  add_blocks(elements, blocks, [&](auto count) {
+    return kernel::OuterProducts<count()>{elements.node_start, column.data(), row.data()};
+  });
+}
+
 }  // namespace
 
 void bind_elements(nb::module_& module) {
@@ -219,6 +229,8 @@ void bind_elements(nb::module_& module) {
              "As add_dense_products for matrices that are a row's product with itself.");
   module.def("add_row_blocks", &add_row_blocks, "elements"_a, "row"_a, "blocks"_a,
              "As add_dense_blocks for matrices that are a row's product with itself.");
+  module.def("add_outer_blocks", &add_outer_blocks, "elements"_a, "column"_a, "row"_a, "blocks"_a,
+             "As add_dense_blocks for matrices that are the product of a column and a row.");
 }
 
 }  // namespace tilth::bind

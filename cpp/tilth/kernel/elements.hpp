@@ -138,6 +138,31 @@ struct RowProducts {
   Element element(std::int64_t e, int n) const { return {row + node_start[e] * Components, n}; }
 };
 
+/// The outer products of a column and a row (n, Components each) for each element; all columns and
+/// all rows are in one array each.
+template <int Components>
+struct OuterProducts {
+  const std::int64_t* node_start;
+  const double* column;
+  const double* row;
+
+  struct Element {
+    const double* column;
+    const double* row;
+
+    void add_block(int a, int b, double* into) const {
+      for (int i = 0; i < Components; ++i)
+        for (int k = 0; k < Components; ++k)
+          into[i * Components + k] += column[a * Components + i] * row[b * Components + k];
+    }
+  };
+
+  Element element(std::int64_t e, int) const {
+    const std::int64_t first = node_start[e] * Components;
+    return {column + first, row + first};
+  }
+};
+
 /// Adds the forces (entries of `node`, Components) to `nodal` (nodes, Components).
 template <int Components>
 void add_element_forces(const Elements& elements, const double* force, double* nodal) {

@@ -81,6 +81,7 @@ def solve_step(
     residual = Residual(balance, constrained)
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
+    begun = 0
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
         residuals.append(now.relative)
@@ -88,12 +89,17 @@ def solve_step(
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
+            if _revised(balance, now, residuals):
+                begun = len(residuals)
+                now = residual.at(now.displacement, now.unknowns)
+                residuals.pop()
+                continue
             reaction = np.where(constrained, now.forces.residual, 0.0)
             return Equilibrium(
                 now.displacement, now.forces.load, reaction, initial_reaction, residuals,
                 now.unknowns,
             )  # fmt: skip
-        if len(residuals) > newton.maximum_iterations:
+        if len(residuals) - begun > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
             raise StepFailed(reason, point=residual.worst_point(now), residuals=residuals)
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
@@ -108,6 +114,15 @@ def solve_step(
             failure.residuals = residuals
             raise
         moving = False
+
+
+def _revised(balance: Balance, now: State, residuals: list[float]) -> bool:
+    """Returns whether terms changed at a converged state, as by soil that came into contact."""
+    try:
+        return balance.revise(now.displacement)
+    except StepFailed as failure:
+        failure.residuals = residuals
+        raise
 
 
 def _first_state(

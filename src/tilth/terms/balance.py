@@ -114,6 +114,15 @@ class Balance:
         for term in self.terms:
             term.add_stiffness(displacement, blocks)
 
+    def revise(self, displacement: Floats) -> bool:
+        """Returns whether a term changed at a converged displacement, so that it is none any more.
+
+        Raises:
+            StepFailed: a term does not settle.
+        """
+        changed = [term.revise(displacement) for term in self.terms]
+        return self.comm.max(float(any(changed))) > 0.0
+
     def require_acceptable(self, displacement: Floats) -> None:
         """Checks that all terms can commit a converged step; changes nothing.
 

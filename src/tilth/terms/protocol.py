@@ -66,6 +66,19 @@ class AssembledTerm(ABC):
         At the displacement of the last call of `force`.
         """
 
+    def revise(self, displacement: Floats) -> bool:
+        """Determines anew, at a converged displacement, what is fixed during the iteration.
+
+        Such as which soil takes part in contact. At the displacement of the last call of `force`.
+
+        Returns:
+            Whether something changed: the balance must then be solved again.
+
+        Raises:
+            StepFailed: it does not settle.
+        """
+        return False
+
     def require_acceptable(self, displacement: Floats) -> None:  # noqa: B027
         """Checks that the displacement of a converged step can be committed; changes nothing.
 

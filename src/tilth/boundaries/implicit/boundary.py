@@ -24,7 +24,7 @@ from tilth.boundaries.implicit.quadrature import (
     surface_quadrature,
 )
 from tilth.errors import BadInput
-from tilth.geometry.protocol import Geometry
+from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
@@ -163,8 +163,7 @@ class Implicit:
             piece,
             facet,
         )
-        if self._grid.axisymmetric:  # a circle around the axis crosses the plane twice
-            points = points.of(points.position[:, 0] > 0.0)
+        points = self._kept(points)
         make = surface_quadrature if self.declared.form == "surface" else band_quadrature
         self.quadrature = make(points, self.delta)
         self.carried = np.zeros((len(self.quadrature.weight), self._columns))
@@ -173,6 +172,12 @@ class Implicit:
             _, from_old, to_new = np.intersect1d(old, new, assume_unique=True, return_indices=True)
             assert len(from_old) == len(old), "a part of the boundary is not in the larger region"
             self.carried[to_new] = carried[from_old]
+
+    def _kept(self, points: QuadraturePoints) -> QuadraturePoints:
+        """Returns the points that are part of the boundary."""
+        if self._grid.axisymmetric:  # a circle around the axis crosses the plane twice
+            return points.of(points.position[:, 0] > 0.0)
+        return points
 
     def surface_points(self, time: float) -> tuple[Floats, Floats, Floats]:
         """Returns the surface's quadrature points at `time`: positions, normals, tributary parts.

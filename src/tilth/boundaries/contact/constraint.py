@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""One surface in contact in one step: mean gaps and slips of its multipliers, and its tractions.
+
+The supports are those of the implicit boundary method (`boundaries/implicit/multipliers.py`),
+selected for the normal direction; the shear tractions have the same supports. With the quadrature
+weights a_q of the points that take part, f_q the normal and the tangents, d the displacement of the
+surface and g_q the gap at the start of the step,
+
+    A = sum_q a_q,   m = (1/A) sum_q a_q [f_q . (u(y_q) - d_q) + g_q (normal only)],
+    traction of each point: f_q sigma(m), with the law of `law.py`.
+
+u is taken at y_q, where the normal through the point meets the soil.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.arrays import Flags, Floats, Integers
+from tilth.boundaries.contact.law import ContactLaw, ContactResponse, respond
+from tilth.boundaries.contact.surface import ContactSurface, Touch
+from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.boundaries.implicit.motion import rotation_part
+
+
+@dataclass(frozen=True)
+class ContactConstraint(ImplicitConstraint):
+    """The n points of a surface that soil can touch in a step, ordered by cell.
+
+    Attributes:
+        touch: their contact at the start of the step.
+        measured: gaps as measured [length], shape (n,).
+        law: of each point.
+        start: time at the start of the step.
+        owner: multiplier of each point, shape (n,); empty before they are selected.
+    """
+
+    boundary: ContactSurface
+    touch: Touch
+    measured: Floats
+    law: ContactLaw
+    start: float
+    owner: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    @property
+    def constrained_directions(self) -> Floats:
+        """The direction for which the supports are selected, the normal, shape (1, n, dim)."""
+        return self.pose.normal[None]
+
+    @cached_property
+    def before(self) -> Floats:
+        """Tractions from the last step, turned to this step's middle [stress], shape (n, dim)."""
+        dim = self.pose.position.shape[1]
+        carried = self.boundary.carried[self.chosen, :dim]
+        return np.asarray(np.einsum("nij,nj->ni", self._frame, carried))
+
+    @cached_property
+    def _frame(self) -> Floats:
+        """Rotations from the reference configuration to the step's middle, shape (n, dim, dim)."""
+        boundary, dim = self.boundary, self.pose.position.shape[1]
+        if self.pose.rotation is None:
+            return np.broadcast_to(np.eye(dim), (len(self.chosen), dim, dim))
+        assert boundary.quadrature is not None
+        reference = boundary.quadrature.reference[self.chosen]
+        start = rotation_part(boundary.motion.gradient(reference, boundary.factor(self.start)))
+        return self.pose.rotation[0] @ start
+
+    @cached_property
+    def stiffness(self) -> Floats:
+        """e_n and e_t of the points [stress/length], shape (n, 2)."""
+        assert self.boundary.quadrature is not None
+        return self.boundary.quadrature.square[self.chosen, None] * self.moduli
+
+    def after(self, displacement: Floats) -> Floats:
+        """Not used: the tractions follow from the multipliers' response."""
+        raise NotImplementedError
+
+    def commit(self, carried: Floats) -> None:
+        """Not used: see `store`."""
+        raise NotImplementedError
+
+    def store(self, traction: Floats, closed: Flags) -> None:
+        """Stores the tractions (n, dim) of points that are in contact at the end, (n,)."""
+        reference = np.einsum("nji,nj->ni", self._frame, traction)
+        self.boundary.store(self.chosen, reference, closed, self.measured, self.touch.offset)
+
+
+class Supports:
+    """The supports of a surface's m multipliers and their mean gaps and slips.
+
+    Args:
+        part: the points, with the multiplier of each.
+        nodes: number of nodes of the grid.
+
+    Attributes:
+        active: which points take part, shape (n,).
+        area: of the supports [length^(dim - 1)], shape (m,); 0 where no point takes part.
+        node_start, node: nodes of each multiplier, ragged, shapes (m + 1,), (entries,).
+        row: integrals of N f over the supports, shape (dim, entries, dim), normal first.
+        frame: normal and tangents at the points, shape (dim, n, dim).
+        before: carried mean tractions [stress], shape (m, dim).
+        stiffness: e_n and e_t [stress/length], shape (m, 2).
+        law: of each multiplier.
+    """
+
+    node_start: Integers
+    node: npt.NDArray[np.int32]
+
+    def __init__(self, part: ContactConstraint, nodes: int) -> None:
+        self.part = part
+        owner, normal = part.owner, part.pose.normal
+        self.count = int(owner.max(initial=-1)) + 1
+        self.frame = frames(normal, part.pose.weight, owner, self.count)
+        code = owner[:, None] * np.int64(nodes) + part.at.node[part.at.cell]
+        found, entry = np.unique(code, return_inverse=True)
+        self._entry = entry.reshape(code.shape)
+        self.entry_owner = found // nodes
+        self.node = (found % nodes).astype(np.int32)
+        self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
+        self.added = np.zeros((self.count, normal.shape[1]))
+        self.activate(part.touch.closed)
+
+    def activate(self, active: Flags) -> None:
+        """Sets which points take part, shape (n,)."""
+        part, dim = self.part, len(self.frame)
+        self.active = active
+        self.weight = np.where(active, part.pose.weight, 0.0)
+        self.area = self._sum(np.ones(len(active)))
+        self._divisor = np.where(self.area > 0.0, self.area, 1.0)
+        self.row = np.zeros((dim, len(self.node), dim))
+        for a in range(dim):
+            for j in range(dim):
+                value = (self.weight * self.frame[a, :, j])[:, None] * part.at.value
+                self.row[a, :, j] = np.bincount(
+                    self._entry.ravel(), value.ravel(), minlength=len(self.node)
+                )
+        self.gap = self._sum(part.touch.gap) / self._divisor
+        self.before = self.mean(part.before)
+        soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
+        self.stiffness = self._divisor[:, None] / np.where(soft > 0.0, soft, 1.0)
+        law = part.law
+        self.law = ContactLaw(
+            *(
+                self._mean_of(each)
+                for each in (law.cohesion, law.friction, law.limit, law.tension)
+            ),
+            bilateral=self._sum(law.bilateral.astype(np.float64)) > 0.5 * self.area,
+        )
+
+    def _sum(self, value: Floats) -> Floats:
+        return np.bincount(self.part.owner, self.weight * value, minlength=self.count)
+
+    def _mean_of(self, value: Floats) -> Floats:
+        if np.isfinite(value).all():
+            return np.asarray(self._sum(value) / self._divisor)
+        unbounded = self._sum(np.isinf(value).astype(np.float64)) > 0.5 * self.area
+        finite = np.isfinite(value)
+        weight = self._sum(finite.astype(np.float64))
+        mean = self._sum(np.where(finite, value, 0.0)) / np.where(weight > 0.0, weight, 1.0)
+        return np.where(unbounded, np.inf, mean)
+
+    def mean(self, vector: Floats) -> Floats:
+        """Returns the means of vectors (n, dim) along normal and tangents, shape (m, dim)."""
+        along = np.einsum("ani,ni->na", self.frame, vector)
+        total = np.stack([self._sum(each) for each in along.T], axis=1)
+        return np.asarray(total / self._divisor[:, None])
+
+    def slips(self, displacement: Floats, moved: Floats) -> Floats:
+        """Returns mean gaps and slips [length], shape (m, dim).
+
+        displacement: of the nodes, (nodes, dim). moved: displacement of the surface's points,
+        (n, dim).
+        """
+        along = np.einsum("aei,ei->ea", self.row, displacement[self.node])
+        total = np.add.reduceat(along, self.node_start[:-1], axis=0)
+        slip = total / self._divisor[:, None] - self.mean(moved)
+        slip[:, 0] += self.gap
+        return np.asarray(slip)
+
+    def respond(self, slip: Floats) -> ContactResponse:
+        """Returns the response to mean gaps and slips [length], shape (m, dim)."""
+        stiffness = np.repeat(self.stiffness, (1, slip.shape[1] - 1), axis=1)
+        trial = self.before + self.added + stiffness * slip
+        trial[self.area <= 0.0] = 0.0
+        return respond(self.law, trial, self.stiffness)
+
+    def augment(self, response: ContactResponse, slip: Floats, chosen: Flags) -> None:
+        """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""
+        add = np.where(chosen, self.stiffness[:, 0] * slip[:, 0], 0.0)
+        self.added[:, 0] += add
+
+    def entry_force(self, traction: Floats) -> Floats:
+        """Returns the internal force of mean tractions (m, dim) on each entry, (entries, dim)."""
+        return np.asarray(np.einsum("aei,ea->ei", self.row, traction[self.entry_owner]))
+
+    def distribute(self, traction: Floats) -> Floats:
+        """Returns the points' tractions [stress], (n, dim), for those of the multipliers."""
+        at_points = np.einsum("na,ani->ni", traction[self.part.owner], self.frame)
+        return np.where(self.active[:, None], at_points, 0.0)
+
+    def gaps(self, displacement: Floats, moved: Floats) -> Floats:
+        """Returns the gaps at all points after a displacement [length], shape (n,)."""
+        slip = self.part.at.interpolate(displacement) - moved
+        return np.asarray(
+            self.part.touch.gap + np.einsum("ni,ni->n", self.part.pose.normal, slip)
+        )
+
+
+def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:
+    """Returns normals and tangents of points, shape (dim, n, dim), continuous in each support.
+
+    The tangents follow from those of a support's mean normal by the smallest rotation onto the
+    point's normal.
+    """
+    dim = normal.shape[1]
+    if dim == 2:
+        return np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], axis=1)])
+    total = np.stack(
+        [np.bincount(owner, (weight + 1e-300) * each, minlength=count) for each in normal.T], axis=1
+    )
+    mean = (total / np.linalg.norm(total, axis=1)[:, None])[owner]
+    one = np.eye(3)[np.abs(mean).argmin(axis=1)]
+    one = one - np.einsum("ni,ni->n", one, mean)[:, None] * mean
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    tangents = []
+    for tangent in (one, np.cross(mean, one)):
+        along = np.einsum("ni,ni->n", normal, tangent)
+        factor = along / (1.0 + np.einsum("ni,ni->n", normal, mean))
+        turned = tangent - factor[:, None] * (mean + normal)
+        tangents.append(turned / np.linalg.norm(turned, axis=1)[:, None])
+    return np.stack([normal, *tangents])

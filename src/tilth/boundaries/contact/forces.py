@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The forces of contact on one boundary or rigid body as a term of the balance.
+
+Internal force of the soil: the sum over all multipliers of B^a sigma^a, with B^a the integral of
+N f^a over the support and sigma^a the traction along f^a, which depends on the mean gap and slips
+m^a = B^a . u / A - D^a. Those of a rigid body depend on its free components g as well: with
+G^a = dD^a/dg its balance is
+
+    -sum_k A G^a sigma^a - applied forces = 0,
+
+the derivative by m of the virtual work of the same tractions (docs/theory/contact.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth import _core
+from tilth.arrays import Flags, Floats
+from tilth.boundaries.contact.constraint import ContactConstraint, Supports
+from tilth.boundaries.contact.law import ContactResponse
+from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
+from tilth.boundaries.contact.state import ContactState
+from tilth.errors import StepFailed
+from tilth.mpm.bordered_matrix import Border
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
+from tilth.terms.protocol import GlobalUnknowns, NodeLists, Term
+
+LARGEST_MEAN_GAP = 1e-4
+"""Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
+
+OVERLAP = 2e-3
+"""Depth in the surface, in cells, from which soil takes part in the contact of a step."""
+
+MAXIMUM_REVISIONS = 20
+"""Number of times that a step's contact is determined anew before the step counts as failed."""
+
+
+@dataclass
+class _Evaluated:
+    """The response of a surface at one displacement: slips, response, motion of its points."""
+
+    slip: Floats
+    response: ContactResponse
+    moved: Floats
+
+
+class ContactForces(Term):
+    """Contact of soil with the surfaces of one boundary or rigid body in a step.
+
+    Args:
+        name: of the boundary or body.
+        parts: its surfaces near soil, with their multipliers.
+        body: the rigid body, if it is one.
+        after: time at the end of the step.
+        modulus: of the soil [stress], for the scale of the springs that hold free bodies.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parts: Sequence[ContactConstraint],
+        body: RigidBody | None,
+        after: float,
+        modulus: float,
+        nodes: int,
+    ) -> None:
+        self._name, self._body, self._after = name, body, after
+        self._modulus = modulus
+        self._supports = [Supports(part, nodes) for part in parts]
+
+    @property
+    def coupled(self) -> list[NodeLists]:
+        """As `Term.coupled`."""
+        return [(each.node_start, each.node) for each in self._supports]
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
+        """As `Term.assembled`."""
+        return AssembledContact(
+            self._name, self._supports, elements, self._body, self._after, self._modulus, active
+        )
+
+
+class AssembledContact(GlobalUnknowns):
+    """`ContactForces` in the matrix's pattern."""
+
+    def __init__(
+        self,
+        name: str,
+        supports: Sequence[Supports],
+        elements: Sequence[Elements],
+        body: RigidBody | None,
+        after: float,
+        modulus: float,
+        active: ActiveGrid,
+    ) -> None:
+        self.name = name
+        self.body = body
+        self._supports, self._elements = supports, elements
+        self._after, self._active = after, active
+        self.scale = np.zeros(0) if body is None else body.scale
+        self._cell = float(active.grid.cell_size.min())
+        self._weak = np.zeros(0)
+        if body is not None:
+            self._weak = WEAK_SPRING * modulus * body.size ** (body.dim - 2) * self.scale**2
+        self._revisions = 0
+        self._evaluated: list[_Evaluated] = []
+        self._unknowns = np.zeros_like(self.scale)
+
+    def _increments(self, unknowns: Floats) -> Floats:
+        assert self.body is not None
+        return self.body.increments(unknowns)
+
+    def _moved(self, support: Supports, unknowns: Floats) -> Floats:
+        """Returns the displacements of a surface's points in the step [length], shape (n, dim)."""
+        pose = support.part.pose
+        if self.body is None:
+            return pose.increment
+        return self.body.displacements(self._increments(unknowns), pose.position)
+
+    def _evaluate(self, displacement: Floats, unknowns: Floats) -> list[_Evaluated]:
+        found = []
+        for support in self._supports:
+            moved = self._moved(support, unknowns)
+            slip = support.slips(displacement, moved)
+            found.append(_Evaluated(slip, support.respond(slip), moved))
+        return found
+
+    def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
+        """As `GlobalUnknowns.forces`."""
+        self._evaluated = self._evaluate(displacement, unknowns)
+        self._unknowns = unknowns.copy()
+        nodal = np.zeros_like(displacement)
+        for support, elements, each in self._each():
+            _core.add_element_forces(
+                elements, support.entry_force(each.response.traction), nodal
+            )
+        if self.body is None:
+            return nodal, np.zeros(0)
+        own = self._weak * unknowns - self.body.applied(self._increments(unknowns), self._after)
+        for support, _, each in self._each():
+            lever = self._levers(support, unknowns)
+            own -= np.einsum("k,jka,ka->j", support.area, lever, each.response.traction)
+        return nodal, own
+
+    def _each(self) -> list[tuple[Supports, Elements, _Evaluated]]:
+        return list(zip(self._supports, self._elements, self._evaluated, strict=True))
+
+    def _levers(self, support: Supports, unknowns: Floats) -> Floats:
+        """Returns G, the derivatives of the mean motion by the free components, (m, k, dim)."""
+        assert self.body is not None
+        position = support.part.pose.position
+        derivatives = self.body.displacement_derivatives(self._increments(unknowns), position)
+        shape = (0, support.count, position.shape[1])
+        return np.stack([support.mean(each) for each in derivatives]) if len(derivatives) else (
+            np.zeros(shape)
+        )
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """As `AssembledTerm.add_stiffness`."""
+        for support, elements, each in self._each():
+            for column, row in zip(self._columns(support, each), support.row, strict=True):
+                _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
+
+    @staticmethod
+    def _columns(support: Supports, each: _Evaluated) -> Floats:
+        """Returns sum_a B^a D^ab / A for each b, shape (dim, entries, dim)."""
+        by_area = each.response.derivative / np.where(support.area > 0.0, support.area, 1.0)[
+            :, None, None
+        ]
+        return np.ascontiguousarray(
+            np.einsum("aei,eab->bei", support.row, by_area[support.entry_owner])
+        )
+
+    def border(self, displacement: Floats, unknowns: Floats) -> Border:
+        """As `GlobalUnknowns.border`."""
+        count = len(self.scale)
+        columns, rows = (np.zeros((count, *displacement.shape)) for _ in range(2))
+        corner = np.diag(self._weak)
+        if self.body is None or count == 0:
+            return Border(columns, rows, corner, self.scale)
+        corner = corner + np.diag(self.body.springs[self.body.free])
+        increments = self._increments(unknowns)
+        for support, elements, each in self._each():
+            lever = self._levers(support, unknowns)
+            derivative = each.response.derivative
+            right = np.einsum("kab,jkb->jka", derivative, lever)
+            left = np.einsum("jka,kab->jkb", lever, derivative)
+            for j in range(count):
+                _core.add_element_forces(elements, -support.entry_force(right[j]), columns[j])
+                _core.add_element_forces(elements, -support.entry_force(left[j]), rows[j])
+            corner += np.einsum("k,ika,jka->ij", support.area, lever, right)
+            force = support.weight[:, None] * support.distribute(each.response.traction)
+            corner += self.body.geometric_stiffness(
+                increments, support.part.pose.position, force
+            )
+        return Border(columns, rows, corner, self.scale)
+
+    def constant_force(self) -> Floats:
+        """As `AssembledTerm.constant_force`: at zero displacement."""
+        zero = np.zeros((self._active.nodes, self._active.grid.dim))
+        nodal = np.zeros_like(zero)
+        evaluated = self._evaluate(zero, np.zeros_like(self.scale))
+        for support, elements, each in zip(
+            self._supports, self._elements, evaluated, strict=True
+        ):
+            _core.add_element_forces(
+                elements, support.entry_force(each.response.traction), nodal
+            )
+        return nodal
+
+    def magnitude(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.magnitude`."""
+        total = np.zeros_like(displacement)
+        size = np.abs(displacement)
+        for support, elements, each in self._each():
+            rows = np.abs(support.row)
+            along = np.einsum("aei,ei->ea", rows, size[support.node])
+            slip = np.add.reduceat(along, support.node_start[:-1], axis=0)
+            slip = slip / np.where(support.area > 0.0, support.area, 1.0)[:, None]
+            stiffness = np.abs(each.response.derivative).max(axis=(1, 2))
+            force = np.abs(support.before) + stiffness[:, None] * slip
+            spread = np.einsum("aei,ea->ei", rows, force[support.entry_owner])
+            _core.add_element_forces(elements, spread, total)
+        return total
+
+    def joined_nodes(self) -> Flags:
+        """As `AssembledTerm.joined_nodes`."""
+        joined = np.zeros(self._active.nodes, dtype=bool)
+        for support in self._supports:
+            joined[support.node] = True
+        return joined
+
+    def revise(self, displacement: Floats) -> bool:
+        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
+        changed = False
+        for support, _, each in self._each():
+            gaps = support.gaps(displacement, each.moved)
+            overlaps = ~support.active & (gaps < -OVERLAP * self._cell)
+            if overlaps.any():
+                support.activate(support.active | overlaps)
+                changed = True
+            wide = self._too_wide(support, each)
+            if wide.any():
+                support.augment(each.response, each.slip, wide)
+                changed = True
+        if changed:
+            self._revisions += 1
+            if self._revisions > MAXIMUM_REVISIONS:
+                raise StepFailed(f"the contact with {self.name!r} does not settle")
+        return changed
+
+    def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
+        """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
+        held = each.response.derivative[:, 0, 0] > 0.0
+        held &= support.area > 0.0
+        return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
+
+    def commit(self, displacement: Floats) -> None:
+        """As `AssembledTerm.commit`."""
+        dim = displacement.shape[1]
+        force, moment = np.zeros(dim), np.zeros(3)
+        for support, _, each in self._each():
+            closed = each.response.closed[support.part.owner] & support.active
+            traction = support.distribute(each.response.traction)
+            support.part.store(traction, closed)
+        if self.body is not None:
+            force, moment = self.body_force(displacement)
+            self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
+
+    def body_force(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Returns the soil's force (dim,) and moment (3,) about its centre on the rigid body."""
+        assert self.body is not None
+        dim = displacement.shape[1]
+        force, moment = np.zeros(dim), np.zeros(3)
+        translation = self._increments(self._unknowns)[:dim]
+        for support, _, each in self._each():
+            part = support.weight[:, None] * support.distribute(each.response.traction)
+            arm = support.part.pose.position - self.body.centre + each.moved - translation
+            padding = ((0, 0), (0, 3 - dim))
+            force += part.sum(axis=0)
+            moment += np.cross(np.pad(arm, padding), np.pad(part, padding)).sum(axis=0)
+        return force, moment
+
+    def nodal_force(self) -> Floats:
+        """Returns the force of the surfaces on the soil [force], shape (nodes, dim)."""
+        nodal = np.zeros((self._active.nodes, self._active.grid.dim))
+        for support, elements, each in self._each():
+            _core.add_element_forces(
+                elements, -support.entry_force(each.response.traction), nodal
+            )
+        return nodal
+
+    def carried_force(self) -> Floats:
+        """Returns the internal force of the tractions at the step's start [force], (nodes, dim)."""
+        nodal = np.zeros((self._active.nodes, self._active.grid.dim))
+        for support, elements in zip(self._supports, self._elements, strict=True):
+            _core.add_element_forces(elements, support.entry_force(support.before), nodal)
+        return nodal
+
+    def friction_work(self) -> float:
+        """Returns the work that friction dissipates in the step [force length]."""
+        total = 0.0
+        for support, _, each in self._each():
+            along = np.einsum("ka,ka->k", each.response.traction[:, 1:], each.slip[:, 1:])
+            total += float((support.area * np.where(each.response.sliding, along, 0.0)).sum())
+        return total
+
+    def state(self, displacement: Floats) -> ContactState:
+        """Returns pressures, shear tractions and gaps at the end of the step."""
+        parts = []
+        for support, _, each in self._each():
+            part = support.part
+            response, owner = each.response, part.owner
+            traction = support.distribute(response.traction)
+            normal = part.pose.normal
+            along = np.einsum("ni,ni->n", traction, normal)
+            closed = response.closed[owner] & support.active
+            gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
+            parts.append(
+                ContactState(
+                    position=part.pose.position + each.moved,
+                    normal=normal,
+                    weight=part.pose.weight,
+                    normal_stress=along,
+                    shear_stress=along[:, None] * normal - traction,
+                    gap=gap,
+                    sliding=response.sliding[owner] & closed,
+                    in_contact=closed,
+                )
+            )
+        return ContactState.joined(parts, displacement.shape[1])

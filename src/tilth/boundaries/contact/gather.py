@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The surfaces that soil can touch in a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tilth.arrays import Floats, Integers
+from tilth.boundaries.contact.constraint import ContactConstraint
+from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.contact.surface import ContactSurface
+from tilth.mpm.domains import half_edges
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.quadrature import locate_in_cells, near_soil
+from tilth.surface.protocol import BodySurface
+
+REACH = 1.0
+"""Gap, in cells, up to which soil can come into contact in a step."""
+
+BEHIND = 1.0
+"""Depth behind a surface, in cells, up to which soil belongs to it."""
+
+
+def gather_contacts(
+    surfaces: Sequence[ContactSurface],
+    tracked: Mapping[str, BodySurface],
+    points: MaterialPoints,
+    active: ActiveGrid,
+    moduli: Floats,
+    kind: str,
+    before: float,
+    after: float,
+) -> list[ContactConstraint]:
+    """Returns the surfaces near soil in the step from time `before` to `after`, without multipliers.
+
+    tracked: tracked surfaces of the soil, by the bodies' names. moduli: constrained and shear
+    modulus of the material points [stress], shape (points, 2). kind: of the analysis.
+    """
+    found = []
+    for surface in surfaces:
+        position, normal, _ = surface.surface_points(before)
+        measured, point = measure_surface(surface, tracked, points, active, position, normal)
+        near = np.flatnonzero(point >= 0)
+        touch = surface.touch(near, measured[near], scatter_of(points, point[near], normal[near]))
+        foot = position[near] + np.maximum(touch.gap, 0.0)[:, None] * normal[near]
+        inside = np.flatnonzero(near_soil(active, foot))
+        if len(inside) == 0:
+            continue
+        order, at = locate_in_cells(active, foot[inside])
+        order = inside[order]
+        chosen = near[order]
+        found.append(
+            ContactConstraint(
+                boundary=surface,
+                chosen=chosen,
+                at=at,
+                pose=surface.pose(before, after, chosen),
+                moduli=moduli[point[chosen]],
+                axisymmetric=kind == "axisymmetric",
+                elastic_share=points.elastic_share[point[chosen]],
+                touch=touch.of(order),
+                measured=measured[chosen],
+                law=surface.law(points, point[chosen]),
+                start=before,
+            )
+        )
+    return found
+
+
+def measure_surface(
+    surface: ContactSurface,
+    tracked: Mapping[str, BodySurface],
+    points: MaterialPoints,
+    active: ActiveGrid,
+    position: Floats,
+    normal: Floats,
+) -> tuple[Floats, Integers]:
+    """Returns gaps of points of a surface and the material points there, see `measure_gap`."""
+    cell = surface.cell
+    behind = min(BEHIND * cell, surface.thickness)
+    return measure_gap(points, active.grid, tracked, position, normal, REACH * cell, behind)
+
+
+def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Floats:
+    """Returns how inexact the measured gaps of material points' domains are [length], shape (n,).
+
+    The faces of a row of boxes are a stair-case along a surface that is oblique to them: its steps
+    are as high as the boxes' widths along the normal, without the greatest of their components.
+    """
+    edge = half_edges(points, point)
+    if edge is None:
+        across = points.half_length[point] * np.abs(normal)
+    else:
+        across = np.abs(np.einsum("nki,ni->nk", edge, normal))
+    return np.asarray(2.0 * (across.sum(axis=1) - across.max(axis=1)))

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A rigid body: its place, its motion in a step, and the forces on it besides contact.
+
+The motion of a step is a translation t of the centre and a rotation by the vector v: a point x
+moves by d = t + (R(v) - I)(x - c). Components of t and v are prescribed or free; the free ones are
+unknowns of the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.arrays import Flags, Floats
+from tilth.boundaries.contact.rotation import (
+    derivative,
+    left_jacobian,
+    rotated_by,
+    rotation_by,
+    second_derivative,
+)
+from tilth.model import RigidBody as DeclaredBody
+
+WEAK_SPRING = 1e-10
+"""Stiffness of the springs that hold a free body against the step's start, relative to the soil's
+modulus times the size of the body: they make the system regular where nothing else holds it."""
+
+
+class RigidBody:
+    """A rigid body with its state.
+
+    Args:
+        declared: the user's declaration.
+        dim: number of directions.
+        kind: of the analysis.
+        end: of the schedule, in a stage of the stage's.
+        acceleration: acceleration of all body forces at a time, shape (dim,).
+
+    Attributes:
+        name: given by the user.
+        declared: the user's declaration.
+        components: names of the components of its motion, translations first.
+        free: which of them are free, shape (components,).
+        time: to which the state belongs.
+        displacement: of the centre since the start [length], shape (dim,).
+        turn: sum of the rotation vectors of all steps [rad], shape (1,) or (3,).
+        rotation: from the reference configuration, shape (dim, dim).
+        force, moment: of the soil on the body at the end of the last step [force], [force length],
+            shapes (dim,) and (1,) or (3,), the moment about its centre.
+        size: of the body, to scale rotations [length].
+    """
+
+    def __init__(
+        self,
+        declared: DeclaredBody,
+        dim: int,
+        kind: str,
+        end: float,
+        acceleration: Callable[[float], Floats],
+    ) -> None:
+        self.name = declared.name
+        self.declared = declared
+        self.components = declared.components(dim, kind)
+        self._schedule_end = end
+        self._acceleration = acceleration
+        self.free: Flags = np.array(
+            [not declared.is_prescribed(name) for name in self.components], dtype=bool
+        )
+        turns = 1 if dim == 2 else 3
+        self._axis = np.array([self._slot(name, dim) for name in self.components])
+        self._centre = np.array(declared.centre, dtype=np.float64)
+        self.size = 1.0
+        self.time = self._end = 0.0
+        self.displacement: Floats = np.zeros(dim)
+        self.turn: Floats = np.zeros(turns)
+        self.rotation: Floats = np.eye(dim)
+        self.force: Floats = np.zeros(dim)
+        self.moment: Floats = np.zeros(turns)
+        self._increments: Floats = np.zeros(dim + turns)
+        self._offset: Floats = np.zeros(dim)
+
+    @staticmethod
+    def _slot(name: str, dim: int) -> int:
+        """Returns the place of a component among all translations and rotations."""
+        if name in ("x", "y", "z"):
+            return "xyz".index(name)
+        return dim if name == "rotation" else dim + "xyz".index(name[-1])
+
+    @property
+    def dim(self) -> int:
+        """Number of directions."""
+        return len(self.displacement)
+
+    @property
+    def centre(self) -> Floats:
+        """Its centre at the start of the step [length], shape (dim,)."""
+        return np.asarray(self._centre + self.displacement)
+
+    @property
+    def scale(self) -> Floats:
+        """Factors of the free components for comparison with displacements, shape (m,)."""
+        return np.where(self._axis[self.free] < self.dim, 1.0, self.size)
+
+    def begin(self, after: float) -> None:
+        """Begins a step to the time `after`, with the free components at rest."""
+        self._end = after
+        self._increments = self._prescribed(self.time, after)
+
+    def lower(self, by: Floats) -> None:
+        """Moves the body before a step [length], shape (dim,), such as into contact with soil."""
+        self.displacement = self.displacement + by
+
+    def increments(self, unknowns: Floats) -> Floats:
+        """Returns all translations and rotations of the step, shape (dim + 1 or 3,).
+
+        unknowns: the free components, shape (m,).
+        """
+        full = self._increments.copy()
+        full[self._axis[self.free]] = unknowns
+        return full
+
+    def set_trial(self, unknowns: Floats) -> None:
+        """Sets where the body is at the end of the step, shape (m,)."""
+        self._increments = self.increments(unknowns)
+
+    def _prescribed(self, before: float, after: float) -> Floats:
+        increments = np.zeros(self.dim + len(self.turn))
+        for name, slot in zip(self.components, self._axis, strict=True):
+            if self.declared.is_prescribed(name):
+                values = [
+                    self.declared.prescribed(name, time, self._schedule_end) or 0.0
+                    for time in (before, after)
+                ]
+                increments[slot] = values[1] - values[0]
+        return increments
+
+    def place(self, time: float) -> tuple[Floats, Floats]:
+        """Returns displacement of the centre (dim,) and rotation (dim, dim) at a time.
+
+        Within the current step its motion is uniform. At other times the prescribed components have
+        their values of that time, the free ones those of now.
+        """
+        if time == self._end and self._end > self.time:
+            step = self._increments
+        elif self.time < time < self._end:
+            step = self._increments * ((time - self.time) / (self._end - self.time))
+        else:
+            step = self._prescribed(self.time, time)
+        translation, vector = step[: self.dim], step[self.dim :]
+        return self.displacement + translation, rotation_by(vector) @ self.rotation
+
+    def position(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.position`; the factor is the time."""
+        displacement, rotation = self.place(factor)
+        return np.asarray((reference - self._centre) @ rotation.T + self._centre + displacement)
+
+    def reference(self, position: Floats, factor: float) -> Floats:
+        """As `Motion.reference`; the factor is the time."""
+        displacement, rotation = self.place(factor)
+        return np.asarray((position - self._centre - displacement) @ rotation + self._centre)
+
+    def gradient(self, reference: Floats, factor: float) -> Floats:
+        """As `Motion.gradient`; the factor is the time."""
+        _, rotation = self.place(factor)
+        return np.broadcast_to(rotation, (len(reference), *rotation.shape))
+
+    def displacements(self, increments: Floats, position: Floats) -> Floats:
+        """Returns d of points of the body at the start of the step [length], shape (n, dim)."""
+        arm = position - self.centre
+        return np.asarray(increments[: self.dim] + rotated_by(increments[self.dim :], arm))
+
+    def displacement_derivatives(self, increments: Floats, position: Floats) -> Floats:
+        """Returns the derivatives of d by the free components, shape (m, n, dim)."""
+        translations = np.broadcast_to(
+            np.eye(self.dim)[:, None], (self.dim, len(position), self.dim)
+        )
+        turns = derivative(increments[self.dim :], position - self.centre)
+        return np.concatenate([translations, turns])[self._axis[self.free]]
+
+    def geometric_stiffness(
+        self, increments: Floats, position: Floats, force: Floats
+    ) -> Floats:
+        """Returns -sum of forces (n, dim) times the second derivatives of d, shape (m, m)."""
+        dim, turns = self.dim, len(self.turn)
+        whole = np.zeros((dim + turns, dim + turns))
+        second = second_derivative(increments[dim:], position - self.centre)
+        whole[dim:, dim:] = -np.einsum("abni,ni->ab", second, force)
+        slots = self._axis[self.free]
+        return whole[np.ix_(slots, slots)]
+
+    def applied(self, increments: Floats, time: float) -> Floats:
+        """Returns force and moment on the free components at a time, with weight and springs, (m,).
+
+        increments: of the step so far. Forces in [force], moments in [force length].
+        """
+        declared = self.declared
+        load = np.zeros(self.dim + len(self.turn))
+        for name, slot in zip(self.components, self._axis, strict=True):
+            load[slot] = declared.applied(name, time, self._schedule_end)
+        if declared.mass:
+            load[: self.dim] += declared.mass * self._acceleration(time)
+        load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
+        total = np.concatenate([self.displacement, self.turn]) + increments
+        load[self._axis] -= self.springs * total[self._axis]
+        return load[self._axis[self.free]]
+
+    @property
+    def springs(self) -> Floats:
+        """Stiffness of the springs to the ground of each component, shape (components,)."""
+        return np.array([self.declared.spring(name) for name in self.components])
+
+    def commit(self, unknowns: Floats, force: Floats, moment: Floats) -> None:
+        """Ends the step with these free components (m,) and the soil's force and moment."""
+        step = self.increments(unknowns)
+        self.displacement = self.displacement + step[: self.dim]
+        self.turn = self.turn + step[self.dim :]
+        self.rotation = rotation_by(step[self.dim :]) @ self.rotation
+        self.force, self.moment = force, moment
+        self.time = self._end
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns the arrays for a checkpoint."""
+        return {
+            "time": np.array([self.time]),
+            "displacement": self.displacement,
+            "turn": self.turn,
+            "rotation": self.rotation,
+            "force": self.force,
+            "moment": self.moment,
+        }
+
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        own = self.state()
+        for name, array in own.items():
+            if state[name].shape != array.shape:
+                raise ValueError(f"{name!r} has another shape")
+        self.time = self._end = float(state["time"][0])
+        self.displacement, self.turn = state["displacement"], state["turn"]
+        self.rotation, self.force = state["rotation"], state["force"]
+        self.moment = state["moment"]
+        self._increments = np.zeros(self.dim + len(self.turn))

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The surface of a boundary or rigid body that soil can separate from and slide on.
+
+Its quadrature points are those of an implicit boundary. Each stores its traction for the next step,
+whether it is in contact, and the gap that was measured there when it last was: where the soil's
+surface is known only to a part of the points' spacing, this is the zero of later gaps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats, Integers
+from tilth.boundaries.contact.law import ContactLaw
+from tilth.boundaries.contact.rigid_body import RigidBody
+from tilth.boundaries.implicit.boundary import GridProperties, Implicit
+from tilth.boundaries.implicit.motion import Motion
+from tilth.geometry.protocol import Geometry, QuadraturePoints
+from tilth.model import Contact, ImplicitBoundary
+from tilth.model.load_curve import LoadCurve
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.shear_strength import shear_strength
+
+INSIDE_OTHERS = 1e-6
+"""Depth in another shape of the same body, in cells, from which a point is no surface."""
+
+LARGEST_OFFSET = 0.3
+"""Greatest gap in cells, measured in contact, that counts as inexact knowledge of the surface."""
+
+LOST = 0.25
+"""Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
+the measured gaps with two material points per cell and direction."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Which of n points are in contact at the start of a step.
+
+    Attributes:
+        closed: whether there is contact, shape (n,).
+        gap: distance to the soil's surface, 0 in contact [length], shape (n,).
+        offset: zero of the measured gaps [length], shape (n,).
+    """
+
+    closed: Flags
+    gap: Floats
+    offset: Floats
+
+    def of(self, chosen: Integers) -> Touch:
+        """Returns that of the chosen points."""
+        return Touch(self.closed[chosen], self.gap[chosen], self.offset[chosen])
+
+
+class ContactSurface(Implicit):
+    """An `Implicit` with contact: of a boundary, or one of the shapes of a rigid body.
+
+    Args:
+        declared, key, curve, geometry, motion, delta, grid: see `Implicit`.
+        contact: the law.
+        contact_with: laws with soil bodies of these names.
+        body: the rigid body, if it is a shape of one.
+        others: the other shapes of this body.
+        full: whether the soil touches all of the surface at the start.
+        thickness: of the body behind the surface [length]; infinite if not given.
+    """
+
+    def __init__(
+        self,
+        declared: ImplicitBoundary,
+        key: str,
+        curve: LoadCurve,
+        geometry: Geometry,
+        motion: Motion,
+        delta: float,
+        grid: GridProperties,
+        contact: Contact,
+        contact_with: Mapping[str, Contact],
+        body: RigidBody | None = None,
+        others: Sequence[Geometry] = (),
+        full: bool = False,
+        thickness: float = np.inf,
+    ) -> None:
+        super().__init__(declared, key, curve, geometry, motion, delta, grid)
+        self.contact = contact
+        self.contact_with = contact_with
+        self.body = body
+        self._others = others
+        self._full = full
+        self.thickness = thickness
+        self._columns = len(grid.origin) + 2
+        self.carried = np.zeros((0, self._columns))
+
+    @property
+    def cell(self) -> float:
+        """The smallest edge of a cell [length]."""
+        return float(self._grid.cell_size.min())
+
+    def factor(self, time: float) -> float:
+        """As `Implicit.factor`; the motion of a rigid body has the time for its factor."""
+        return time if self.body is not None else super().factor(time)
+
+    def _kept(self, points: QuadraturePoints) -> QuadraturePoints:
+        points = super()._kept(points)
+        outside = np.ones(len(points.position), dtype=bool)
+        for other in self._others:
+            outside &= other.distance(points.position) > -INSIDE_OTHERS * self.cell
+        return points.of(outside)
+
+    def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
+        """Returns the contact of chosen points at the start of a step.
+
+        measured: gaps [length], shape (n,); infinite where there is no soil, -inf inside of it.
+        scatter: how inexact they are [length], shape (n,).
+        """
+        dim = self._columns - 2
+        stored = self.carried[chosen]
+        was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
+        never = stored[:, dim] == 0.0
+        known = np.isfinite(measured)
+        near = never & known & (np.abs(measured) <= (LOST * self.cell if self._full else scatter))
+        offset[near] = measured[near]
+        limit = LARGEST_OFFSET * self.cell
+        gap = np.where(known, measured, 0.0) - np.clip(offset, -limit, limit)
+        closed = np.where(was_closed, measured < LOST * self.cell, gap <= 0.0) | near
+        closed |= np.isneginf(measured)
+        return Touch(closed, np.where(closed, 0.0, gap), offset)
+
+    def store(
+        self,
+        chosen: Integers,
+        traction: Floats,
+        closed: Flags,
+        measured: Floats,
+        offset: Floats,
+    ) -> None:
+        """Stores tractions (n, dim) of points in contact, in the reference configuration's frame.
+
+        closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
+        [length], shape (n,). offset: their zero at its start, shape (n,).
+        """
+        dim = self._columns - 2
+        stored = np.zeros_like(self.carried)
+        stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
+        limit = LARGEST_OFFSET * self.cell
+        now = np.where(np.isfinite(measured), np.clip(measured, -limit, limit), 0.0)
+        kept = np.where(measured < 2.0 * limit, offset, 0.0)
+        stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
+        stored[chosen, dim] = np.where(closed, 1.0, -1.0)
+        stored[chosen, dim + 1] = np.where(closed, now, kept)
+        self.carried = stored
+
+    def law(self, points: MaterialPoints, point: Integers) -> ContactLaw:
+        """Returns the law of surface points in contact with these material points, (n,) each."""
+        cohesion, slope = shear_strength(points)
+        names = np.array([body.name for body in points.bodies])[points.body_id[point]]
+        parts = [np.zeros(len(point)) for _ in range(4)]
+        bilateral = np.zeros(len(point), dtype=bool)
+        for name in np.unique(names):
+            own = names == name
+            contact = self.contact_with.get(str(name), self.contact)
+            values = parameters(contact, cohesion[point[own]], slope[point[own]])
+            for part, value in zip(parts, values, strict=True):
+                part[own] = value
+            bilateral[own] = contact.normal == "bilateral"
+        return ContactLaw(*parts, bilateral=bilateral)
+
+
+def parameters(
+    contact: Contact, cohesion: Floats, slope: Floats
+) -> tuple[Floats | float, Floats | float, Floats | float, Floats | float]:
+    """Returns c, mu, limit and T of a declared law, see `ContactLaw`, shape (n,) or one number.
+
+    cohesion, slope: the soil's own c [stress] and tan(phi) [-], shape (n,).
+    """
+    limit: Floats | float = np.inf
+    if contact.shear_limit is not None:
+        limit = contact.shear_limit
+    elif contact.adhesion_factor is not None:
+        limit = contact.adhesion_factor * cohesion
+    tension = contact.tensile_strength or 0.0
+    if contact.tangential == "smooth":
+        return 0.0, 0.0, np.inf, tension
+    if contact.tangential == "friction":
+        assert contact.friction is not None
+        return 0.0, contact.friction, limit, tension
+    if contact.tangential == "adhesion":
+        return limit, 0.0, np.inf, tension
+    if contact.tangential == "rough":
+        return cohesion, slope, np.inf, tension
+    return np.inf, 0.0, np.inf, tension
