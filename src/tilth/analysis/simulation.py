@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,16 @@ from tilth.analysis.state import (
 )
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Flags, Floats
-from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
+from tilth.boundaries import (
+    Conditions,
+    ImplicitConstraints,
+    make_bodies,
+    make_boundaries,
+    make_implicit,
+)
 from tilth.boundaries.axis import Axis, AxisConstraints
+from tilth.boundaries.contact.forces import AssembledContact, contact_terms
+from tilth.boundaries.contact.state import ContactState
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
@@ -75,6 +83,8 @@ class StepResult:
         forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
         work: work of loads and boundaries on the soil in the step [force length].
         time: at the end of the step.
+        contacts: of each boundary and rigid body that soil can separate from, by name.
+        friction_work: work dissipated by friction on them in the step [force length].
     """
 
     active: ActiveGrid
@@ -82,6 +92,8 @@ class StepResult:
     forces: dict[str, Floats]
     work: float
     time: float
+    contacts: dict[str, ContactState] = field(default_factory=dict)
+    friction_work: float = 0.0
 
     @property
     def reaction(self) -> Floats:
@@ -157,6 +169,8 @@ class Simulation:
         self.kind = model.analysis.kind
         self.boundaries = make_boundaries(model)
         self.implicit = make_implicit(model)
+        self.rigid_bodies, surfaces = make_bodies(model, self._acceleration)
+        self.implicit += surfaces
         self._grid_motion = GridMotion(model, self.implicit)
         self.grid = self._grid_motion.at(0.0)
         model.require_state_variables()
@@ -220,6 +234,10 @@ class Simulation:
             raise WrongState(f"{min(unknown)!r} belongs to nothing in it")
         return simulation
 
+    def _acceleration(self, time: float) -> Floats:
+        """Returns all body forces per mass [acceleration], shape (dim,)."""
+        return self.loads.acceleration(time) + np.zeros(self.model.dimension)
+
     @property
     def warnings(self) -> list[str]:
         """Texts not yet reported; the caller empties the list."""
@@ -268,6 +286,7 @@ class Simulation:
         if self.model.stage.number > 0:
             owners["released"] = self.released
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
+        owners |= {f"rigid body {i}": each for i, each in enumerate(self.rigid_bodies)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
         return owners
 
@@ -314,12 +333,14 @@ class Simulation:
         """
         with self.timers.measure("basis"):
             active = self.locate(before)
+        for body in self.rigid_bodies:
+            body.begin(after)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained,
+                on_axis.conditions.constrained, self.surfaces,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
@@ -414,10 +435,26 @@ class Simulation:
         with self.timers.measure("boundaries"):
             carried = constraints.after(equilibrium.displacement)
             forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
+            contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
+            forces |= {contact.name: contact.nodal_force() for contact in contacts}
+            touching = np.zeros_like(equilibrium.load)
+            for contact in contacts:
+                touching += contact.carried_force()
             reaction_before = constraints.reaction_before(
-                equilibrium.initial_reaction, conditions.constrained, balance.constant_force()
+                equilibrium.initial_reaction,
+                conditions.constrained,
+                balance.constant_force(),
+                touching,
             )
-        result = StepResult(balance.active, equilibrium, forces, 0.0, step.after)
+        result = StepResult(
+            balance.active,
+            equilibrium,
+            forces,
+            0.0,
+            step.after,
+            contacts={each.name: each.state(equilibrium.displacement) for each in contacts},
+            friction_work=sum(each.friction_work() for each in contacts),
+        )
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
         return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
 
@@ -461,6 +498,10 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
+        modulus = self.round_off / ROUND_OFF
+        terms += contact_terms(
+            constraints.contacts, self.rigid_bodies, after, modulus, active.nodes
+        )
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:

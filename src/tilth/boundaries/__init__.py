@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.conditions import Conditions
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
@@ -13,6 +15,7 @@ from tilth.boundaries.protocol import Boundary, Prescribed
 from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
 if TYPE_CHECKING:
+    from tilth.boundaries.contact.rigid_body import RigidBody
     from tilth.boundaries.implicit.boundary import Implicit
 
 __all__ = [
@@ -20,6 +23,7 @@ __all__ = [
     "Conditions",
     "ImplicitConstraints",
     "Prescribed",
+    "make_bodies",
     "make_boundaries",
     "make_implicit",
 ]
@@ -48,3 +52,21 @@ def make_implicit(model: Model) -> list[Implicit]:
     from tilth.boundaries.implicit.make import make  # loads all geometries
 
     return [make(entry, model) for entry in declared]
+
+
+def make_bodies(
+    model: Model, acceleration: Callable[[float], Floats]
+) -> tuple[list[RigidBody], list[Implicit]]:
+    """Returns the rigid bodies of a model and all their surfaces, in the order of declaration.
+
+    acceleration: of all body forces at a time, shape (dim,).
+
+    Raises:
+        BadInput: a file of a body cannot be used.
+    """
+    if not model.rigid_bodies:
+        return [], []
+    from tilth.boundaries.contact.make import make_rigid_bodies
+
+    bodies, surfaces = make_rigid_bodies(model, acceleration)
+    return bodies, list(surfaces)

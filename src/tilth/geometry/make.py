@@ -27,7 +27,7 @@ from tilth.model.fields import per_direction
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.user_function import UserFunction
 
-__all__ = ["GEOMETRIES", "Geometry", "make_geometry"]
+__all__ = ["GEOMETRIES", "Geometry", "make_geometry", "make_shape"]
 
 
 def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
@@ -37,8 +37,16 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
         BadInput: a file or function named there cannot be used, or a curve is not valid.
     """
     number = [b.name for b in model.boundaries].index(boundary.name)
-    make = GEOMETRIES[type(boundary.geometry)]
-    return make(boundary.geometry, model, f"boundaries[{number}].geometry")
+    return make_shape(boundary.geometry, model, f"boundaries[{number}].geometry")
+
+
+def make_shape(declaration: DeclaredGeometry, model: Model, key: str) -> Geometry:
+    """Returns a declared geometry; key: of it in the case file.
+
+    Raises:
+        BadInput: a file or function named there cannot be used, or a curve is not valid.
+    """
+    return GEOMETRIES[type(declaration)](declaration, model, key)
 
 
 def _plane(plane: declared.PlaneGeometry, model: Model, key: str) -> Geometry:

@@ -71,6 +71,10 @@ class ImplicitBoundary(Declared):
     """
     contact_with: Contacts | None = None
     """With `contact`: another law for soil bodies, by their names."""
+    wished_in_place: bool = False
+    """With `contact`: whether the soil touches the boundary from the start, within a quarter of a
+    cell, however its material points lie beside it.
+    """
     direction: Direction | None = None
     """With condition "direction": shape (dimension,), of any length; rotates with the boundary."""
     delta: Real | None = None
@@ -137,6 +141,9 @@ class ImplicitBoundary(Declared):
 
     def _contact_problems(self) -> Iterator[Problem]:
         if self.contact is None:
+            if self.wished_in_place:
+                remedy = "give `contact`, or leave it out"
+                yield Problem("wished_in_place", "has no meaning without `contact`", remedy)
             if self.condition is None:
                 remedy = 'give the constrained components, such as condition = "roller"'
                 yield Problem("condition", "missing", remedy)

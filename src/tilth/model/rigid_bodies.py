@@ -62,6 +62,10 @@ class RigidBody(Declared):
     """Law of its contact with soil."""
     contact_with: Contacts | None = None
     """Another law for soil bodies, by their names."""
+    wished_in_place: bool = False
+    """Whether the body is in the soil from the start, as if it had always been there: the soil within
+    a quarter of a cell touches it then, however its material points lie beside the surface.
+    """
     centre: Vector
     """Reference point of rotation, moment and weight at time 0 [length], shape (dimension,): for a
     body with a mass the centre of mass.

@@ -44,6 +44,13 @@ class PointsInCells:
         """Gradients of the shape functions [1/length], shape (n, 2^dim, dim)."""
         return np.asarray(_core.shape_functions(self.local, self.cell_size)[1])
 
+    def of(self, kept: npt.NDArray[np.bool_]) -> PointsInCells:
+        """Returns the points `kept`, shape (n,), in those of the cells that have any."""
+        count = np.bincount(self.cell[kept], minlength=len(self.node))
+        used = count > 0
+        start = np.concatenate([[0], np.cumsum(count[used])])
+        return PointsInCells(start, self.node[used], self.local[kept], self.cell_size)
+
     @property
     def cell(self) -> Integers:
         """Number of the cell of each point, shape (n,)."""

@@ -14,7 +14,7 @@ u is taken at y_q, where the normal through the point meets the soil.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,6 +74,20 @@ class ContactConstraint(ImplicitConstraint):
         """e_n and e_t of the points [stress/length], shape (n, 2)."""
         assert self.boundary.quadrature is not None
         return self.boundary.quadrature.square[self.chosen, None] * self.moduli
+
+    def of(self, kept: Flags) -> ContactConstraint:
+        """Returns the same with only the points `kept`, shape (n,), before multipliers are chosen."""
+        return replace(
+            self,
+            chosen=self.chosen[kept],
+            at=self.at.of(kept),
+            pose=self.pose.of(kept),
+            moduli=self.moduli[kept],
+            elastic_share=self.elastic_share[kept],
+            touch=self.touch.of(np.flatnonzero(kept)),
+            measured=self.measured[kept],
+            law=self.law.of(kept),
+        )
 
     def after(self, displacement: Floats) -> Floats:
         """Not used: the tractions follow from the multipliers' response."""

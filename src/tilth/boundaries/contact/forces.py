@@ -58,6 +58,7 @@ class ContactForces(Term):
         body: the rigid body, if it is one.
         after: time at the end of the step.
         modulus: of the soil [stress], for the scale of the springs that hold free bodies.
+        nodes: number of nodes of the grid.
     """
 
     def __init__(
@@ -334,3 +335,26 @@ class AssembledContact(GlobalUnknowns):
                 )
             )
         return ContactState.joined(parts, displacement.shape[1])
+
+
+def contact_terms(
+    contacts: Sequence[ContactConstraint],
+    bodies: Sequence[RigidBody],
+    after: float,
+    modulus: float,
+    nodes: int,
+) -> list[ContactForces]:
+    """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
+
+    Args: see `ContactForces`.
+    """
+    terms = []
+    for body in bodies:
+        own = [part for part in contacts if part.boundary.body is body]
+        terms.append(ContactForces(body.name, own, body, after, modulus, nodes))
+    terms += [
+        ContactForces(part.boundary.name, [part], None, after, modulus, nodes)
+        for part in contacts
+        if part.boundary.body is None
+    ]
+    return terms

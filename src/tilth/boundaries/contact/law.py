@@ -3,10 +3,10 @@
 
 With the trial tractions s_n = lambda_n + e_n g and s_t = lambda_t + e_t w_t, tension positive:
 
-    normal   sigma = s_n while s_n < T, otherwise T (bilateral: always s_n),      p = -sigma
+    normal   sigma = s_n while s_n <= T, otherwise T (bilateral: always s_n),      p = -sigma
     shear    tau = s_t while |s_t| <= r, otherwise r s_t / |s_t|,      r = min(c + mu p, limit)
 
-Without contact (s_n >= T = 0) both are zero (docs/theory/contact.md; Coulomb friction as in
+Without contact (s_n > T = 0) both are zero (docs/theory/contact.md; Coulomb friction as in
 Wriggers, Computational Contact Mechanics, 2006, chapter 5).
 """
 
@@ -98,7 +98,7 @@ def respond(law: ContactLaw, trial: Floats, stiffness: Floats) -> ContactRespons
     """
     count, dim = trial.shape
     stiff_n, stiff_t = stiffness.T
-    held = law.bilateral | (trial[:, 0] < law.tension)
+    held = law.bilateral | (trial[:, 0] <= law.tension)
     closed = held | (law.tension > 0.0)
     normal = np.where(held, trial[:, 0], law.tension)
     pressure = np.where(closed, -normal, 0.0)

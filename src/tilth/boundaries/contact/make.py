@@ -30,8 +30,6 @@ def make_rigid_bodies(
     """
     bodies, surfaces = [], []
     for number, declared in enumerate(model.rigid_bodies):
-        if not model.present(declared.name):
-            continue
         key = f"rigid_bodies[{number}]"
         body = RigidBody(
             declared, model.dimension, model.analysis.kind, model.schedule.end, acceleration
@@ -43,7 +41,7 @@ def make_rigid_bodies(
         ]
         for i, shape in enumerate(shapes):
             stand_in = ImplicitBoundary(
-                name=declared.name,
+                name=declared.name if i == 0 else f"{declared.name} ({i + 1})",
                 geometry=declared.shapes[i],
                 contact=declared.contact,
                 contact_with=declared.contact_with,
@@ -82,6 +80,7 @@ def make_contact(declared: ImplicitBoundary, model: Model) -> ContactSurface:
         grid_properties(model),
         contact=declared.contact,
         contact_with=declared.contact_with or {},
+        full=declared.wished_in_place,
     )
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, Integers, require_table
+from tilth.arrays import Flags, Floats, Integers, require_table
 from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.boundaries.implicit.quadrature import (
     BoundaryQuadrature,
@@ -74,6 +74,19 @@ class Pose:
     direction: Floats | None
     projector: Floats
     rotation: tuple[Floats, Floats] | None
+
+    def of(self, kept: Flags) -> Pose:
+        """Returns that of the points `kept`, shape (n,)."""
+        return Pose(
+            *(
+                None if each is None else each[kept]
+                for each in (
+                    self.position, self.increment, self.gradient, self.normal, self.weight,
+                    self.direction, self.projector,
+                )
+            ),
+            rotation=None if self.rotation is None else tuple(r[kept] for r in self.rotation),
+        )  # fmt: skip
 
 
 class Implicit:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,6 +12,9 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
+from tilth.boundaries.contact.constraint import ContactConstraint
+from tilth.boundaries.contact.gather import gather_contacts
+from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import (
@@ -27,6 +31,7 @@ from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.surface.protocol import BodySurface
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
 """Cap on the constrained modulus that scales the penalty, in units of Young's modulus.
@@ -47,11 +52,13 @@ class ImplicitConstraints:
         active: the grid of the step.
         parts: one for each boundary in contact with soil.
         without_contact: the other boundaries.
+        contacts: surfaces that soil can separate from and slide on, where they are near soil.
     """
 
     active: ActiveGrid
     parts: list[ImplicitConstraint]
     without_contact: list[Implicit]
+    contacts: tuple[ContactConstraint, ...] = ()
 
     @classmethod
     def gather(
@@ -63,14 +70,55 @@ class ImplicitConstraints:
         before: float,
         after: float,
         constrained: Flags | None = None,
+        tracked: Mapping[str, BodySurface] | None = None,
     ) -> ImplicitConstraints:
         """Returns the constraints in the step from time `before` to `after`.
 
         kind: of the analysis. constrained: components that other conditions prescribe at nodes,
-        shape (nodes, dim); none if not given.
+        shape (nodes, dim); none if not given. tracked: tracked surfaces of the soil.
         """
         if not boundaries:
             return cls(active, [], [])
+        moduli = _moduli(points.elastic_moduli())
+        touching = [each for each in boundaries if isinstance(each, ContactSurface)]
+        boundaries = [each for each in boundaries if not isinstance(each, ContactSurface)]
+        for surface in touching:
+            _extend_quadrature(surface, _box(points), before)
+        contacts = gather_contacts(
+            touching, tracked or {}, points, active, moduli, kind, before, after
+        )
+        without_contact: list[Implicit] = [
+            each for each in touching if each not in [part.boundary for part in contacts]
+        ]
+        parts = cls._held(boundaries, points, active, moduli, kind, before, after, without_contact)
+        if constrained is None:
+            constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+        of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
+        multipliers = choose_multipliers(active, [*of_surfaces, *contacts], constrained)
+        chosen = iter(multipliers)
+        parts = [
+            replace(part, multipliers=next(chosen)) if isinstance(part, SurfaceConstraint) else part
+            for part in parts
+        ]
+        owned = [
+            replace(part, owner=each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
+        ]
+        return cls(active, parts, without_contact, tuple(owned))
+
+    @staticmethod
+    def _held(
+        boundaries: list[Implicit],
+        points: MaterialPoints,
+        active: ActiveGrid,
+        moduli: Floats,
+        kind: str,
+        before: float,
+        after: float,
+        without_contact: list[Implicit],
+    ) -> list[ImplicitConstraint]:
+        """Returns the boundaries that hold soil; adds the others to `without_contact`."""
+        if not boundaries:
+            return []
         surfaces, normals, tributary, box = [], [], [], _box(points)
         for boundary in boundaries:
             _extend_quadrature(boundary, box, before)
@@ -88,9 +136,7 @@ class ImplicitConstraints:
             np.concatenate(tributary),
             box,
         )
-        moduli = _moduli(points.elastic_moduli())
         parts: list[ImplicitConstraint] = []
-        without_contact = []
         for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.quadrature is not None
             own = slice(end - len(surface), end)
@@ -115,17 +161,7 @@ class ImplicitConstraints:
                     elastic_share=points.elastic_share[point[chosen]],
                 )
             )
-        if constrained is None:
-            constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-        of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
-        multipliers = iter(choose_multipliers(active, of_surfaces, constrained))
-        parts = [
-            replace(part, multipliers=next(multipliers))
-            if isinstance(part, SurfaceConstraint)
-            else part
-            for part in parts
-        ]
-        return cls(active, parts, without_contact)
+        return parts
 
     def exterior_nodes(self) -> tuple[Integers, Floats]:
         """Returns the nodes near boundaries on their far side: sorted keys and relative stiffness.
@@ -135,8 +171,10 @@ class ImplicitConstraints:
         the normal's component along each axis.
         """
         keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
-        for form, factor in ((SurfaceConstraint, 1.0), (BandConstraint, STIFFNESS_RATIO_OF_BAND)):
-            parts = [part for part in self.parts if isinstance(part, form)]
+        bands = [part for part in self.parts if isinstance(part, BandConstraint)]
+        others = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
+        touching = [part.of(part.touch.closed) for part in self.contacts if part.touch.closed.any()]
+        for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
             key, depth = _core.exterior_nodes(
@@ -195,14 +233,17 @@ class ImplicitConstraints:
             force += part.nodal_force(part.before, self.active.nodes)
         return force
 
-    def reaction_before(self, initial: Floats, constrained: Flags, constant: Floats) -> Floats:
+    def reaction_before(
+        self, initial: Floats, constrained: Flags, constant: Floats, touching: Floats
+    ) -> Floats:
         """Returns all boundaries' nodal forces at the start of the step [force], (nodes, dim).
 
         initial: reaction of the constrained nodes at zero displacement, shape (nodes, dim). It
         contains `constant`, the implicit boundaries' force at zero displacement, same shape, which
-        includes that of their motion in the step. Before the step they exert the carried force.
+        includes that of their motion in the step. Before the step they exert the carried force, and
+        those in contact `touching`, the internal force of their tractions, same shape.
         """
-        carried = self.carried_force
+        carried = self.carried_force + touching
         return np.asarray(initial - np.where(constrained, constant - carried, 0.0) - carried)
 
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:

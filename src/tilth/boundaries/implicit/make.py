@@ -17,6 +17,10 @@ def make(declared: ImplicitBoundary, model: Model) -> Implicit:
     Raises:
         BadInput: a file or function of the boundary cannot be used.
     """
+    if declared.contact is not None:
+        from tilth.boundaries.contact.make import make_contact
+
+        return make_contact(declared, model)
     key = model.boundary_keys()[declared.name]
     cell_size = np.array(model.cell_size)
     geometry = make_geometry(declared, model)

@@ -28,7 +28,10 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
+    from tilth.boundaries.contact.constraint import ContactConstraint
     from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
+
+    WithDirections = SurfaceConstraint | ContactConstraint
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ def _tangents(normal: Floats) -> Floats:
 
 
 def choose_multipliers(
-    active: ActiveGrid, parts: Sequence[SurfaceConstraint], constrained: Flags
+    active: ActiveGrid, parts: Sequence[WithDirections], constrained: Flags
 ) -> list[Multipliers]:
     """Returns the multipliers of each boundary in contact with soil in a step.
 
@@ -169,7 +172,7 @@ def concatenated_cells(
 
 
 def _multipliers(
-    part: SurfaceConstraint, direction: Floats, owner: Integers, vertex: Floats
+    part: WithDirections, direction: Floats, owner: Integers, vertex: Floats
 ) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)
