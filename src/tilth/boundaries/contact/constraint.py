@@ -21,7 +21,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.law import ContactLaw, ContactResponse, respond
+from tilth.boundaries.contact.law import (
+    ContactLaw,
+    ContactResponse,
+    first_slip,
+    respond,
+)
 from tilth.boundaries.contact.surface import ContactSurface, Touch
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.motion import rotation_part
@@ -119,8 +124,10 @@ class Supports:
         before: carried mean tractions [stress], shape (m, dim).
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         law: of each multiplier.
+        slip: directions in which they slide at the last linearisation, shape (m, dim - 1).
     """
 
+    slip: Floats
     node_start: Integers
     node: npt.NDArray[np.int32]
 
@@ -137,6 +144,7 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.added = np.zeros((self.count, normal.shape[1]))
         self.activate(part.touch.closed)
+        self.slip = first_slip(self.law, self.before)
 
     def activate(self, active: Flags) -> None:
         """Sets which points take part, shape (n,)."""
@@ -195,17 +203,20 @@ class Supports:
         slip[:, 0] += self.gap
         return np.asarray(slip)
 
-    def respond(self, slip: Floats) -> ContactResponse:
-        """Returns the response to mean gaps and slips [length], shape (m, dim)."""
+    def trial(self, slip: Floats) -> Floats:
+        """Returns the trial tractions [stress], (m, dim), of mean gaps and slips of this shape."""
         stiffness = np.repeat(self.stiffness, (1, slip.shape[1] - 1), axis=1)
         trial = self.before + self.added + stiffness * slip
         trial[self.area <= 0.0] = 0.0
-        return respond(self.law, trial, self.stiffness)
+        return trial
 
-    def augment(self, response: ContactResponse, slip: Floats, chosen: Flags) -> None:
+    def respond(self, slip: Floats) -> ContactResponse:
+        """Returns the response to mean gaps and slips [length], shape (m, dim)."""
+        return respond(self.law, self.trial(slip), self.stiffness, self.slip)
+
+    def augment(self, slip: Floats, chosen: Flags) -> None:
         """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""
-        add = np.where(chosen, self.stiffness[:, 0] * slip[:, 0], 0.0)
-        self.added[:, 0] += add
+        self.added[:, 0] += np.where(chosen, self.stiffness[:, 0] * slip[:, 0], 0.0)
 
     def entry_force(self, traction: Floats) -> Floats:
         """Returns the internal force of mean tractions (m, dim) on each entry, (entries, dim)."""

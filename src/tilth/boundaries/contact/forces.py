@@ -164,6 +164,7 @@ class AssembledContact(GlobalUnknowns):
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
         for support, elements, each in self._each():
+            support.slip = each.response.slip
             for column, row in zip(self._columns(support, each), support.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
 
@@ -247,7 +248,7 @@ class AssembledContact(GlobalUnknowns):
                 changed = True
             wide = self._too_wide(support, each)
             if wide.any():
-                support.augment(each.response, each.slip, wide)
+                support.augment(each.slip, wide)
                 changed = True
         if changed:
             self._revisions += 1
@@ -257,8 +258,7 @@ class AssembledContact(GlobalUnknowns):
 
     def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
-        held = each.response.derivative[:, 0, 0] > 0.0
-        held &= support.area > 0.0
+        held = each.response.closed & (support.area > 0.0)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
 
     def commit(self, displacement: Floats) -> None:
@@ -316,11 +316,11 @@ class AssembledContact(GlobalUnknowns):
         parts = []
         for support, _, each in self._each():
             part = support.part
-            response, owner = each.response, part.owner
-            traction = support.distribute(response.traction)
+            owner = part.owner
+            traction = support.distribute(each.response.traction)
             normal = part.pose.normal
             along = np.einsum("ni,ni->n", traction, normal)
-            closed = response.closed[owner] & support.active
+            closed = each.response.closed[owner] & support.active
             gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
             parts.append(
                 ContactState(
@@ -330,7 +330,7 @@ class AssembledContact(GlobalUnknowns):
                     normal_stress=along,
                     shear_stress=along[:, None] * normal - traction,
                     gap=gap,
-                    sliding=response.sliding[owner] & closed,
+                    sliding=each.response.sliding[owner] & closed,
                     in_contact=closed,
                 )
             )

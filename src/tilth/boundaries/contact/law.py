@@ -3,11 +3,15 @@
 
 With the trial tractions s_n = lambda_n + e_n g and s_t = lambda_t + e_t w_t, tension positive:
 
-    normal   sigma = s_n while s_n <= T, otherwise T (bilateral: always s_n),      p = -sigma
-    shear    tau = s_t while |s_t| <= r, otherwise r s_t / |s_t|,      r = min(c + mu p, limit)
+    normal   sigma = s_n while s_n <= T, otherwise 0 (bilateral: always s_n),      p = -sigma
+    stick    tau = s_t while |s_t| <= r,      r = min(c + mu p, limit)
+    slip     tau = r s_t / |s_t|
 
-Without contact (s_n > T = 0) both are zero (docs/theory/contact.md; Coulomb friction as in
-Wriggers, Computational Contact Mechanics, 2006, chapter 5).
+Without contact both are zero (docs/theory/contact.md; Coulomb friction as in Wriggers,
+Computational Contact Mechanics, 2006). Newton's iteration is semi-smooth: an active-set method
+(Hueber & Wohlmuth 2005). Where slip would turn round from one linearisation to the next the
+multiplier sticks first: with stiff tractions the iteration would otherwise alternate between both
+directions.
 """
 
 from __future__ import annotations
@@ -18,13 +22,16 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 
-SLOPE_OF_ADHESION = 100.0
-"""Ratio of shear strength to pressure below which an adhesion is reduced.
+LARGEST_SLOPE = 10.0
+"""Greatest ratio of shear strength to pressure where the soil can separate.
 
-Where the soil can separate, an adhesion acts only on soil that is pressed against the surface. It
-increases linearly to its full value at a pressure of a hundredth of it: a law with a jump has no
-equilibrium where soil begins to separate.
+An adhesion, or a bond, acts there only on soil that is pressed against the surface: it increases to
+its full value at a tenth of it as pressure. A law with a jump has no equilibrium where soil begins
+to separate.
 """
+
+STRENGTH_TOLERANCE = 1e-9
+"""Relative difference of a shear traction from the shear strength that is round-off."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +70,10 @@ class ContactLaw:
         strength, slope = self.cohesion + self.friction * pressure, self.friction
         limited = strength > self.limit
         strength, slope = np.where(limited, self.limit, strength), np.where(limited, 0.0, slope)
-        by_adhesion = SLOPE_OF_ADHESION * np.maximum(pressure, 0.0)
-        reduced = ~self.bilateral & np.isfinite(self.cohesion) & (strength > by_adhesion)
-        strength = np.where(reduced, by_adhesion, strength)
-        slope = np.where(reduced & (pressure > 0.0), SLOPE_OF_ADHESION, slope)
+        largest = LARGEST_SLOPE * np.maximum(pressure, 0.0)
+        reduced = ~self.bilateral & (strength > largest)
+        strength = np.where(reduced, largest, strength)
+        slope = np.where(reduced & (pressure > 0.0), LARGEST_SLOPE, slope)
         positive = strength > 0.0
         return np.where(positive, strength, 0.0), np.where(positive, slope, 0.0)
 
@@ -79,46 +86,59 @@ class ContactResponse:
         traction: sigma and tau, as internal forces of the soil [stress], shape (m, dim).
         derivative: by the mean gap and slips [stress/length], shape (m, dim, dim).
         closed: whether there is contact, shape (m,).
-        sliding: whether the shear strength is reached, shape (m,).
+        slip: direction of the shear traction where the shear strength is reached, unit vectors,
+            shape (m, dim - 1); zero elsewhere.
     """
 
     traction: Floats
     derivative: Floats
     closed: Flags
-    sliding: Flags
+    slip: Floats
+
+    @property
+    def sliding(self) -> Flags:
+        """Whether the shear strength is reached, shape (m,)."""
+        return np.asarray(self.slip.any(axis=1))
 
 
-def respond(law: ContactLaw, trial: Floats, stiffness: Floats) -> ContactResponse:
+def first_slip(law: ContactLaw, carried: Floats) -> Floats:
+    """Returns the directions in which multipliers slide already at the start of a step.
+
+    carried: tractions of the last step [stress], shape (m, dim). As `ContactResponse.slip`.
+    """
+    strength, _ = law.strength(-carried[:, 0])
+    size = np.linalg.norm(carried[:, 1:], axis=1)
+    sliding = (size >= (1.0 - STRENGTH_TOLERANCE) * strength) & (size > 0.0)
+    return np.where(sliding, 1.0 / np.where(sliding, size, 1.0), 0.0)[:, None] * carried[:, 1:]
+
+
+def respond(law: ContactLaw, trial: Floats, stiffness: Floats, slip: Floats) -> ContactResponse:
     """Returns the response to trial tractions.
 
     Args:
         law: parameters of the m multipliers.
         trial: s_n and s_t [stress], shape (m, dim).
         stiffness: e_n and e_t [stress/length], shape (m, 2).
+        slip: of the response at the last linearisation, shape (m, dim - 1).
     """
     count, dim = trial.shape
     stiff_n, stiff_t = stiffness.T
-    held = law.bilateral | (trial[:, 0] <= law.tension)
-    closed = held | (law.tension > 0.0)
-    normal = np.where(held, trial[:, 0], law.tension)
-    pressure = np.where(closed, -normal, 0.0)
-    strength, slope = law.strength(pressure)
-    strength = np.where(closed, strength, 0.0)
+    closed = law.bilateral | (trial[:, 0] <= law.tension)
+    strength, slope = law.strength(-trial[:, 0])
     shear = trial[:, 1:]
     size = np.linalg.norm(shear, axis=1)
-    sliding = closed & (size > strength)
-    direction = shear / np.where(size > 0.0, size, 1.0)[:, None]
-    factor = np.where(sliding, strength / np.where(size > 0.0, size, 1.0), 1.0)
-    traction = np.zeros_like(trial)
-    traction[:, 0] = np.where(closed, normal, 0.0)
-    traction[:, 1:] = np.where(closed[:, None], factor[:, None] * shear, 0.0)
+    turns_round = np.einsum("mi,mi->m", shear, slip) < 0.0
+    sliding = closed & (size > strength) & ~turns_round
+    direction = np.where(sliding, 1.0 / np.where(sliding, size, 1.0), 0.0)[:, None] * shear
+    factor = np.where(sliding, strength, size) / np.where(size > 0.0, size, 1.0)
+    factor = np.where(size > 0.0, factor, 1.0)
+    traction = np.concatenate([trial[:, :1], factor[:, None] * shear], axis=1)
+    traction[~closed] = 0.0
 
     derivative = np.zeros((count, dim, dim))
-    derivative[:, 0, 0] = np.where(held, stiff_n, 0.0)
-    dyad = direction[:, :, None] * direction[:, None, :]
-    tangent = np.eye(dim - 1) - np.where(sliding, 1.0, 0.0)[:, None, None] * dyad
-    tangent = np.where(closed, factor * stiff_t, 0.0)[:, None, None] * tangent
-    derivative[:, 1:, 1:] = tangent
-    coupling = np.where(sliding & held, -slope * stiff_n, 0.0)
-    derivative[:, 1:, 0] = coupling[:, None] * direction
-    return ContactResponse(traction, derivative, closed, sliding)
+    derivative[:, 0, 0] = stiff_n
+    tangent = np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :]
+    derivative[:, 1:, 1:] = (factor * stiff_t)[:, None, None] * tangent
+    derivative[:, 1:, 0] = -(slope * stiff_n)[:, None] * direction
+    derivative[~closed] = 0.0
+    return ContactResponse(traction, derivative, closed, direction)
