@@ -29,12 +29,15 @@ class Newton:
         maximum_iterations: iterations after which the step counts as failed.
         line_search: whether steps that do not reduce the residual are shortened.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
+        adapts: whether soil that comes into contact takes part already in the next iteration, not
+            only from the equilibrium without it on.
     """
 
     tolerance: float
     maximum_iterations: int
     line_search: bool
     round_off: float
+    adapts: bool = False
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ from tilth.boundaries import (
 from tilth.boundaries.axis import Axis, AxisConstraints
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
 from tilth.boundaries.contact.state import ContactState
+from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
@@ -211,6 +212,8 @@ class Simulation:
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
         self.run_warnings.departures(model, self.grid.cell_size)
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
+        if any(isinstance(each, ContactSurface) for each in self.implicit):
+            self._attempts.append(replace(self._attempts[-1], adapts=True))
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
@@ -422,6 +425,7 @@ class Simulation:
                 )
             except StepFailed as failure:
                 guess = None
+                balance.restart()
                 if step.after > step.before:  # else a search for the starting state
                     self.run_warnings.line_search(failure.reason, step.after)
         return solve_step(

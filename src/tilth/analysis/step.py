@@ -84,6 +84,8 @@ def solve_step(
     begun = 0
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
+        if newton.adapts and balance.adapt(now.displacement):
+            now = residual.at(now.displacement, now.unknowns)
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)
         if not math.isfinite(now.relative):

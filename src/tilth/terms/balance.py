@@ -114,6 +114,16 @@ class Balance:
         for term in self.terms:
             term.add_stiffness(displacement, blocks)
 
+    def restart(self) -> None:
+        """Undoes what `adapt` and `revise` changed, before the step is solved once more."""
+        for term in self.terms:
+            term.restart()
+
+    def adapt(self, displacement: Floats) -> bool:
+        """Returns whether a term changed at a displacement, so that its forces are others."""
+        changed = [term.adapt(displacement) for term in self.terms]
+        return self.comm.max(float(any(changed))) > 0.0
+
     def revise(self, displacement: Floats) -> bool:
         """Returns whether a term changed at a converged displacement, so that it is none any more.
 

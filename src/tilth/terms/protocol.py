@@ -66,10 +66,23 @@ class AssembledTerm(ABC):
         At the displacement of the last call of `force`.
         """
 
+    def restart(self) -> None:  # noqa: B027
+        """Undoes what `adapt` and `revise` changed, before the step is solved once more."""
+
+    def adapt(self, displacement: Floats) -> bool:
+        """Determines anew, before each linearisation, what is fixed while a correction is tried.
+
+        Such as which soil takes part in contact. At the displacement of the last call of `force`.
+
+        Returns:
+            Whether something changed: the forces are then others.
+        """
+        return False
+
     def revise(self, displacement: Floats) -> bool:
         """Determines anew, at a converged displacement, what is fixed during the iteration.
 
-        Such as which soil takes part in contact. At the displacement of the last call of `force`.
+        At the displacement of the last call of `force`.
 
         Returns:
             Whether something changed: the balance must then be solved again.

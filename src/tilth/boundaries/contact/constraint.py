@@ -142,8 +142,12 @@ class Supports:
         self.entry_owner = found // nodes
         self.node = (found % nodes).astype(np.int32)
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
-        self.added = np.zeros((self.count, normal.shape[1]))
-        self.activate(part.touch.closed)
+        self.restart()
+
+    def restart(self) -> None:
+        """Sets the state at the start of the step."""
+        self.added = np.zeros((self.count, len(self.frame)))
+        self.activate(self.part.touch.closed)
         self.slip = first_slip(self.law, self.before)
 
     def activate(self, active: Flags) -> None:

@@ -237,15 +237,26 @@ class AssembledContact(GlobalUnknowns):
             joined[support.node] = True
         return joined
 
-    def revise(self, displacement: Floats) -> bool:
-        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
+    def adapt(self, displacement: Floats) -> bool:
+        """As `AssembledTerm.adapt`: soil that came into contact takes part."""
         changed = False
         for support, _, each in self._each():
-            gaps = support.gaps(displacement, each.moved)
-            overlaps = ~support.active & (gaps < -OVERLAP * self._cell)
-            if overlaps.any():
+            overlaps = support.gaps(displacement, each.moved) < -OVERLAP * self._cell
+            if (overlaps & ~support.active).any():
                 support.activate(support.active | overlaps)
                 changed = True
+        return changed
+
+    def restart(self) -> None:
+        """As `AssembledTerm.restart`."""
+        self._revisions = 0
+        for support in self._supports:
+            support.restart()
+
+    def revise(self, displacement: Floats) -> bool:
+        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
+        changed = self.adapt(displacement)
+        for support, _, each in self._each():
             wide = self._too_wide(support, each)
             if wide.any():
                 support.augment(each.slip, wide)
