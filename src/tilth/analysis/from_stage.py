@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.motions import motion_columns
 from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
@@ -26,6 +27,7 @@ from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results,
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
 from tilth.output.folder import (
+    BOUNDARIES,
     CHECKPOINT,
     HISTORY,
     LOG,
@@ -36,6 +38,7 @@ from tilth.output.folder import (
     safety_files,
     stage_checkpoint,
 )
+from tilth.output.history import mark_of, with_columns
 from tilth.output.snapshot import SurfaceShape
 
 
@@ -180,7 +183,11 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
     with writing(folder / MODEL):
         write_durably(folder / MODEL, declared)
     with writing(folder / HISTORY):
-        write_durably(folder / HISTORY, stored.history)
+        write_durably(folder / HISTORY, stored.rows.history)
+    boundaries = _rows_of_boundaries(stored, model)
+    if boundaries:
+        with writing(folder / BOUNDARIES):
+            write_durably(folder / BOUNDARIES, boundaries)
     with writing(folder / LOG):
         write_durably(folder / LOG, (stored.folder / LOG).read_bytes())
     outputs = _copy_results(stored, model, folder)
@@ -194,11 +201,21 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
         arrays, meta = read_checkpoint(stored.folder / source)
         meta["model"] = zlib.crc32(declared)
         meta["outputs"] = outputs[: len(meta["outputs"])]
+        meta["boundaries"] = mark_of(boundaries, meta["clock"]["step"])
         write_checkpoint(folder / target, arrays, meta)
         if i == number:
             write_checkpoint(folder / CHECKPOINT, arrays, meta)
         elif model.of_stages[i].stage.reductions == stored.model.of_stages[i].stage.reductions:
             _copy_safety(stored, i, folder)
+
+
+def _rows_of_boundaries(stored: StoredRun, model: Model) -> bytes:
+    """Returns boundaries.csv with the columns of the new model; empty if nothing moves in it."""
+    columns = motion_columns(model)
+    if not columns or columns == motion_columns(stored.model):
+        return stored.rows.boundaries if columns else b""
+    rows = stored.rows.boundaries or with_columns(stored.rows.history, [])
+    return with_columns(rows, columns)
 
 
 def _copy_safety(stored: StoredRun, number: int, folder: Path) -> None:

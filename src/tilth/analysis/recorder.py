@@ -20,8 +20,8 @@ from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
-from tilth.analysis.tracker import Tracker
 from tilth.arrays import Floats, Integers
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.fields.tables import place_text
@@ -32,7 +32,6 @@ from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
-    HistoryWriter,
     Progress,
     ResultsWriter,
     RunLog,
@@ -43,7 +42,6 @@ from tilth.output import (
 )
 from tilth.output.folder import (
     CHECKPOINT,
-    HISTORY,
     LOG,
     MODEL,
     RESULTS,
@@ -60,11 +58,12 @@ class Recorder:
 
     folder: Path
     analysis: StagedAnalysis
-    tracker: Tracker
     results: ResultsWriter
-    history: HistoryWriter
+    tables: StepTables
     log: RunLog
     work: float = 0.0
+    friction: float = 0.0
+    """Work that friction has dissipated since the start [force length]."""
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
@@ -86,13 +85,11 @@ class Recorder:
         start: how the equilibrium of this state was found.
         """
         model, simulation = analysis.model, analysis.simulation
-        tracker = Tracker(model, analysis.initial)
         recorder = cls(
             folder=folder,
             analysis=analysis,
-            tracker=tracker,
             results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
-            history=HistoryWriter(folder / HISTORY, tracker.columns, stages=bool(model.stages)),
+            tables=StepTables(folder, model, analysis.initial),
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
@@ -102,9 +99,7 @@ class Recorder:
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
         recorder._output(recorder._snapshot(active, result, 0, 0.0))
-        values = tracker.values(simulation, result, 0.0)
-        stage = (simulation.model.stage.name, 0.0)
-        recorder.history.append(0, 0.0, iterations, values, stage)
+        recorder.tables.append(0, (0.0, 0.0), simulation, result, iterations, (0.0, 0.0))
         recorder._log_stage()
         return recorder
 
@@ -117,17 +112,14 @@ class Recorder:
         simulation.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
         initial = analysis.initial if model.stages else initial_points(model)
-        tracker = Tracker(model, initial)
         recorder = cls(
             folder=folder,
             analysis=analysis,
-            tracker=tracker,
             results=ResultsWriter.resume(folder / RESULTS, step),
-            history=HistoryWriter(
-                folder / HISTORY, tracker.columns, stored.history, stages=bool(model.stages)
-            ),
+            tables=StepTables(folder, model, initial, stored.rows),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
             work=progress.work,
+            friction=progress.friction,
         )
         kept = read_results(folder / RESULTS)
         regular = {0.0, *output_times(model)}
@@ -232,7 +224,7 @@ class Recorder:
         summary = partial(
             self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
         )
-        for action in (self.results.close, self.history.close, summary, self.log.close):
+        for action in (self.results.close, self.tables.close, summary, self.log.close):
             try:
                 action()
             except AnalysisFailed as error:
@@ -244,21 +236,23 @@ class Recorder:
         """Records a converged step."""
         equilibrium = result.equilibrium
         self.work += result.work
+        self.friction += result.friction_work
         time = self.analysis.time
         self.log.step(clock.step, time, size, equilibrium.residuals)
         self._say_warnings()
         model = self.analysis.model
         with self.simulation.timers.measure("other"):
-            values = self.tracker.values(self.simulation, result, self.work)
-            stage = (self.simulation.model.stage.name, clock.time)
-            self.history.append(clock.step, time, equilibrium.iterations, values, stage)
+            self.tables.append(
+                clock.step, (time, clock.time), self.simulation, result,
+                equilibrium.iterations, (self.work, self.friction),
+            )  # fmt: skip
             self._last = (clock.step, time, result)
             self._drop_output_of_stop()
             if clock.is_output:
                 self._write_last()
             every = model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
-                self.history.sync()
+                self.tables.sync()
                 self._checkpoint(clock)
 
     def _write_last(self) -> None:
@@ -329,8 +323,9 @@ class Recorder:
                 "successes": clock.successes,
             },
             "work": self.work,
+            "friction": self.friction,
             "model": zlib.crc32((self.folder / MODEL).read_bytes()),
-            "history": self.history.sync(),
+            **self.tables.sync(),
             "outputs": self.results.outputs,
             "seconds": {
                 "total": self.log.seconds,

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions, ImplicitConstraints, make_boundaries, make_implicit
 from tilth.boundaries.axis import Axis, AxisConstraints
+from tilth.boundaries.contact.state import ContactState, RigidBodyState
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
@@ -75,6 +76,10 @@ class StepResult:
         forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
         work: work of loads and boundaries on the soil in the step [force length].
         time: at the end of the step.
+        areas: area of each implicit boundary that touches soil, at the end of the step, by name
+            [length^(dim - 1), in axisymmetry length^2].
+        contacts: the points of each contact surface, by the name of its boundary or rigid body.
+        friction_work: work that friction dissipates in the step [force length], >= 0.
     """
 
     active: ActiveGrid
@@ -82,6 +87,9 @@ class StepResult:
     forces: dict[str, Floats]
     work: float
     time: float
+    areas: dict[str, float] = field(default_factory=dict)
+    contacts: dict[str, ContactState] = field(default_factory=dict)
+    friction_work: float = 0.0
 
     @property
     def reaction(self) -> Floats:
@@ -137,6 +145,7 @@ class Simulation:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
         water: the phreatic surface; None without water.
+        rigid_bodies: motion of the rigid bodies and forces on them, by their names.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -174,6 +183,7 @@ class Simulation:
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
+        self.rigid_bodies: dict[str, RigidBodyState] = {}
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._passage = PassageCheck()
@@ -417,7 +427,8 @@ class Simulation:
             reaction_before = constraints.reaction_before(
                 equilibrium.initial_reaction, conditions.constrained, balance.constant_force()
             )
-        result = StepResult(balance.active, equilibrium, forces, 0.0, step.after)
+        areas, active = constraints.areas, balance.active
+        result = StepResult(active, equilibrium, forces, 0.0, step.after, areas)
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
         return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
 

@@ -8,7 +8,7 @@ number"; the reaction of a boundary that does not act is 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
+
+Energies = Mapping[str, float]
+"""Energies since the start that are sums over the steps, by their kind [force length]."""
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 
@@ -40,31 +43,41 @@ class Tracker:
         self.columns = [(track.name, unit_of(track, model)) for track in model.track]
         self._evaluate = [self._evaluation(track, initial) for track in model.track]
 
-    def values(self, simulation: Simulation, result: StepResult | None, work: float) -> list[float]:
+    def values(
+        self,
+        simulation: Simulation,
+        result: StepResult | None,
+        work: float,
+        friction: float = 0.0,
+    ) -> list[float]:
         """Returns the quantities after a step (`result` None: before the first one).
 
-        `work` is the external work since the start [force length].
+        `work` is the external work since the start, `friction` what friction dissipated of it
+        [force length].
         """
+        energies = {"external_work": work, "friction_dissipation": friction}
         return [
-            track.scale * evaluate(simulation, result, work)
+            track.scale * evaluate(simulation, result, energies)
             for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
         ]
 
     def _evaluation(
         self, track: Track, initial: MaterialPoints
-    ) -> Callable[[Simulation, StepResult | None, float], float]:
+    ) -> Callable[[Simulation, StepResult | None, Energies], float]:
         if track.quantity == "reaction":
-            return lambda simulation, result, work: _reaction(track, result)
+            return lambda simulation, result, energies: _reaction(track, result)
         if track.quantity == "moment":
-            return lambda simulation, result, work: _moment(track, result)
+            return lambda simulation, result, energies: _moment(track, result)
         if track.quantity == "penetration":
-            return lambda simulation, result, work: _penetration(track, simulation, result)
+            return lambda simulation, result, energies: _penetration(track, simulation, result)
         if track.at is not None:
             ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
-                return lambda simulation, result, work: _state(track, simulation.points, ids)
+                return lambda simulation, result, energies: _state(track, simulation.points, ids)
 
-            def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
+            def of_points(
+                simulation: Simulation, result: StepResult | None, energies: Energies
+            ) -> float:
                 there = _there(simulation.points, ids)
                 if len(there) == 0:
                     return math.nan
@@ -75,11 +88,11 @@ class Tracker:
             return of_points
         if track.quantity == "enclosed":
             name = track.body or ""
-            return lambda simulation, result, work: _enclosed(simulation, name)
+            return lambda simulation, result, energies: _enclosed(simulation, name)
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
-            return lambda simulation, result, work: _extent(track, simulation.points, axis)
-        return lambda simulation, result, work: _energy(track, simulation, work)
+            return lambda simulation, result, energies: _extent(track, simulation.points, axis)
+        return lambda simulation, result, energies: _energy(track, simulation, energies)
 
 
 def unit_of(track: Track, model: Model) -> str:
@@ -174,9 +187,9 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     return float(upper.max()) if len(upper) else math.nan
 
 
-def _energy(track: Track, simulation: Simulation, work: float) -> float:
-    if track.kind == "external_work":
-        return work
+def _energy(track: Track, simulation: Simulation, energies: Energies) -> float:
+    if (track.kind or "") in energies:
+        return energies[track.kind or ""]
     if track.kind == "elastic":
         return simulation.points.stored_energy()
     points = simulation.points

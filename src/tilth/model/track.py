@@ -79,7 +79,7 @@ class Track(Declared):
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
-    | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
+    | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -102,7 +102,9 @@ class Track(Declared):
     """Axis along which the run-out is measured."""
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
-    kind: Literal["elastic", "external_work", "plastic_dissipation"] | None = None
+    kind: (
+        Literal["elastic", "external_work", "plastic_dissipation", "friction_dissipation"] | None
+    ) = None
     """Kind of energy [force length]."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""

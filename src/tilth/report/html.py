@@ -17,6 +17,7 @@ from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import (
+    BOUNDARIES,
     HISTORY,
     LOG,
     REPORT,
@@ -32,6 +33,7 @@ from tilth.output.vtkhdf import Results, read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
+from tilth.report.motion_plots import caption, draw_forces, ends_of_stages, motion_curves
 from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup, read_staged_setup
@@ -82,6 +84,8 @@ def write_report(
     if (folder / SETUP).exists():
         staged = read_staged_setup(folder / SETUP)
         setup = staged or read_setup(folder / SETUP, results.snapshot(0))
+    if forces := _forces(folder, kind, summary, stages):
+        parts.append(_section("Force and displacement", forces))
     pictures = _setup_picture(setup) + _parameters(results, kind, summary, stages)
     parts.append(_section("Set-up", pictures))
     if stages:
@@ -111,6 +115,18 @@ def write_report(
     return path
 
 
+def _forces(folder: Path, kind: str, summary: Mapping[str, Any], stages: Sequence[Span]) -> str:
+    """Returns the reactions of all that moves against its motion; nothing if nothing moves."""
+    if not (folder / BOUNDARIES).exists():
+        return ""
+    table = read_history(folder / BOUNDARIES)
+    curves = motion_curves(table, summary)
+    if not curves:
+        return ""
+    figure = draw_forces(curves, ends_of_stages(table["time"], stages))
+    return _image(figure, "Force against displacement") + f"<p>{escape(caption(curves, kind))}</p>"
+
+
 def _how_to_open(results: Results) -> str:
     """Returns the section that explains the files of the folder."""
     surfaces = _ABOUT_SURFACES if results.surfaces else ""
@@ -129,6 +145,8 @@ the times.
 It can also be read with h5py, or with <code>tilth.output.read_results</code>.</li>
 <li><code>history.csv</code> has one row per step with all tracked quantities; any spreadsheet reads
 it.</li>
+<li><code>boundaries.csv</code>, where a boundary or body moves, has one row per step with its
+displacement and rotation and with the force and moment that it exerts on the soil.</li>
 <li><code>log.txt</code> has the residuals of all Newton iterations.</li>
 """
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -47,11 +47,14 @@ class ImplicitConstraints:
         active: the grid of the step.
         parts: one for each boundary in contact with soil.
         without_contact: the other boundaries.
+        areas: area of each boundary that touches soil, at the end of the step, by name
+            [length^(dim - 1), in axisymmetry length^2].
     """
 
     active: ActiveGrid
     parts: list[ImplicitConstraint]
     without_contact: list[Implicit]
+    areas: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def gather(
@@ -91,6 +94,7 @@ class ImplicitConstraints:
         moduli = _moduli(points.elastic_moduli())
         parts: list[ImplicitConstraint] = []
         without_contact = []
+        areas = {boundary.name: 0.0 for boundary in boundaries}
         for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.quadrature is not None
             own = slice(end - len(surface), end)
@@ -103,6 +107,7 @@ class ImplicitConstraints:
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
+            areas[boundary.name] = float((boundary.weights(after, chosen) * in_contact).sum())
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
             parts.append(
                 make(
@@ -125,7 +130,7 @@ class ImplicitConstraints:
             else part
             for part in parts
         ]
-        return cls(active, parts, without_contact)
+        return cls(active, parts, without_contact, areas)
 
     def exterior_nodes(self) -> tuple[Integers, Floats]:
         """Returns the nodes near boundaries on their far side: sorted keys and relative stiffness.
