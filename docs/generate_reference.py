@@ -95,6 +95,15 @@ TYPE_DESCRIPTIONS = {
     "Schedule": "table, see [schedule](#schedule)",
     "EntryNames": "list of names",
     "Regions": "list of tables, see below",
+    "NumberOrTable": "number, or rows (time, value)",
+    "NumberOrTablePerAxis": "number, or rows (time, value); in 3D table axis = one of these",
+    "TablesByAxis": "table axis = number, or rows (time, value)",
+    "Springs": "table component = number > 0",
+    "FrictionCoefficient": "number >= 0",
+    "AdhesionFactor": "number in [0, 1]",
+    "Contact": "table, see [contact](#contact)",
+    "Contacts": "table body = [contact](#contact)",
+    "GeometryList": "list of tables, see [geometries](#geometries)",
     "Factors": "table name = rows (time, factor)",
     "ExchangedMaterials": "table old = new",
     "Water": "table, see [water](#water)",
@@ -263,10 +272,14 @@ def page() -> str:
             "type", model.PlaneBoundary, model.NodeBoundary, model.ImplicitBoundary,
             model.AffineBoundary,
         ),
-        "### Geometries\n\nThe table `geometry` of an implicit boundary: its position at time 0, "
-        "independent of the grid lines, and the side on which the soil is.",
+        "### Geometries\n\nThe table `geometry` of an implicit boundary or a rigid body: its "
+        "position at time 0, independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
+        _section("Contact", model.Contact, 3),
+        _section("`[[rigid_bodies]]`", model.RigidBody),
+        "[How to press rigid bodies into soil](../howto/press_rigid_bodies_into_soil.md) has "
+        "examples.",
         _section("`[water]`", model.Water),
         _section("`[initial]`", model.Initial),
         "### `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "

@@ -220,7 +220,7 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     end = boundary.motion.position(centre, boundary.factor(simulation.model.schedule.end)) - centre
     return Surface(
         name=boundary.name,
-        kind=boundary.declared.condition,
+        kind=boundary.declared.kind,
         corner=facets.corner,
         normal=facets.normal,
         displacement=end if boundary.declared.is_moving else None,

@@ -10,6 +10,7 @@ from tilth.model.boundaries import AffineBoundary as AffineBoundary
 from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
 from tilth.model.cam_clay import ModifiedCamClay as ModifiedCamClay
+from tilth.model.contact import Contact as Contact
 from tilth.model.element_case import ElementCase as ElementCase
 from tilth.model.element_case import ElementPlot as ElementPlot
 from tilth.model.element_tests import Biaxial as Biaxial
@@ -47,6 +48,7 @@ from tilth.model.materials import HenckyElastic as HenckyElastic
 from tilth.model.materials import VonMises as VonMises
 from tilth.model.model import Model as Model
 from tilth.model.region import Region as Region
+from tilth.model.rigid_bodies import RigidBody as RigidBody
 from tilth.model.schedule import Schedule as Schedule
 from tilth.model.settings import Analysis as Analysis
 from tilth.model.settings import Follow as Follow

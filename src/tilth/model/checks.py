@@ -62,18 +62,20 @@ def _without_schedule(model: Model) -> Iterator[Problem]:
 
 
 def _repeated_names(model: Model) -> Iterator[Problem]:
-    for section in ("bodies", "boundaries", "loads", "track", "stages"):
-        numbers: dict[str, int] = {}
-        for i, entry in enumerate(getattr(model, section)):
+    for sections in (
+        ("bodies",),
+        ("boundaries", "rigid_bodies"),
+        ("loads",),
+        ("track",),
+        ("stages",),
+    ):
+        keys: dict[str, str] = {}
+        entries = [(f"{s}[{i}]", e) for s in sections for i, e in enumerate(getattr(model, s))]
+        for key, entry in entries:
             name = entry.name
-            if name is not None and numbers.setdefault(name, i) != i:
-                first = f"{section}[{numbers[name]}]"
-                yield Problem(
-                    f"{section}[{i}].name",
-                    f"is already the name of {first}",
-                    "give each entry a different name",
-                    name,
-                )
+            if name is not None and (first := keys.setdefault(name, key)) != key:
+                what = f"is already the name of {first}"
+                yield Problem(f"{key}.name", what, "give each entry a different name", name)
 
 
 def _unknown_references(model: Model) -> Iterator[Problem]:

@@ -13,9 +13,10 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, PlainValidator
+from pydantic_core import PydanticCustomError
 
 from tilth.errors import Problem
-from tilth.model.problems import reject
+from tilth.model.problems import reject, rejection
 from tilth.model.texts import CellName as CellName
 from tilth.model.texts import FileName as FileName
 from tilth.model.texts import Label as Label
@@ -217,6 +218,31 @@ def _table(value: Any) -> tuple[tuple[float, float], ...]:
     return tuple(table)
 
 
+def number_or_table(value: Any) -> float | tuple[tuple[float, float], ...]:
+    """Returns a number, or rows (time, value)."""
+    return real(value) if as_list(value) is None else _table(value)
+
+
+def _number_or_table_per_axis(value: Any) -> Any:
+    """Returns a number or a table, or such for each axis that a mapping names."""
+    if not isinstance(value, Mapping):
+        return number_or_table(value)
+    found, problems = {}, []
+    for axis, each in some(value).items():
+        if axis not in AXES:
+            remedy = 'choose from "x", "y", "z"'
+            problems.append(Problem(str(axis), "names no axis", remedy, each))
+            continue
+        try:
+            found[axis] = number_or_table(each)
+        except PydanticCustomError as error:
+            refused = (error.context or {})["problems"]
+            problems += [Problem(axis, p.problem, p.remedy, each) for p in refused]
+    if problems:
+        raise rejection(problems)
+    return found
+
+
 def _require_rows(rows: Sequence[Any]) -> None:
     if len(rows) > MOST_ROWS:
         raise reject(f"has {len(rows):,} rows", f"give at most {MOST_ROWS:,}")
@@ -315,6 +341,11 @@ AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direc
 Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
+NumberOrTable = Annotated[float | Sequence[Sequence[float]], PlainValidator(number_or_table)]
+NumberOrTablePerAxis = Annotated[
+    float | Sequence[Sequence[float]] | Mapping[Axis, float | Sequence[Sequence[float]]],
+    PlainValidator(_number_or_table_per_axis),
+]
 Profile = Annotated[Sequence[Sequence[float]], PlainValidator(_profile)]
 Times = Annotated[Sequence[float], PlainValidator(_times)]
 

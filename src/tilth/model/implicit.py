@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import model_validator
+from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
+from tilth.model.contact import Contact
 from tilth.model.fields import (
     Angle,
     Axis,
@@ -22,10 +23,14 @@ from tilth.model.fields import (
     Share,
     Table,
     Vector,
+    some,
     starts_from_zero,
 )
 from tilth.model.geometry import Geometry
 from tilth.model.problems import rejection
+
+Contacts = Annotated[Mapping[Name, Contact], AfterValidator(some)]
+"""Laws of contact by the names of soil bodies."""
 
 _GIVEN = ("displacement", "rotation", "radius_change", "volume_loss")
 
@@ -56,10 +61,16 @@ class ImplicitBoundary(Declared):
     """Name of the boundary, unique."""
     geometry: Geometry
     """Its position at time 0, and the side of the soil."""
-    condition: Literal["roller", "fixed", "tangential", "direction"]
+    condition: Literal["roller", "fixed", "tangential", "direction"] | None = None
     """Constrained displacement components: "roller" the normal one, "fixed" all, "tangential" all
-    but the normal one, "direction" the one along `direction`.
+    but the normal one, "direction" the one along `direction`. It holds the soil both ways. Required
+    without `contact`.
     """
+    contact: Contact | None = None
+    """Instead of `condition`: the law by which soil separates from the boundary and slides on it.
+    """
+    contact_with: Contacts | None = None
+    """With `contact`: another law for soil bodies, by their names."""
     direction: Direction | None = None
     """With condition "direction": shape (dimension,), of any length; rotates with the boundary."""
     delta: Real | None = None
@@ -89,6 +100,17 @@ class ImplicitBoundary(Declared):
     factor: Table | None = None
     """Rows (time, factor) of the motion, first factor 0; 0 to 1 over the schedule if not given."""
 
+    @classmethod
+    def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
+        """As `Declared.required_keys`: a condition, unless there is a law of contact."""
+        keys = super().required_keys(given)
+        return keys if given.get("contact") is not None else keys | {"condition"}
+
+    @property
+    def kind(self) -> str:
+        """Its condition, or "contact"."""
+        return self.condition or "contact"
+
     @property
     def is_moving(self) -> bool:
         """Whether a motion is given."""
@@ -96,7 +118,9 @@ class ImplicitBoundary(Declared):
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
-        problems = [*self._direction_problems(), *self._motion_problems()]
+        problems = [*self._contact_problems(), *self._motion_problems()]
+        if self.contact is None:
+            problems += self._direction_problems()
         problems += starts_from_zero(self.factor)
         if problems:
             raise rejection(problems)
@@ -110,6 +134,25 @@ class ImplicitBoundary(Declared):
             return at_rest + factor * (self.radius_change or 0.0)
         kept = max(1.0 - factor * self.volume_loss, 0.0)
         return at_rest * (math.cbrt(kept) if self.geometry.type == "sphere" else math.sqrt(kept))
+
+    def _contact_problems(self) -> Iterator[Problem]:
+        if self.contact is None:
+            if self.condition is None:
+                remedy = 'give the constrained components, such as condition = "roller"'
+                yield Problem("condition", "missing", remedy)
+            if self.contact_with is not None:
+                remedy = "give `contact`, the law for the other soil bodies, or leave it out"
+                yield Problem("contact_with", "has no meaning without `contact`", remedy)
+            return
+        if self.condition is not None:
+            what = "given together with `contact`, which holds the soil otherwise"
+            yield Problem("condition", what, "leave one of them out", self.condition)
+        if self.direction is not None:
+            what = "has no meaning with `contact`"
+            yield Problem("direction", what, "leave it out", self.direction)
+        if self.form == "band":
+            what = "has no meaning with `contact`, which acts on the surface"
+            yield Problem("form", what, "leave it out", self.form)
 
     def _direction_problems(self) -> Iterator[Problem]:
         if self.condition == "direction" and self.direction is None:

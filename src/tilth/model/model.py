@@ -22,6 +22,7 @@ from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, LineForce, Load, PointForce, SeismicLoad
 from tilth.model.materials import Material, codes_of, laws_of
 from tilth.model.problems import problems_of, reject, rejection
+from tilth.model.rigid_bodies import RigidBody
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
 from tilth.model.stages import Stages
@@ -109,6 +110,8 @@ class Model(Declared):
     """a section [[bodies]] for each body."""
     boundaries: Annotated[Sequence[Boundary], Entries, AsTuple] = ()
     """Dirichlet boundary conditions, at least one."""
+    rigid_bodies: Annotated[Sequence[RigidBody], Entries, AsTuple] = ()
+    """Rigid bodies in contact with soil."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, seismic loads, point and line forces, and loads on surfaces."""
     water: Water | None = None

@@ -185,7 +185,7 @@ def _boundary(boundary: Boundary, model: Model) -> str:
 
 def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     unit = model.units.length
-    constrained: str = boundary.condition
+    constrained = boundary.kind
     if boundary.direction is not None:
         constrained = f"constrained along {vector(boundary.direction)}"
     parts = [

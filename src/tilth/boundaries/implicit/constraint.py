@@ -101,7 +101,7 @@ class SurfaceConstraint(ImplicitConstraint):
     @property
     def constrained_directions(self) -> Floats:
         """Unit vectors along the constrained directions, shape (r, n, dim)."""
-        condition = self.boundary.declared.condition
+        condition = self.boundary.declared.kind
         return constrained_directions(condition, self.pose.normal, self.pose.direction)
 
     @cached_property
