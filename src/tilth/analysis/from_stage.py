@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.contact_output import contact_names
 from tilth.analysis.motions import motion_columns
 from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
@@ -39,7 +40,7 @@ from tilth.output.folder import (
     stage_checkpoint,
 )
 from tilth.output.history import mark_of, with_columns
-from tilth.output.snapshot import SurfaceShape
+from tilth.output.snapshot import ContactShape, SurfaceShape
 
 
 def parse_start(text: str) -> tuple[Path, str]:
@@ -235,9 +236,28 @@ def _copy_results(stored: StoredRun, model: Model, folder: Path) -> list[tuple[i
     surfaces = [body.name for body in model.bodies if body.surface is not None]
     writer = ResultsWriter(folder / RESULTS, title=model.title, units=results.units)
     for index in range(len(stored.progress.outputs)):
-        writer.append(_with_fields(results.snapshot(index), names, old, surfaces))
+        state = _with_contact(results.snapshot(index), model)
+        writer.append(_with_fields(state, names, old, surfaces))
     writer.close()
     return writer.outputs
+
+
+def _with_contact(state: Snapshot, model: Model) -> Snapshot:
+    """Returns an output with the contact surfaces and rigid bodies of another model."""
+    contacts = {shape.name: shape for shape in state.contacts}
+    bodies = {shape.name: shape for shape in state.rigid_bodies}
+    nothing = np.zeros((0, state.dim))
+    cells = np.zeros((0, state.dim), dtype=np.int64)
+    return replace(
+        state,
+        contacts=tuple(
+            contacts.get(name, ContactShape.empty(name, state.dim)) for name in contact_names(model)
+        ),
+        rigid_bodies=tuple(
+            bodies.get(body.name, SurfaceShape(body.name, nothing, cells, {}))
+            for body in model.rigid_bodies
+        ),
+    )
 
 
 def _with_fields(

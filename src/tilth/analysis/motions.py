@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motion and reaction of each boundary that moves, after each step: the rows of boundaries.csv.
+"""Motion and reaction of each boundary and body that moves, after each step: boundaries.csv.
 
 A motion that is a translation and a rotation has their amounts at the end of the step, whatever the
 soil does. Forces and moments are those on the soil. While a boundary does not act in a stage, its
@@ -18,7 +18,14 @@ from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.geometry.protocol import RoundGeometry
-from tilth.model import AffineBoundary, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
+from tilth.model import (
+    AffineBoundary,
+    ImplicitBoundary,
+    Model,
+    NodeBoundary,
+    PlaneBoundary,
+    RigidBody,
+)
 from tilth.model.fields import AXES
 from tilth.model.staging import moves
 
@@ -63,6 +70,8 @@ def _parts(model: Model) -> Iterator[_Part]:
             yield _OfImplicit(boundary, model.dimension)
         else:
             yield _OfNodes(boundary, model.dimension)
+    for body in model.rigid_bodies:
+        yield _OfBody(body, model)
 
 
 def force_unit(model: Model) -> str:
@@ -81,6 +90,13 @@ def moment_unit(model: Model) -> str:
 
 def _time(result: StepResult | None) -> float:
     return 0.0 if result is None else result.time
+
+
+def area_unit(model: Model) -> str:
+    """Returns the label of an area in contact, per length in plane strain."""
+    length = model.units.length
+    per_length = f"/{length}" if model.analysis.kind == "plane_strain" else ""
+    return f"{length}^2{per_length}" if length else ""
 
 
 class _OfNodes:
@@ -109,6 +125,44 @@ class _OfNodes:
         return [
             *(factor * value for value in self._prescribed.values()),
             *(float(force[i]) for i in self._prescribed),
+        ]
+
+
+class _OfBody:
+    """A rigid body: displacement of its centre, rotation vector, force and moment on the soil.
+
+    The moment is about the centre where it is. A body that is not there has not moved.
+    """
+
+    def __init__(self, declared: RigidBody, model: Model) -> None:
+        self.name = declared.name
+        self._dim = model.dimension
+        components = RigidBody.components(model.dimension, model.analysis.kind)
+        self._axes = [AXES.index(c) for c in components if c in AXES]
+        turning = [c.removeprefix("rotation_") for c in components if c not in AXES]
+        self._turning = [2 if c == "rotation" else AXES.index(c) for c in turning]
+
+    def columns(self, model: Model) -> list[Column]:
+        """As `_Part.columns`."""
+        length = model.units.length
+        axes, turning = [AXES[i] for i in self._axes], [AXES[i] for i in self._turning]
+        return [
+            *((f"displacement_{axis}", length) for axis in axes),
+            *((f"force_{axis}", force_unit(model)) for axis in axes),
+            *((f"rotation_{axis}", "degrees") for axis in turning),
+            *((f"moment_{axis}", moment_unit(model)) for axis in turning),
+        ]
+
+    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+        """As `_Part.values`."""
+        state = simulation.rigid_bodies.get(self.name)
+        if state is None:
+            return [0.0] * (2 * len(self._axes) + 2 * len(self._turning))
+        return [
+            *(float(state.displacement[i]) for i in self._axes),
+            *(0.0 - float(state.force[i]) for i in self._axes),
+            *(math.degrees(state.rotation[i]) for i in self._turning),
+            *(0.0 - float(state.moment[i]) for i in self._turning),
         ]
 
 

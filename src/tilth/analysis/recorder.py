@@ -16,8 +16,10 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
+from tilth.analysis.motions import area_unit
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
 from tilth.analysis.step_tables import StepTables
@@ -38,10 +40,12 @@ from tilth.output import (
     Snapshot,
     read_results,
     write_checkpoint,
+    write_contacts,
     write_surfaces,
 )
 from tilth.output.folder import (
     CHECKPOINT,
+    CONTACT,
     LOG,
     MODEL,
     RESULTS,
@@ -60,6 +64,7 @@ class Recorder:
     analysis: StagedAnalysis
     results: ResultsWriter
     tables: StepTables
+    contact: ContactOutput
     log: RunLog
     work: float = 0.0
     friction: float = 0.0
@@ -90,6 +95,7 @@ class Recorder:
             analysis=analysis,
             results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
             tables=StepTables(folder, model, analysis.initial),
+            contact=ContactOutput(model, analysis.initial),
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
@@ -117,6 +123,7 @@ class Recorder:
             analysis=analysis,
             results=ResultsWriter.resume(folder / RESULTS, step),
             tables=StepTables(folder, model, initial, stored.rows),
+            contact=ContactOutput(model, initial),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
             work=progress.work,
             friction=progress.friction,
@@ -124,8 +131,8 @@ class Recorder:
         kept = read_results(folder / RESULTS)
         regular = {0.0, *output_times(model)}
         recorder._beside_schedule = kept.times[-1] not in regular
-        if kept.surfaces:
-            recorder._table_surfaces(kept.snapshot(-1))
+        if kept.surfaces or kept.names["contacts"]:
+            recorder._write_tables(kept.snapshot(-1))
         recorder._header(len(active.cells()), threads, step)
         return recorder
 
@@ -278,16 +285,25 @@ class Recorder:
         model = self.analysis.model
         names = [body.name for body in model.bodies if body.surface is not None]
         empty = {name: SurfaceShape.empty(name, model.dimension) for name in names}
-        return replace(state, surfaces=tuple((empty | there).values()))
+        return replace(
+            state,
+            surfaces=tuple((empty | there).values()),
+            contacts=self.contact.contacts(result),
+            rigid_bodies=self.contact.rigid_bodies(self.simulation),
+        )
 
     def _output(self, state: Snapshot) -> None:
         self.results.append(state)
-        self._table_surfaces(state)
+        self._write_tables(state)
 
-    def _table_surfaces(self, state: Snapshot) -> None:
-        """Writes the table of the surfaces at the last output, where there are any."""
+    def _write_tables(self, state: Snapshot) -> None:
+        """Writes the tables of surfaces and contact at the last output, where there are any."""
+        model = self.analysis.model
         if state.surfaces:
-            write_surfaces(self.folder / SURFACE, state, self.simulation.model.units.length)
+            write_surfaces(self.folder / SURFACE, state, model.units.length)
+        if state.contacts:
+            units = units_of(model) | {"area": area_unit(model)}
+            write_contacts(self.folder / CONTACT, state, units)
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""

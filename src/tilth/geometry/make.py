@@ -25,9 +25,10 @@ from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.fields import per_direction
 from tilth.model.geometry import DeclaredGeometry
+from tilth.model.rigid_bodies import RigidBody
 from tilth.model.user_function import UserFunction
 
-__all__ = ["GEOMETRIES", "Geometry", "make_geometry"]
+__all__ = ["GEOMETRIES", "Geometry", "make_geometry", "make_shapes"]
 
 
 def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
@@ -39,6 +40,23 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
     number = [b.name for b in model.boundaries].index(boundary.name)
     make = GEOMETRIES[type(boundary.geometry)]
     return make(boundary.geometry, model, f"boundaries[{number}].geometry")
+
+
+def make_shapes(body: RigidBody, model: Model) -> list[Geometry]:
+    """Returns the geometries of a rigid body of a model, at time 0.
+
+    Raises:
+        BadInput: as `make_geometry`.
+    """
+    number = [each.name for each in model.rigid_bodies].index(body.name)
+    key = f"rigid_bodies[{number}]"
+    keys = [f"{key}.geometry"] if body.geometry is not None else [
+        f"{key}.geometries[{i}]" for i in range(len(body.shapes))
+    ]  # fmt: skip
+    return [
+        GEOMETRIES[type(shape)](shape, model, where)
+        for shape, where in zip(body.shapes, keys, strict=True)
+    ]
 
 
 def _plane(plane: declared.PlaneGeometry, model: Model, key: str) -> Geometry:

@@ -20,6 +20,7 @@ from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
+from tilth.model.track_checks import track_problems
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -34,6 +35,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *state_variable_problems(model, declared),
         *initial_problems(model),
         *_needs_implicit(model),
+        *track_problems(model),
         *_needs_water(model),
         *_densities(model),
         *_needs_gravity(model),
@@ -80,7 +82,7 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
 
 def _unknown_references(model: Model) -> Iterator[Problem]:
     bodies = {body.name: number for number, body in enumerate(model.bodies)}
-    boundaries = dict.fromkeys(boundary.name for boundary in model.boundaries)
+    boundaries = dict.fromkeys(each.name for each in (*model.boundaries, *model.rigid_bodies))
     for i, body in enumerate(model.bodies):
         for key, material in zip(body.material_keys(), body.materials, strict=True):
             if material not in model.materials:
@@ -151,15 +153,10 @@ def _known(
 
 
 def _needs_implicit(model: Model) -> Iterator[Problem]:
-    """Only an implicit boundary can have soil behind it, or be followed by the grid."""
+    """Only an implicit boundary can be followed by the grid."""
     kinds = {boundary.name: boundary.type for boundary in model.boundaries}
     implicit = ", ".join(f"`{name}`" for name, kind in kinds.items() if kind == "implicit")
     remedy = f"choose from {implicit}" if implicit else "this model has no implicit boundary"
-    for i, track in enumerate(model.track):
-        kind = kinds.get(track.boundary or "", "implicit")
-        if track.quantity == "penetration" and kind != "implicit":
-            what = f'quantity = "penetration" is for implicit boundaries, but this one is "{kind}"'
-            yield Problem(f"track[{i}].boundary", what, remedy, track.boundary)
     if (follow := model.grid.follow) is not None:
         key, followed = "grid.follow.boundary", kinds.get(follow.boundary)
         if followed is None:

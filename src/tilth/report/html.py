@@ -30,6 +30,7 @@ from tilth.output.history import read_history, read_stages
 from tilth.output.log import LogContents, read_log
 from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
+from tilth.report.contact_plots import contact_note, draw_contact
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
@@ -92,6 +93,8 @@ def write_report(
         table = stage_table(summary["stages"], history, stages, log)
         parts.append(_section("Stages", table))
     parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages, setup)))
+    if pressures := _contact(results, kind):
+        parts.append(_section("Contact", pressures))
     curves = draw_curves(history, results.units.get("time", ""), stages)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
@@ -130,12 +133,18 @@ def _forces(folder: Path, kind: str, summary: Mapping[str, Any], stages: Sequenc
 def _how_to_open(results: Results) -> str:
     """Returns the section that explains the files of the folder."""
     surfaces = _ABOUT_SURFACES if results.surfaces else ""
-    return f"<ul>\n{_HOW_TO_OPEN}{surfaces}</ul>"
+    contact = _ABOUT_CONTACT if results.names["contacts"] else ""
+    return f"<ul>\n{_HOW_TO_OPEN}{surfaces}{contact}</ul>"
 
 
 _ABOUT_SURFACES = """<li><code>surface.csv</code> has the points of the tracked surfaces at the last
 output with their normals; in the plane in order along each, with the arc length. In ParaView the
 surfaces are the blocks <em>surface_...</em> of <code>results.vtkhdf</code>, at all times.</li>
+"""
+
+_ABOUT_CONTACT = """<li><code>contact.csv</code> has the points of the contact surfaces at the last
+output with stresses, gap and state. In ParaView they are the blocks <em>contact_...</em> of
+<code>results.vtkhdf</code>, rigid bodies the blocks <em>rigid_...</em>, at all times.</li>
 """
 
 _HOW_TO_OPEN = """<li><code>results.vtkhdf</code> holds all outputs. Open it in ParaView (5.13 or
@@ -250,6 +259,18 @@ def _frames(
     if len(chosen) < len(results):
         note = f"{len(chosen)} of {len(results)} outputs. " + note
     return _image(figure, f"Deformed points coloured by {colour_by}") + f"<p>{note}</p>"
+
+
+def _contact(results: Results, kind: str) -> str:
+    """Returns a figure of each contact surface that has points at the last output."""
+    if not (names := results.names["contacts"]):
+        return ""
+    last, content = results.snapshot(-1), ""
+    for name in names:
+        figure = draw_contact(last, name, results.units, kind == "axisymmetric")
+        if figure is not None:
+            content += _image(figure, f"Pressure and shear on {name}")
+    return content and content + f"<p>{contact_note(last.dim)}</p>"
 
 
 def _title_in_stage(results: Results, index: int, stages: Sequence[Span]) -> str:
