@@ -285,7 +285,7 @@ def test_flipped_bits_are_refused_or_have_no_effect(
             messages.append(str(error))
             continue
         accepted += 1
-        assert (found.progress, found.history) == (whole.progress, whole.history)
+        assert (found.progress, found.rows) == (whole.progress, whole.rows)
         assert found.model == whole.model
         for name, array in whole.analysis(None).simulation.arrays().items():
             assert array.tobytes() == simulation.arrays()[name].tobytes()

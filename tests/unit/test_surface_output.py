@@ -14,7 +14,7 @@ from result_snapshots import UNITS, assert_same, make_snapshot, opened_by_vtk, w
 from tracked_shapes import circle, octahedron
 
 from tilth.output import ResultsWriter, SurfaceShape, read_results
-from tilth.output.vtkhdf_layout import surface_blocks
+from tilth.output.vtkhdf_layout import block_names
 
 BLOCKS = ["points", "grid", "surface_cavity", "surface_top___side"]
 
@@ -96,7 +96,7 @@ def test_vtk_reads_every_step_of_surfaces(
 def test_vtk_allows_the_names_of_the_blocks() -> None:
     data_model = pytest.importorskip("vtkmodules.vtkCommonDataModel")
     names = ["slope", "Böschung 1", "a/b", "a.b", "a_b_2", "", "a b", "2"]
-    blocks = surface_blocks(names)
+    blocks = block_names("surface_", names)
     assert list(blocks) == names
     assert blocks["slope"] == "surface_slope"
     assert len(set(blocks.values())) == len(names)

@@ -16,6 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.contact_output import contact_names
+from tilth.analysis.motions import motion_columns
 from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
@@ -26,6 +28,7 @@ from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results,
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
 from tilth.output.folder import (
+    BOUNDARIES,
     CHECKPOINT,
     HISTORY,
     LOG,
@@ -36,7 +39,8 @@ from tilth.output.folder import (
     safety_files,
     stage_checkpoint,
 )
-from tilth.output.snapshot import SurfaceShape
+from tilth.output.history import mark_of, with_columns
+from tilth.output.snapshot import ContactShape, SurfaceShape
 
 
 def parse_start(text: str) -> tuple[Path, str]:
@@ -180,7 +184,11 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
     with writing(folder / MODEL):
         write_durably(folder / MODEL, declared)
     with writing(folder / HISTORY):
-        write_durably(folder / HISTORY, stored.history)
+        write_durably(folder / HISTORY, stored.rows.history)
+    boundaries = _rows_of_boundaries(stored, model)
+    if boundaries:
+        with writing(folder / BOUNDARIES):
+            write_durably(folder / BOUNDARIES, boundaries)
     with writing(folder / LOG):
         write_durably(folder / LOG, (stored.folder / LOG).read_bytes())
     outputs = _copy_results(stored, model, folder)
@@ -194,11 +202,21 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
         arrays, meta = read_checkpoint(stored.folder / source)
         meta["model"] = zlib.crc32(declared)
         meta["outputs"] = outputs[: len(meta["outputs"])]
+        meta["boundaries"] = mark_of(boundaries, meta["clock"]["step"])
         write_checkpoint(folder / target, arrays, meta)
         if i == number:
             write_checkpoint(folder / CHECKPOINT, arrays, meta)
         elif model.of_stages[i].stage.reductions == stored.model.of_stages[i].stage.reductions:
             _copy_safety(stored, i, folder)
+
+
+def _rows_of_boundaries(stored: StoredRun, model: Model) -> bytes:
+    """Returns boundaries.csv with the columns of the new model; empty if nothing moves in it."""
+    columns = motion_columns(model)
+    if not columns or columns == motion_columns(stored.model):
+        return stored.rows.boundaries if columns else b""
+    rows = stored.rows.boundaries or with_columns(stored.rows.history, [])
+    return with_columns(rows, columns)
 
 
 def _copy_safety(stored: StoredRun, number: int, folder: Path) -> None:
@@ -218,9 +236,28 @@ def _copy_results(stored: StoredRun, model: Model, folder: Path) -> list[tuple[i
     surfaces = [body.name for body in model.bodies if body.surface is not None]
     writer = ResultsWriter(folder / RESULTS, title=model.title, units=results.units)
     for index in range(len(stored.progress.outputs)):
-        writer.append(_with_fields(results.snapshot(index), names, old, surfaces))
+        state = _with_contact(results.snapshot(index), model)
+        writer.append(_with_fields(state, names, old, surfaces))
     writer.close()
     return writer.outputs
+
+
+def _with_contact(state: Snapshot, model: Model) -> Snapshot:
+    """Returns an output with the contact surfaces and rigid bodies of another model."""
+    contacts = {shape.name: shape for shape in state.contacts}
+    bodies = {shape.name: shape for shape in state.rigid_bodies}
+    nothing = np.zeros((0, state.dim))
+    cells = np.zeros((0, state.dim), dtype=np.int64)
+    return replace(
+        state,
+        contacts=tuple(
+            contacts.get(name, ContactShape.empty(name, state.dim)) for name in contact_names(model)
+        ),
+        rigid_bodies=tuple(
+            bodies.get(body.name, SurfaceShape(body.name, nothing, cells, {}))
+            for body in model.rigid_bodies
+        ),
+    )
 
 
 def _with_fields(

@@ -16,12 +16,14 @@ import numpy.typing as npt
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
+from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
+from tilth.analysis.motions import area_unit
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
-from tilth.analysis.tracker import Tracker
 from tilth.arrays import Floats, Integers
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.fields.tables import place_text
@@ -32,18 +34,18 @@ from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
-    HistoryWriter,
     Progress,
     ResultsWriter,
     RunLog,
     Snapshot,
     read_results,
     write_checkpoint,
+    write_contacts,
     write_surfaces,
 )
 from tilth.output.folder import (
     CHECKPOINT,
-    HISTORY,
+    CONTACT,
     LOG,
     MODEL,
     RESULTS,
@@ -60,11 +62,13 @@ class Recorder:
 
     folder: Path
     analysis: StagedAnalysis
-    tracker: Tracker
     results: ResultsWriter
-    history: HistoryWriter
+    tables: StepTables
+    contact: ContactOutput
     log: RunLog
     work: float = 0.0
+    friction: float = 0.0
+    """Work that friction has dissipated since the start [force length]."""
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
@@ -86,13 +90,12 @@ class Recorder:
         start: how the equilibrium of this state was found.
         """
         model, simulation = analysis.model, analysis.simulation
-        tracker = Tracker(model, analysis.initial)
         recorder = cls(
             folder=folder,
             analysis=analysis,
-            tracker=tracker,
             results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
-            history=HistoryWriter(folder / HISTORY, tracker.columns, stages=bool(model.stages)),
+            tables=StepTables(folder, model, analysis.initial),
+            contact=ContactOutput(model, analysis.initial),
             log=RunLog(folder / LOG),
         )
         recorder._header(len(active.cells()), threads, 0)
@@ -102,9 +105,7 @@ class Recorder:
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
         recorder._output(recorder._snapshot(active, result, 0, 0.0))
-        values = tracker.values(simulation, result, 0.0)
-        stage = (simulation.model.stage.name, 0.0)
-        recorder.history.append(0, 0.0, iterations, values, stage)
+        recorder.tables.append(0, (0.0, 0.0), simulation, result, iterations, (0.0, 0.0))
         recorder._log_stage()
         return recorder
 
@@ -117,23 +118,21 @@ class Recorder:
         simulation.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
         initial = analysis.initial if model.stages else initial_points(model)
-        tracker = Tracker(model, initial)
         recorder = cls(
             folder=folder,
             analysis=analysis,
-            tracker=tracker,
             results=ResultsWriter.resume(folder / RESULTS, step),
-            history=HistoryWriter(
-                folder / HISTORY, tracker.columns, stored.history, stages=bool(model.stages)
-            ),
+            tables=StepTables(folder, model, initial, stored.rows),
+            contact=ContactOutput(model, initial),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
             work=progress.work,
+            friction=progress.friction,
         )
         kept = read_results(folder / RESULTS)
         regular = {0.0, *output_times(model)}
         recorder._beside_schedule = kept.times[-1] not in regular
-        if kept.surfaces:
-            recorder._table_surfaces(kept.snapshot(-1))
+        if kept.surfaces or kept.names["contacts"]:
+            recorder._write_tables(kept.snapshot(-1))
         recorder._header(len(active.cells()), threads, step)
         return recorder
 
@@ -232,7 +231,7 @@ class Recorder:
         summary = partial(
             self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
         )
-        for action in (self.results.close, self.history.close, summary, self.log.close):
+        for action in (self.results.close, self.tables.close, summary, self.log.close):
             try:
                 action()
             except AnalysisFailed as error:
@@ -244,21 +243,23 @@ class Recorder:
         """Records a converged step."""
         equilibrium = result.equilibrium
         self.work += result.work
+        self.friction += result.friction_work
         time = self.analysis.time
         self.log.step(clock.step, time, size, equilibrium.residuals)
         self._say_warnings()
         model = self.analysis.model
         with self.simulation.timers.measure("other"):
-            values = self.tracker.values(self.simulation, result, self.work)
-            stage = (self.simulation.model.stage.name, clock.time)
-            self.history.append(clock.step, time, equilibrium.iterations, values, stage)
+            self.tables.append(
+                clock.step, (time, clock.time), self.simulation, result,
+                equilibrium.iterations, (self.work, self.friction),
+            )  # fmt: skip
             self._last = (clock.step, time, result)
             self._drop_output_of_stop()
             if clock.is_output:
                 self._write_last()
             every = model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
-                self.history.sync()
+                self.tables.sync()
                 self._checkpoint(clock)
 
     def _write_last(self) -> None:
@@ -284,16 +285,25 @@ class Recorder:
         model = self.analysis.model
         names = [body.name for body in model.bodies if body.surface is not None]
         empty = {name: SurfaceShape.empty(name, model.dimension) for name in names}
-        return replace(state, surfaces=tuple((empty | there).values()))
+        return replace(
+            state,
+            surfaces=tuple((empty | there).values()),
+            contacts=self.contact.contacts(result),
+            rigid_bodies=self.contact.rigid_bodies(self.simulation),
+        )
 
     def _output(self, state: Snapshot) -> None:
         self.results.append(state)
-        self._table_surfaces(state)
+        self._write_tables(state)
 
-    def _table_surfaces(self, state: Snapshot) -> None:
-        """Writes the table of the surfaces at the last output, where there are any."""
+    def _write_tables(self, state: Snapshot) -> None:
+        """Writes the tables of surfaces and contact at the last output, where there are any."""
+        model = self.analysis.model
         if state.surfaces:
-            write_surfaces(self.folder / SURFACE, state, self.simulation.model.units.length)
+            write_surfaces(self.folder / SURFACE, state, model.units.length)
+        if state.contacts:
+            units = units_of(model) | {"area": area_unit(model)}
+            write_contacts(self.folder / CONTACT, state, units)
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""
@@ -329,8 +339,9 @@ class Recorder:
                 "successes": clock.successes,
             },
             "work": self.work,
+            "friction": self.friction,
             "model": zlib.crc32((self.folder / MODEL).read_bytes()),
-            "history": self.history.sync(),
+            **self.tables.sync(),
             "outputs": self.results.outputs,
             "seconds": {
                 "total": self.log.seconds,

@@ -11,16 +11,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.analysis.recorder import snapshot, units_of
+from tilth.analysis.rigid_shapes import placed, rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.model import AffineBoundary, BodyForce, ImplicitBoundary, Model, PointForce, SeismicLoad
+from tilth.model import (
+    AffineBoundary,
+    BodyForce,
+    ImplicitBoundary,
+    Model,
+    PointForce,
+    RigidBody,
+    SeismicLoad,
+)
+from tilth.model.fields import AXES
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.folder import SETUP, load_model
 from tilth.output.snapshot import Snapshot
+from tilth.report.contact_texts import laws_text, motion_texts
 from tilth.report.fields import parameter_fields
 from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
 from tilth.report.stage_setups import StagedSetup, StageSetup
@@ -178,7 +189,10 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         cell_size=simulation.grid.cell_size,
         origin=simulation.grid.origin,
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
-        surfaces=[_surface(simulation, boundary) for boundary in simulation.implicit],
+        surfaces=[
+            *(_surface(simulation, boundary) for boundary in simulation.implicit),
+            *_rigid_bodies(simulation),
+        ],
         tracked=simulation.surface_shapes(),
         loads=[*_loads(simulation), *_surface_loads(simulation, active)],
         body_force=_body_force(model),
@@ -218,6 +232,8 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     facets = boundary.geometry.facets(lower, upper, size)
     centre = facets.corner.mean(axis=1)
     end = boundary.motion.position(centre, boundary.factor(simulation.model.schedule.end)) - centre
+    declared, stress = boundary.declared, simulation.model.units.stress
+    law = declared.contact
     return Surface(
         name=boundary.name,
         kind=boundary.declared.kind,
@@ -225,7 +241,51 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
         normal=facets.normal,
         displacement=end if boundary.declared.is_moving else None,
         bounded=boundary.geometry.bounded,
+        words="" if law is None else "\n".join(laws_text(law, declared.contact_with, stress)),
     )
+
+
+def _rigid_bodies(simulation: Simulation) -> list[Surface]:
+    """The rigid bodies at the start, with the prescribed part of their motion at the end."""
+    model = simulation.model
+    end, found = model.schedule.end, []
+    for body in model.rigid_bodies:
+        shape = rigid_shapes(model, simulation.undeformed())[body.name]
+        components = RigidBody.components(model.dimension, model.analysis.kind)
+        moved, turned = np.zeros(model.dimension), np.zeros(3)
+        for component in components:
+            amount = body.prescribed(component, end, end) or 0.0
+            if component in AXES:
+                moved[AXES.index(component)] = amount
+            else:
+                axis = component.removeprefix("rotation_")
+                turned[2 if axis == "rotation" else AXES.index(axis)] = amount
+        before, after = shape.at(*placed(simulation, body.name)), shape.at(moved, turned)
+        corner = before.position[before.cells]
+        motion = (after.position - before.position)[before.cells].mean(axis=1)
+        laws = laws_text(body.contact, body.contact_with, model.units.stress)
+        found.append(
+            Surface(
+                name=body.name,
+                kind="rigid body",
+                corner=corner,
+                normal=_normals(corner),
+                displacement=motion if motion.any() else None,
+                bounded=True,
+                words="\n".join([*motion_texts(body, model), *laws]),
+            )
+        )
+    return found
+
+
+def _normals(corner: Floats) -> Floats:
+    """Returns the unit normals of facets on the left, in space by the right-hand rule, (n, dim)."""
+    first = corner[:, 1] - corner[:, 0]
+    if corner.shape[2] == 2:
+        normal = np.column_stack([-first[:, 1], first[:, 0]])
+    else:
+        normal = np.cross(first, corner[:, 2] - corner[:, 0])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
 
 
 def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -> Condition:

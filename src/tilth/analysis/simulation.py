@@ -35,7 +35,7 @@ from tilth.boundaries import (
 )
 from tilth.boundaries.axis import Axis, AxisConstraints
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
-from tilth.boundaries.contact.state import ContactState
+from tilth.boundaries.contact.state import ContactState, RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
@@ -84,8 +84,10 @@ class StepResult:
         forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
         work: work of loads and boundaries on the soil in the step [force length].
         time: at the end of the step.
-        contacts: of each boundary and rigid body that soil can separate from, by name.
-        friction_work: work dissipated by friction on them in the step [force length].
+        areas: area of each implicit boundary that touches soil, at the end of the step, by name
+            [length^(dim - 1), in axisymmetry length^2].
+        contacts: the points of each contact surface, by the name of its boundary or rigid body.
+        friction_work: work that friction dissipates in the step [force length], >= 0.
     """
 
     active: ActiveGrid
@@ -93,6 +95,7 @@ class StepResult:
     forces: dict[str, Floats]
     work: float
     time: float
+    areas: dict[str, float] = field(default_factory=dict)
     contacts: dict[str, ContactState] = field(default_factory=dict)
     friction_work: float = 0.0
 
@@ -150,6 +153,7 @@ class Simulation:
         points: the material points, changed by `advance`.
         surfaces: tracked surfaces, by the bodies' names.
         water: the phreatic surface; None without water.
+        bodies: rigid bodies.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -170,7 +174,7 @@ class Simulation:
         self.kind = model.analysis.kind
         self.boundaries = make_boundaries(model)
         self.implicit = make_implicit(model)
-        self.rigid_bodies, surfaces = make_bodies(model, self._acceleration)
+        self.bodies, surfaces = make_bodies(model, self._acceleration)
         self.implicit += surfaces
         self._grid_motion = GridMotion(model, self.implicit)
         self.grid = self._grid_motion.at(0.0)
@@ -251,6 +255,11 @@ class Simulation:
         """How many linear systems were solved by what."""
         return self._solver.summary
 
+    @property
+    def rigid_bodies(self) -> dict[str, RigidBodyState]:
+        """Motion of the rigid bodies and forces on them, by their names."""
+        return {body.name: body.result() for body in self.bodies}
+
     def undeformed(self) -> MaterialPoints:
         """Returns the points where they were declared; in a model without stages as they are."""
         if self._declared_position is None:
@@ -289,7 +298,7 @@ class Simulation:
         if self.model.stage.number > 0:
             owners["released"] = self.released
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
-        owners |= {f"rigid body {i}": each for i, each in enumerate(self.rigid_bodies)}
+        owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
         return owners
 
@@ -336,7 +345,7 @@ class Simulation:
         """
         with self.timers.measure("basis"):
             active = self.locate(before)
-        for body in self.rigid_bodies:
+        for body in self.bodies:
             body.begin(after)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
@@ -450,13 +459,16 @@ class Simulation:
                 balance.constant_force(),
                 touching,
             )
+            states = {each.name: each.state(equilibrium.displacement) for each in contacts}
+            areas = constraints.areas | {name: each.area for name, each in states.items()}
         result = StepResult(
             balance.active,
             equilibrium,
             forces,
             0.0,
             step.after,
-            contacts={each.name: each.state(equilibrium.displacement) for each in contacts},
+            areas=areas,
+            contacts=states,
             friction_work=sum(each.friction_work() for each in contacts),
         )
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
@@ -504,7 +516,7 @@ class Simulation:
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
         modulus = self.round_off / ROUND_OFF
         terms += contact_terms(
-            constraints.contacts, self.rigid_bodies, after, modulus, active.nodes
+            constraints.contacts, self.bodies, after, modulus, active.nodes
         )
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))

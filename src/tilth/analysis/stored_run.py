@@ -15,23 +15,22 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tilth import __version__
 from tilth.analysis.staged import StagedAnalysis, output_times
 from tilth.analysis.state import MissingState, WrongState
-from tilth.analysis.tracker import unit_of
+from tilth.analysis.step_tables import StoredRows
 from tilth.errors import BadInput, StepFailed, shown
 from tilth.model import Model
 from tilth.output import read_checkpoint, read_results
 from tilth.output.files import RESTORE
 from tilth.output.folder import (
     CHECKPOINT,
-    HISTORY,
     LOG,
     MODEL,
     RESULTS,
     load_model,
     stage_checkpoint,
 )
-from tilth.output.history import Mark, checked_history
+from tilth.output.history import Mark
 
-CHECKPOINT_FORMAT = 2
+CHECKPOINT_FORMAT = 3
 """Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -68,8 +67,10 @@ class Progress(_Plain):
         stage: number of the stage among those of the type "loading", from 0.
         clock: where the run is in its schedule.
         work: external work since the start [force length].
+        friction: work that friction dissipated since the start [force length].
         model: check sum of model.json.
         history: size and check sum of the rows of history.csv up to the step.
+        boundaries: the same of boundaries.csv; zeros without that file.
         outputs: step and check sum of each output up to the step.
         seconds: time taken so far.
     """
@@ -79,8 +80,10 @@ class Progress(_Plain):
     stage: _Number
     clock: ClockState
     work: Annotated[float, Field(allow_inf_nan=False)]
+    friction: Annotated[float, Field(allow_inf_nan=False)]
     model: _Number
     history: tuple[_Number, _Number]
+    boundaries: tuple[_Number, _Number]
     outputs: list[tuple[_Number, _Number]]
     seconds: TimeTaken
 
@@ -93,14 +96,14 @@ class StoredRun:
         folder: of the run.
         model: the declared problem.
         progress: plain data of the checkpoint.
-        history: headings and rows of history.csv up to the checkpoint.
+        rows: of the files with one row per step, up to the checkpoint.
         checkpoint: its file.
     """
 
     folder: Path
     model: Model
     progress: Progress
-    history: bytes
+    rows: StoredRows
     checkpoint: Path
     _arrays: Mapping[str, npt.NDArray[Any]]
 
@@ -123,17 +126,12 @@ class StoredRun:
         if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:
             raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
         _check_clock(checkpoint, progress, model)
-        history = checked_history(
-            folder / HISTORY,
-            [(track.name, unit_of(track, model)) for track in model.track],
-            progress.clock.step,
-            Mark(*progress.history),
-            bool(model.stages),
-        )
+        marks = Mark(*progress.history), Mark(*progress.boundaries)
+        rows = StoredRows.read(folder, model, progress.clock.step, *marks)
         _check_outputs(folder / RESULTS, progress, model)
         if (folder / LOG).exists() and not (folder / LOG).is_file():
             raise BadInput(f"{folder / LOG} is no file", "rename or delete it")
-        return cls(folder, model, progress, history, checkpoint, arrays)
+        return cls(folder, model, progress, rows, checkpoint, arrays)
 
     def analysis(self, until: float | None) -> StagedAnalysis:
         """Returns the analysis in the state of the checkpoint; until: see `StagedAnalysis`.
@@ -172,8 +170,9 @@ def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
     try:
         # lists of JSON stand for tuples
         entries = dict(meta)
-        if isinstance(entries.get("history"), list):
-            entries["history"] = tuple(entries["history"])
+        for file_of_rows in ("history", "boundaries"):
+            if isinstance(entries.get(file_of_rows), list):
+                entries[file_of_rows] = tuple(entries[file_of_rows])
         if isinstance(entries.get("outputs"), list):
             entries["outputs"] = [
                 tuple(each) if isinstance(each, list) else each for each in entries["outputs"]

@@ -8,10 +8,13 @@ number"; the reaction of a boundary that does not act is 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from tilth.analysis.embedment import Embedment
+from tilth.analysis.motions import area_unit, force_unit, moment_unit
+from tilth.analysis.rigid_shapes import placed
 from tilth.analysis.simulation import Simulation, StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
@@ -20,6 +23,9 @@ from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
+
+Energies = Mapping[str, float]
+"""Energies since the start that are sums over the steps, by their kind [force length]."""
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 
@@ -40,31 +46,50 @@ class Tracker:
         self.columns = [(track.name, unit_of(track, model)) for track in model.track]
         self._evaluate = [self._evaluation(track, initial) for track in model.track]
 
-    def values(self, simulation: Simulation, result: StepResult | None, work: float) -> list[float]:
+    def values(
+        self,
+        simulation: Simulation,
+        result: StepResult | None,
+        work: float,
+        friction: float = 0.0,
+    ) -> list[float]:
         """Returns the quantities after a step (`result` None: before the first one).
 
-        `work` is the external work since the start [force length].
+        `work` is the external work since the start, `friction` what friction dissipated of it
+        [force length].
         """
+        energies = {"external_work": work, "friction_dissipation": friction}
         return [
-            track.scale * evaluate(simulation, result, work)
+            track.scale * evaluate(simulation, result, energies)
             for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
         ]
 
     def _evaluation(
         self, track: Track, initial: MaterialPoints
-    ) -> Callable[[Simulation, StepResult | None, float], float]:
+    ) -> Callable[[Simulation, StepResult | None, Energies], float]:
         if track.quantity == "reaction":
-            return lambda simulation, result, work: _reaction(track, result)
+            return lambda simulation, result, energies: _reaction(track, simulation, result)
         if track.quantity == "moment":
-            return lambda simulation, result, work: _moment(track, result)
+            return lambda simulation, result, energies: _moment(
+                track, self._model, simulation, result
+            )
+        if track.quantity in ("rigid_displacement", "rigid_rotation"):
+            return lambda simulation, result, energies: _rigid(track, simulation)
+        if track.quantity == "contact_area":
+            return lambda simulation, result, energies: _contact_area(track, result)
+        if track.quantity == "embedment":
+            embedment = Embedment(track, self._model, initial)
+            return lambda simulation, result, energies: embedment.depth(simulation, result)
         if track.quantity == "penetration":
-            return lambda simulation, result, work: _penetration(track, simulation, result)
+            return lambda simulation, result, energies: _penetration(track, simulation, result)
         if track.at is not None:
             ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
-                return lambda simulation, result, work: _state(track, simulation.points, ids)
+                return lambda simulation, result, energies: _state(track, simulation.points, ids)
 
-            def of_points(simulation: Simulation, result: StepResult | None, work: float) -> float:
+            def of_points(
+                simulation: Simulation, result: StepResult | None, energies: Energies
+            ) -> float:
                 there = _there(simulation.points, ids)
                 if len(there) == 0:
                     return math.nan
@@ -75,11 +100,11 @@ class Tracker:
             return of_points
         if track.quantity == "enclosed":
             name = track.body or ""
-            return lambda simulation, result, work: _enclosed(simulation, name)
+            return lambda simulation, result, energies: _enclosed(simulation, name)
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
-            return lambda simulation, result, work: _extent(track, simulation.points, axis)
-        return lambda simulation, result, work: _energy(track, simulation, work)
+            return lambda simulation, result, energies: _extent(track, simulation.points, axis)
+        return lambda simulation, result, energies: _energy(track, simulation, energies)
 
 
 def unit_of(track: Track, model: Model) -> str:
@@ -87,9 +112,12 @@ def unit_of(track: Track, model: Model) -> str:
     units = model.units
     if track.unit is not None:
         return track.unit
-    per_length = f"/{units.length}" if model.analysis.kind == "plane_strain" else ""
     if track.quantity == "reaction":
-        return units.force + per_length
+        return force_unit(model)
+    if track.quantity == "rigid_rotation":
+        return "degrees"
+    if track.quantity == "contact_area":
+        return area_unit(model)
     if track.quantity in ("stress", "effective_stress", "pore_pressure"):
         return units.stress
     if track.quantity == "state":
@@ -97,21 +125,49 @@ def unit_of(track: Track, model: Model) -> str:
     if track.quantity == "enclosed":
         return f"{units.length}^{model.dimension}"
     if track.quantity in ("energy", "moment"):
-        return f"{units.force} {units.length}{per_length}"
+        return moment_unit(model)
     return units.length
 
 
-def _reaction(track: Track, result: StepResult | None) -> float:
-    if result is None or track.boundary not in result.forces:
+def _reaction(track: Track, simulation: Simulation, result: StepResult | None) -> float:
+    name, component = track.boundary or "", AXES.index(track.component)
+    if result is None:
         return 0.0
-    return float(result.resultant(track.boundary or "")[AXES.index(track.component)])
+    if name in simulation.rigid_bodies:
+        return 0.0 - float(simulation.rigid_bodies[name].force[component])
+    return float(result.resultant(name)[component]) if name in result.forces else 0.0
 
 
-def _moment(track: Track, result: StepResult | None) -> float:
-    if result is None or track.boundary not in result.forces:
+def _moment(track: Track, model: Model, simulation: Simulation, result: StepResult | None) -> float:
+    name, component = track.boundary or "", AXES.index(track.component)
+    if result is None:
         return 0.0
-    moment = result.moment(track.boundary or "", np.array(track.about))
-    return float(moment[AXES.index(track.component)])
+    if name in simulation.rigid_bodies:
+        state = simulation.rigid_bodies[name]
+        moment = state.moment
+        if track.about is not None:
+            declared = next(body for body in model.rigid_bodies if body.name == name)
+            arm = np.array(declared.centre) + state.displacement - np.array(track.about)
+            three = (0, 3 - len(arm))
+            moment = moment + np.cross(np.pad(arm, three), np.pad(state.force, three))
+        return 0.0 - float(moment[component])
+    if name not in result.forces:
+        return 0.0
+    return float(result.moment(name, np.array(track.about))[component])
+
+
+def _rigid(track: Track, simulation: Simulation) -> float:
+    displacement, rotation = placed(simulation, track.boundary or "")
+    if track.quantity == "rigid_rotation":
+        return math.degrees(rotation[AXES.index(track.component)])
+    return _component(displacement, track.component or "")
+
+
+def _contact_area(track: Track, result: StepResult | None) -> float:
+    name = track.boundary or ""
+    if result is None:
+        return 0.0
+    return result.contacts[name].area if name in result.contacts else result.areas.get(name, 0.0)
 
 
 def _penetration(track: Track, simulation: Simulation, result: StepResult | None) -> float:
@@ -174,9 +230,9 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     return float(upper.max()) if len(upper) else math.nan
 
 
-def _energy(track: Track, simulation: Simulation, work: float) -> float:
-    if track.kind == "external_work":
-        return work
+def _energy(track: Track, simulation: Simulation, energies: Energies) -> float:
+    if (track.kind or "") in energies:
+        return energies[track.kind or ""]
     if track.kind == "elastic":
         return simulation.points.stored_energy()
     points = simulation.points

@@ -21,6 +21,7 @@ from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
+from tilth.model.track_checks import track_problems
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -35,6 +36,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *state_variable_problems(model, declared),
         *initial_problems(model),
         *_needs_implicit(model),
+        *track_problems(model),
         *_needs_water(model),
         *_densities(model),
         *_needs_gravity(model),
@@ -153,15 +155,10 @@ def _known(
 
 
 def _needs_implicit(model: Model) -> Iterator[Problem]:
-    """Only an implicit boundary can have soil behind it, or be followed by the grid."""
+    """Only an implicit boundary can be followed by the grid."""
     kinds = {boundary.name: boundary.type for boundary in model.boundaries}
     implicit = ", ".join(f"`{name}`" for name, kind in kinds.items() if kind == "implicit")
     remedy = f"choose from {implicit}" if implicit else "this model has no implicit boundary"
-    for i, track in enumerate(model.track):
-        kind = kinds.get(track.boundary or "", "implicit")
-        if track.quantity == "penetration" and kind != "implicit":
-            what = f'quantity = "penetration" is for implicit boundaries, but this one is "{kind}"'
-            yield Problem(f"track[{i}].boundary", what, remedy, track.boundary)
     if (follow := model.grid.follow) is not None:
         key, followed = "grid.follow.boundary", kinds.get(follow.boundary)
         if followed is None and any(b.name == follow.boundary for b in model.rigid_bodies):

@@ -49,7 +49,7 @@ def size_problems(model: Model) -> list[Problem]:
     problems += [*_surfaces(model), *_forces(model)]
     problems += _levels(model)
     for i, track in enumerate(model.track):
-        if track.quantity == "moment":
+        if track.quantity in _ABOUT_AXES:
             problems += _moment(f"track[{i}]", track, dimension, kind)
     return problems
 
@@ -214,7 +214,7 @@ def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
             yield f"{key}.{name}", axes
     for i, track in enumerate(model.track):
         yield f"track[{i}].axis", track.axis or ()
-        if track.quantity == "moment":
+        if track.quantity in _ABOUT_AXES:
             continue
         if track.component in AXES or track.component in ("yz", "xz"):
             yield f"track[{i}].component", track.component or ""
@@ -264,12 +264,20 @@ def _rotation(key: str, boundary: ImplicitBoundary, dimension: int, kind: str) -
         yield Problem(f"{key}.axis", "missing", "give the axis of the rotation by `angle`")
 
 
+_ABOUT_AXES = ("moment", "rigid_rotation")
+"""Quantities whose components are about axes."""
+
+
 def _moment(key: str, track: Track, dimension: int, kind: str) -> Iterator[Problem]:
+    turning = track.quantity == "rigid_rotation"
     if kind == "axisymmetric":
         what = "the reaction has no moment in axisymmetry"
-        yield Problem(f"{key}.quantity", what, 'track the "reaction"', track.quantity)
+        remedy = 'track the "reaction"'
+        if turning:
+            what, remedy = "nothing rotates in axisymmetry", 'track the "rigid_displacement"'
+        yield Problem(f"{key}.quantity", what, remedy, track.quantity)
     elif dimension == 2 and track.component != "z":
-        what = f"{kind} has moments about z only"
+        what = f"{kind} has {'rotations' if turning else 'moments'} about z only"
         yield Problem(f"{key}.component", what, 'give component = "z"', track.component)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any, Final, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
@@ -15,6 +15,10 @@ from tilth.model.problems import rejection, suggestion
 Quantity = Literal[
     "reaction",
     "moment",
+    "rigid_displacement",
+    "rigid_rotation",
+    "contact_area",
+    "embedment",
     "penetration",
     "displacement",
     "stress",
@@ -32,13 +36,19 @@ _TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
 _COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
     "reaction": _AXES,
     "moment": _AXES,
+    "rigid_displacement": (*_AXES, "magnitude"),
+    "rigid_rotation": _AXES,
     "displacement": (*_AXES, "magnitude"),
     "stress": _TENSOR,
     "effective_stress": _TENSOR,
 }
 _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "reaction": ("boundary", "component"),
-    "moment": ("boundary", "about", "component"),
+    "moment": ("boundary", "component"),
+    "rigid_displacement": ("boundary", "component"),
+    "rigid_rotation": ("boundary", "component"),
+    "contact_area": ("boundary",),
+    "embedment": ("boundary", "from"),
     "penetration": ("boundary",),
     "displacement": ("at", "component"),
     "stress": ("at", "component"),
@@ -51,6 +61,7 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "state": ("variable", "at"),
 }
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
+    "moment": ("about",),
     "displacement": ("body",),
     "stress": ("body",),
     "effective_stress": ("body",),
@@ -59,7 +70,7 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "run_out": ("body",),
     "state": ("body",),
 }
-_KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "kind", "variable")
+_KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "from", "kind", "variable")
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
 
@@ -68,8 +79,12 @@ class Track(Declared):
 
     | quantity | keys |
     | --- | --- |
-    | reaction | `boundary`, `component` x, y, z: force of the boundary on the soil |
+    | reaction | `boundary`, `component` x, y, z: force of the boundary or rigid body on the soil |
     | moment | `boundary`, `about`, `component` z, in 3D x, y, z: moment of that force |
+    | rigid_displacement | `boundary`, `component` x, y, z, magnitude: of a rigid body's centre |
+    | rigid_rotation | `boundary`, `component` z, in 3D x, y, z: of a rigid body [degrees] |
+    | contact_area | `boundary`: area of an implicit boundary or rigid body that touches soil |
+    | embedment | `boundary`, `from`: depth of its lowest point below the surface of the soil |
     | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy, total); optional `body` |
@@ -79,7 +94,7 @@ class Track(Declared):
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
-    | energy | `kind` "elastic", "external_work" or "plastic_dissipation" |
+    | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -89,9 +104,16 @@ class Track(Declared):
     quantity: Quantity
     """Recorded quantity."""
     boundary: Name | None = None
-    """Boundary whose reaction, moment or penetration is recorded."""
+    """Boundary or rigid body of the quantity."""
     about: Vector | None = None
-    """Fixed reference point of the moment [length], shape (dimension,)."""
+    """Fixed reference point of the moment [length], shape (dimension,); of a rigid body its centre
+    where it is, if not given.
+    """
+    from_: Literal["original", "current"] | None = Field(None, alias="from")
+    """Surface above the embedment: "original", the top of the soil of the start where the lowest
+    point is, or "current", the highest soil now over the body and beside it, up to half its width
+    away. Negative above it; not a number where there is no soil.
+    """
     at: Vector | None = None
     """Position [length], shape (dimension,), of the nearest material point at the start."""
     body: Name | None = None
@@ -102,7 +124,9 @@ class Track(Declared):
     """Axis along which the run-out is measured."""
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
-    kind: Literal["elastic", "external_work", "plastic_dissipation"] | None = None
+    kind: (
+        Literal["elastic", "external_work", "plastic_dissipation", "friction_dissipation"] | None
+    ) = None
     """Kind of energy [force length]."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
@@ -118,10 +142,10 @@ class Track(Declared):
         problems = [
             Problem(key, "missing", f'quantity = "{self.quantity}" needs {_listed(required)}')
             for key in required
-            if getattr(self, key) is None
+            if self._given(key) is None
         ]
         for key in _KEYS:
-            value = getattr(self, key)
+            value = self._given(key)
             if value is not None and key not in allowed:
                 what = f'has no meaning with quantity = "{self.quantity}"'
                 problems.append(Problem(key, what, f"it takes {_listed(allowed)}", value))
@@ -141,6 +165,10 @@ class Track(Declared):
         if problems:
             raise rejection(problems)
         return self
+
+    def _given(self, key: str) -> Any:
+        """Returns the entry of a key of the case file."""
+        return getattr(self, "from_" if key == "from" else key)
 
 
 def _listed(keys: tuple[str, ...]) -> str:

@@ -17,7 +17,9 @@ from tilth.output.lock import LOCK
 
 RESULTS = "results.vtkhdf"
 HISTORY = "history.csv"
+BOUNDARIES = "boundaries.csv"
 SURFACE = "surface.csv"
+CONTACT = "contact.csv"
 REPORT = "report.html"
 LOG = "log.txt"
 CHECKPOINT = "checkpoint.npz"
@@ -55,7 +57,19 @@ def stage_checkpoint(index: int) -> str:
     return f"checkpoint_stage_{index + 1:02d}.npz"
 
 
-FILES = (CHECKPOINT, RESULTS, HISTORY, SURFACE, REPORT, LOG, MODEL, SETUP, *safety_files())
+FILES = (
+    CHECKPOINT,
+    RESULTS,
+    HISTORY,
+    BOUNDARIES,
+    SURFACE,
+    CONTACT,
+    REPORT,
+    LOG,
+    MODEL,
+    SETUP,
+    *safety_files(),
+)
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed."""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``history.csv``: one row per load step with every tracked quantity."""
+"""``history.csv`` and ``boundaries.csv``: one row per load step with every quantity."""
 
 from __future__ import annotations
 
@@ -130,6 +130,24 @@ def checked_history(
     raise BadInput(f"{path} was changed after the run wrote it", RESTORE)
 
 
+def mark_of(content: bytes, last_step: int) -> Mark:
+    """Returns the mark of the headings and the rows of the steps 0 to ``last_step``."""
+    kept = b"".join(content.splitlines(keepends=True)[: last_step + 2])
+    return Mark(len(kept), zlib.crc32(kept))
+
+
+def with_columns(content: bytes, columns: Sequence[tuple[str, str]]) -> bytes:
+    """Returns a history with stages with other columns; NaN in those that it does not have."""
+    rows = list(csv.reader(io.StringIO(content.decode())))
+    first = len(FIRST_COLUMNS) + len(OF_STAGES)
+    place = {heading: index for index, heading in enumerate(rows[0])}
+    wanted = [place.get(heading) for heading in _headings(columns)]
+    lines = [heading_row(columns, stages=True)]
+    for row in rows[1:]:
+        lines.append(_row([*row[:first], *("nan" if i is None else row[i] for i in wanted)]))
+    return "".join(lines).encode()
+
+
 def read_history(path: Path | str) -> dict[str, Floats]:
     """Returns all columns by heading (``name [unit]``), each of shape (rows,).
 
@@ -185,8 +203,11 @@ def read_stages(path: Path | str) -> list[tuple[str, float, float]]:
 
 def heading_row(columns: Sequence[tuple[str, str]], stages: bool = False) -> str:
     """Returns the first line of a history; arguments as in :class:`HistoryWriter`."""
-    headings = [f"{name} [{unit}]" if unit else name for name, unit in columns]
-    return _row([*FIRST_COLUMNS, *(OF_STAGES if stages else ()), *headings])
+    return _row([*FIRST_COLUMNS, *(OF_STAGES if stages else ()), *_headings(columns)])
+
+
+def _headings(columns: Sequence[tuple[str, str]]) -> list[str]:
+    return [f"{name} [{unit}]" if unit else name for name, unit in columns]
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One output of an analysis: material points, grid and tracked surfaces at one moment."""
+"""One output of an analysis: material points, grid and surfaces at one moment."""
 
 from __future__ import annotations
 
@@ -65,6 +65,33 @@ class SurfaceShape:
 
 
 @dataclass(frozen=True, eq=False)
+class ContactShape:
+    """The points of a contact surface at one output: ``n`` points, ``dim`` is 2 or 3."""
+
+    name: str
+    position: Floats
+    """Position of the points [length], shape (n, dim)."""
+    fields: Mapping[str, NDArray[Any]]
+    """Fields of the points: ``normal`` [-], unit vectors into the soil, shape (n, dim); ``area``
+    [length^(dim - 1), in axisymmetry length^2]; ``normal_stress`` [stress], tension positive;
+    ``shear_stress`` [stress] of the surface on the soil, shape (n, dim); ``gap`` [length], > 0
+    open; ``in_contact`` and ``sliding``, 1 or 0 (int8)."""
+
+    @classmethod
+    def empty(cls, name: str, dim: int) -> ContactShape:
+        """Returns a contact surface without points."""
+        vectors = {key: np.zeros((0, dim)) for key in ("normal", "shear_stress")}
+        numbers = {key: np.zeros(0) for key in ("area", "normal_stress", "gap")}
+        flags = {key: np.zeros(0, dtype=np.int8) for key in ("in_contact", "sliding")}
+        return cls(name, np.zeros((0, dim)), {**vectors, **numbers, **flags})
+
+    @property
+    def cells(self) -> Integers:
+        """Rows of ``position``: each point is a cell, shape (n, 1)."""
+        return np.arange(len(self.position), dtype=np.int64)[:, None]
+
+
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """Data written to ``results.vtkhdf`` at one output time.
 
@@ -105,6 +132,12 @@ class Snapshot:
     [force] of the boundary on the soil (m, dim)."""
     surfaces: tuple[SurfaceShape, ...] = ()
     """Tracked surfaces, the same names in the same order in every snapshot of a run."""
+    contacts: tuple[ContactShape, ...] = ()
+    """Contact surfaces, by the names of their boundaries or rigid bodies; the same in every
+    snapshot of a run."""
+    rigid_bodies: tuple[SurfaceShape, ...] = ()
+    """Surfaces of the rigid bodies where they are at this output, without fields; the normals of
+    their cells point into the soil; the same in every snapshot of a run."""
 
     @property
     def dim(self) -> int:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,8 +29,9 @@ from tilth.output.vtkhdf_layout import (
     append_snapshot,
     copy_last_snapshot,
     create_file,
+    names_in,
     read_snapshot,
-    surface_names,
+    stored_names,
     whole_column,
 )
 
@@ -81,7 +82,7 @@ class ResultsWriter:
         elif keep < len(results.steps):
             with writer._changing_shadow():
                 with open_to_write(KeptError(writer._shadow)) as file:
-                    create_file(file, results.dim, results.title, results.units, results.surfaces)
+                    create_file(file, results.dim, results.title, results.units, results.names)
                     for index in range(keep):
                         append_snapshot(file, results.snapshot(index))
                 replace_durably(writer._shadow, path)
@@ -104,8 +105,7 @@ class ResultsWriter:
             shadow, missing = self._open_shadow()
             with open_to_write(shadow) as file:
                 if "tilth" not in file:
-                    names = [surface.name for surface in snapshot.surfaces]
-                    create_file(file, snapshot.dim, self._title, self._units, names)
+                    create_file(file, snapshot.dim, self._title, self._units, names_in(snapshot))
                 if missing:
                     with _opened(self.path) as visible:
                         try:
@@ -163,10 +163,15 @@ class Results:
     """Step number of each output."""
     times: list[float]
     """Time of each output."""
-    surfaces: tuple[str, ...] = ()
-    """Names of the tracked surfaces."""
+    names: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Names of the ``surfaces`` (tracked), ``contacts`` and ``rigid_bodies``, by these keys."""
     outputs: list[tuple[int, int]] = field(default_factory=list)
     """Step and check sum of each output."""
+
+    @property
+    def surfaces(self) -> tuple[str, ...]:
+        """Names of the tracked surfaces."""
+        return tuple(self.names.get("surfaces", ()))
 
     def snapshot(self, index: int) -> Snapshot:
         """Returns output number ``index`` (0 is the initial state, -1 the last), bit-exact.
@@ -202,7 +207,7 @@ def read_results(path: Path | str) -> Results:
             units={str(name): str(unit) for name, unit in json.loads(info.attrs["units"]).items()},
             steps=steps,
             times=times,
-            surfaces=surface_names(file),
+            names=stored_names(file),
             outputs=list(zip(steps, checksums, strict=True)),
         )
         if not 0 < len(steps) == len(times) or results.dim not in (2, 3):

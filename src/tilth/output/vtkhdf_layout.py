@@ -4,9 +4,10 @@
 Source: VTK documentation, "VTKHDF format specification". Each block is an unstructured grid whose
 arrays grow with every output; the group ``Steps`` contains, per output, where its rows begin. One
 output is one part. As long as the points are the same, their vertices, ``point_id`` and ``body_id``
-are written once and the outputs refer to that part. Each tracked surface is a block of its own.
-Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers, the unit labels, the
-names of the surfaces as the user wrote them and a check sum of each output; VTK ignores it.
+are written once and the outputs refer to that part. Each tracked surface, contact surface and rigid
+body is a block of its own. Next to the group ``VTKHDF`` the group ``tilth`` keeps the step numbers,
+the unit labels, the names of the surfaces and bodies as the user wrote them and a check sum of each
+output; VTK ignores it.
 
 The reader of VTK 9.7 reads ``Steps/NSteps`` of the root of a collection, and shows the first output
 for every time if there is none, although the format has the steps in the blocks only. The link
@@ -30,24 +31,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tilth.output.snapshot import FieldsOnDemand, Snapshot, SurfaceShape
+from tilth.output.snapshot import ContactShape, FieldsOnDemand, Snapshot, SurfaceShape
 
 VTK_VERTEX, VTK_LINE, VTK_TRIANGLE, VTK_QUAD, VTK_HEXAHEDRON = 1, 3, 5, 9, 12
 VERSION = (2, 2)
 BLOCKS = ("points", "grid")
 STATIC_FIELDS = ("point_id", "body_id")
+FAMILIES = {"surfaces": "surface_", "contacts": "contact_", "rigid_bodies": "rigid_"}
+"""Further blocks: how their names begin, by the attributes of a snapshot and of the file."""
+
+Names = Mapping[str, Sequence[str]]
+"""Names of the tracked surfaces, contact surfaces and rigid bodies, by the keys of `FAMILIES`."""
 
 
 class DamagedResults(ValueError):
     """The file does not contain what was written to it."""
 
 
-def create_file(
-    file: Any, dim: int, title: str, units: Mapping[str, str], surfaces: Sequence[str] = ()
-) -> None:
+def names_in(snapshot: Snapshot) -> Names:
+    """Returns the names of the surfaces and bodies of a snapshot."""
+    return {key: [shape.name for shape in getattr(snapshot, key)] for key in FAMILIES}
+
+
+def create_file(file: Any, dim: int, title: str, units: Mapping[str, str], names: Names) -> None:
     """Creates the layout of empty results in the open, writable ``h5py.File``.
 
-    ``surfaces`` are the names of the tracked surfaces. Raises ``ValueError`` if two are equal.
+    Raises ``ValueError`` if two ``names`` of surfaces or bodies of a kind are equal.
     """
     import h5py
 
@@ -55,10 +64,11 @@ def create_file(
     info.attrs["dim"] = dim
     info.attrs["title"] = title
     info.attrs["units"] = json.dumps(dict(units))
-    of_surfaces = surface_blocks(surfaces)
-    if of_surfaces:
-        info.attrs["surfaces"] = json.dumps(of_surfaces)
-    blocks = (*BLOCKS, *of_surfaces.values())
+    blocks = [*BLOCKS]
+    for key, start in FAMILIES.items():
+        if own := block_names(start, names.get(key, ())):
+            info.attrs[key] = json.dumps(own)
+            blocks += own.values()
     root = file.create_group("VTKHDF", track_order=True)
     _set_type(root, "PartitionedDataSetCollection")
     root["Steps"] = h5py.SoftLink("/VTKHDF/grid")
@@ -76,17 +86,17 @@ def create_file(
         assembly.create_group(name, track_order=True)[name] = h5py.SoftLink(f"/VTKHDF/{name}")
 
 
-def surface_blocks(names: Sequence[str]) -> dict[str, str]:
-    """Returns the name of the block of each tracked surface, in their order.
+def block_names(start: str, names: Sequence[str]) -> dict[str, str]:
+    """Returns the name of the block of each surface, in their order, beginning with ``start``.
 
     VTK allows letters, digits and underscores; other characters become underscores, and a number is
     appended where two blocks would have the same name. Raises ``ValueError`` if two surfaces do.
     """
     if len(set(names)) != len(names):
-        raise ValueError(f"two tracked surfaces of the same name among {list(names)}")
+        raise ValueError(f"two surfaces of the same name among {list(names)}")
     blocks: dict[str, str] = {}
     for name in names:
-        safe = "surface_" + re.sub(r"[^A-Za-z0-9_]", "_", name)
+        safe = start + re.sub(r"[^A-Za-z0-9_]", "_", name)
         block, count = safe, 1
         while block in blocks.values():
             count += 1
@@ -95,13 +105,14 @@ def surface_blocks(names: Sequence[str]) -> dict[str, str]:
     return blocks
 
 
-def surface_names(file: Any) -> tuple[str, ...]:
-    """Returns the names of the tracked surfaces in the open ``h5py.File``."""
-    return tuple(_surface_blocks_of(file))
+def stored_names(file: Any) -> Names:
+    """Returns the names of the surfaces and bodies in the open ``h5py.File``."""
+    return {key: tuple(_blocks_of(file, key)) for key in FAMILIES}
 
 
-def _surface_blocks_of(file: Any) -> dict[str, str]:
-    return dict(json.loads(file["tilth"].attrs.get("surfaces", "{}")))
+def _blocks_of(file: Any, key: str) -> dict[str, str]:
+    """Returns the blocks of the surfaces or bodies of a kind by their names."""
+    return dict(json.loads(file["tilth"].attrs.get(key, "{}")))
 
 
 def append_snapshot(file: Any, snapshot: Snapshot) -> int:
@@ -109,10 +120,9 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> int:
 
     Raises ``ValueError`` if its fields or surfaces are not those of the first output.
     """
-    blocks = _surface_blocks_of(file)
-    names = [surface.name for surface in snapshot.surfaces]
-    if names != list(blocks):
-        raise ValueError(f"surfaces {names} differ from the first output's {list(blocks)}")
+    for key, names in names_in(snapshot).items():
+        if names != (first := list(_blocks_of(file, key))):
+            raise ValueError(f"{key} {names} differ from the first output's {first}")
     n = len(snapshot.position)
     numbers = {
         "point_id": np.asarray(snapshot.point_id, dtype=np.int64),
@@ -138,17 +148,20 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> int:
             snapshot.node_fields,
         )
     ]
-    for surface in snapshot.surfaces:
-        sums += [
-            _append_block(
-                root[blocks[surface.name]],
-                snapshot.time,
-                surface.position,
-                np.asarray(surface.cells, dtype=np.int64).reshape(-1, snapshot.dim),
-                VTK_LINE if snapshot.dim == 2 else VTK_TRIANGLE,
-                surface.fields,
-            )
-        ]
+    for key in FAMILIES:
+        vertices_only = key == "contacts"
+        surface_type = VTK_LINE if snapshot.dim == 2 else VTK_TRIANGLE
+        for shape in getattr(snapshot, key):
+            sums += [
+                _append_block(
+                    root[_blocks_of(file, key)[shape.name]],
+                    snapshot.time,
+                    shape.position,
+                    np.asarray(shape.cells, dtype=np.int64),
+                    VTK_VERTEX if vertices_only else surface_type,
+                    shape.fields,
+                )
+            ]
     root["grid"].attrs["NSteps"] = root["grid/Steps"].attrs["NSteps"]
     _append(file["tilth"], "step", _row(snapshot.step))
     checksum = _checksum_of_output(snapshot, sums)
@@ -171,13 +184,15 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
     Raises ``DamagedResults`` if its check sum shows that it is not.
     """
     on_demand = _snapshot_on_demand(file, index)
+    read: dict[str, Any] = {
+        key: tuple(replace(s, fields=dict(s.fields)) for s in getattr(on_demand, key))
+        for key in FAMILIES
+    }
     snapshot = replace(
         on_demand,
         point_fields=dict(on_demand.point_fields),
         node_fields=dict(on_demand.node_fields),
-        surfaces=tuple(
-            replace(surface, fields=dict(surface.fields)) for surface in on_demand.surfaces
-        ),
+        **read,
     )
     fields = {
         **snapshot.point_fields,
@@ -187,7 +202,9 @@ def read_snapshot(file: Any, index: int) -> Snapshot:
     sums = [_checksum_of_block(snapshot.position, None, fields)]
     sums += [_checksum_of_block(snapshot.node_position, snapshot.cells, snapshot.node_fields)]
     sums += [
-        _checksum_of_block(each.position, each.cells, each.fields) for each in snapshot.surfaces
+        _checksum_of_block(each.position, None if key == "contacts" else each.cells, each.fields)
+        for key in FAMILIES
+        for each in getattr(snapshot, key)
     ]
     _require_checksum(file, index, _checksum_of_output(snapshot, sums))
     return snapshot
@@ -238,6 +255,13 @@ def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
     points, grid = file["VTKHDF/points"], file["VTKHDF/grid"]
     position, point_fields = _read_block(points, index, dim)
     node_position, node_fields = _read_block(grid, index, dim)
+    shapes: dict[str, Any] = {
+        key: tuple(
+            _read_shape(key, name, file["VTKHDF"][block], index, dim)
+            for name, block in _blocks_of(file, key).items()
+        )
+        for key in FAMILIES
+    }
     make = dict(point_fields.make)
     point_id, body_id = make.pop("point_id")(), make.pop("body_id")()
     return Snapshot(
@@ -250,15 +274,16 @@ def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
         node_position=node_position,
         cells=_read_cells(grid, index).reshape(-1, 2**dim),
         node_fields=node_fields,
-        surfaces=tuple(
-            _read_surface(name, file["VTKHDF"][block], index, dim)
-            for name, block in _surface_blocks_of(file).items()
-        ),
+        **shapes,
     )
 
 
-def _read_surface(name: str, block: Any, index: int, dim: int) -> SurfaceShape:
+def _read_shape(
+    key: str, name: str, block: Any, index: int, dim: int
+) -> SurfaceShape | ContactShape:
     position, fields = _read_block(block, index, dim)
+    if key == "contacts":
+        return ContactShape(name, position, fields)
     return SurfaceShape(name, position, _read_cells(block, index).reshape(-1, dim), fields)
 
 
@@ -282,7 +307,7 @@ def _append_block(
     index = int(steps.attrs["NSteps"])
     if index > 0 and set(data) != set(fields):
         raise ValueError(f"fields {sorted(fields)} differ from the first output's {sorted(data)}")
-    reuse = cell_type == VTK_VERTEX and index > 0
+    reuse = index > 0 and all(name in fields for name in STATIC_FIELDS)
     if reuse:
         part = int(steps["PartOffsets"][index - 1])
         reuse = int(block["NumberOfPoints"][part]) == len(position) and all(

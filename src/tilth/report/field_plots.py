@@ -13,6 +13,7 @@ from tilth.output.snapshot import Snapshot
 from tilth.report.domains import corners_of_boxes, outlines
 from tilth.report.fields import field_values, with_unit
 from tilth.report.points_3d import draw_points_3d
+from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
 from tilth.report.tracked_surfaces import (
     add_tracked_legend,
@@ -53,7 +54,8 @@ def draw_frames(
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
     of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
     the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
-    vertices of the water's surface in the plane at a time, see :class:`Setup`.
+    vertices of the water's surface in the plane at a time, see :class:`Setup`. Rigid bodies are
+    drawn where they are at each output.
     """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -63,6 +65,7 @@ def draw_frames(
     values = [pair[0] for pair in coloured]
     colours = _colours(values)
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
+    tracked += rigid_vertices(snapshots)
     lower, upper = _extent(snapshots, tracked)
     levels = [water(snapshot.time) for snapshot in snapshots]
     near = [nearby(line, lower, upper) for line in levels if line is not None]
@@ -89,6 +92,7 @@ def draw_frames(
         if dim == 2:
             axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
             _draw_plane(axes, snapshot, value, colours)
+            draw_rigid_2d(axes, snapshot.rigid_bodies)
             draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
             if (line := levels[index]) is not None:
@@ -102,6 +106,7 @@ def draw_frames(
             draw_points_3d(
                 axes, snapshot.position, half, point_colours, lower, upper, unit, 0.05, corners
             )
+            draw_rigid_3d(axes, snapshot.rigid_bodies)
             draw_tracked_3d(axes, snapshot.surfaces)
         title = f"step {snapshot.step}, time {snapshot.time:.4g}"
         if titles:

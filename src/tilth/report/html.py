@@ -17,6 +17,7 @@ from tilth.errors import visible
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import (
+    BOUNDARIES,
     HISTORY,
     LOG,
     REPORT,
@@ -29,9 +30,11 @@ from tilth.output.history import read_history, read_stages
 from tilth.output.log import LogContents, read_log
 from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
+from tilth.report.contact_plots import contact_note, draw_contact
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
+from tilth.report.motion_plots import caption, draw_forces, ends_of_stages, motion_curves
 from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup, read_staged_setup
@@ -82,12 +85,16 @@ def write_report(
     if (folder / SETUP).exists():
         staged = read_staged_setup(folder / SETUP)
         setup = staged or read_setup(folder / SETUP, results.snapshot(0))
+    if forces := _forces(folder, kind, summary, stages):
+        parts.append(_section("Force and displacement", forces))
     pictures = _setup_picture(setup) + _parameters(results, kind, summary, stages)
     parts.append(_section("Set-up", pictures))
     if stages:
         table = stage_table(summary["stages"], history, stages, log)
         parts.append(_section("Stages", table))
     parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages, setup)))
+    if pressures := _contact(results, kind):
+        parts.append(_section("Contact", pressures))
     curves = draw_curves(history, results.units.get("time", ""), stages)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
@@ -111,15 +118,33 @@ def write_report(
     return path
 
 
+def _forces(folder: Path, kind: str, summary: Mapping[str, Any], stages: Sequence[Span]) -> str:
+    """Returns the reactions of all that moves against its motion; nothing if nothing moves."""
+    if not (folder / BOUNDARIES).exists():
+        return ""
+    table = read_history(folder / BOUNDARIES)
+    curves = motion_curves(table, summary)
+    if not curves:
+        return ""
+    figure = draw_forces(curves, ends_of_stages(table["time"], stages))
+    return _image(figure, "Force against displacement") + f"<p>{escape(caption(curves, kind))}</p>"
+
+
 def _how_to_open(results: Results) -> str:
     """Returns the section that explains the files of the folder."""
     surfaces = _ABOUT_SURFACES if results.surfaces else ""
-    return f"<ul>\n{_HOW_TO_OPEN}{surfaces}</ul>"
+    contact = _ABOUT_CONTACT if results.names["contacts"] else ""
+    return f"<ul>\n{_HOW_TO_OPEN}{surfaces}{contact}</ul>"
 
 
 _ABOUT_SURFACES = """<li><code>surface.csv</code> has the points of the tracked surfaces at the last
 output with their normals; in the plane in order along each, with the arc length. In ParaView the
 surfaces are the blocks <em>surface_...</em> of <code>results.vtkhdf</code>, at all times.</li>
+"""
+
+_ABOUT_CONTACT = """<li><code>contact.csv</code> has the points of the contact surfaces at the last
+output with stresses, gap and state. In ParaView they are the blocks <em>contact_...</em> of
+<code>results.vtkhdf</code>, rigid bodies the blocks <em>rigid_...</em>, at all times.</li>
 """
 
 _HOW_TO_OPEN = """<li><code>results.vtkhdf</code> holds all outputs. Open it in ParaView (5.13 or
@@ -129,6 +154,8 @@ the times.
 It can also be read with h5py, or with <code>tilth.output.read_results</code>.</li>
 <li><code>history.csv</code> has one row per step with all tracked quantities; any spreadsheet reads
 it.</li>
+<li><code>boundaries.csv</code>, where a boundary or body moves, has one row per step with its
+displacement and rotation and with the force and moment that it exerts on the soil.</li>
 <li><code>log.txt</code> has the residuals of all Newton iterations.</li>
 """
 
@@ -232,6 +259,18 @@ def _frames(
     if len(chosen) < len(results):
         note = f"{len(chosen)} of {len(results)} outputs. " + note
     return _image(figure, f"Deformed points coloured by {colour_by}") + f"<p>{note}</p>"
+
+
+def _contact(results: Results, kind: str) -> str:
+    """Returns a figure of each contact surface that has points at the last output."""
+    if not (names := results.names["contacts"]):
+        return ""
+    last, content = results.snapshot(-1), ""
+    for name in names:
+        figure = draw_contact(last, name, results.units, kind == "axisymmetric")
+        if figure is not None:
+            content += _image(figure, f"Pressure and shear on {name}")
+    return content and content + f"<p>{contact_note(last.dim)}</p>"
 
 
 def _title_in_stage(results: Results, index: int, stages: Sequence[Span]) -> str:

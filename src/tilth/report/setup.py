@@ -180,7 +180,11 @@ def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
     from matplotlib.lines import Line2D
 
     text = f"{surface.name}\nimplicit, {_CONSTRAINED.get(surface.kind, surface.kind)}"
-    if surface.displacement is not None:
+    if surface.kind == "rigid body":
+        text = f"{surface.name}\nrigid body"
+    if surface.words:
+        text += f"\n{surface.words}"
+    if surface.kind != "rigid body" and surface.displacement is not None:
         largest = float(np.linalg.norm(surface.displacement, axis=1).max(initial=0.0))
         text += f",\nmoves up to {largest:.4g} {unit}".rstrip()
     return Line2D(

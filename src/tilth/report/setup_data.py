@@ -44,11 +44,11 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """An implicit boundary of n facets at the start; ``dim`` is 2 or 3."""
+    """An implicit boundary or rigid body of n facets at the start; ``dim`` is 2 or 3."""
 
     name: str
     kind: str
-    """roller, fixed, tangential or direction"""
+    """roller, fixed, tangential, direction, contact or "rigid body"."""
     corner: Floats
     """Segments in 2D, triangles in 3D [length], shape (n, dim, dim): facet, corner, coordinate."""
     normal: Floats
@@ -57,6 +57,8 @@ class Surface:
     """Displacement of the facets' centres at the end [length], (n, dim); None for zero."""
     bounded: bool = False
     """Whether it is of finite size; then all of it is shown if it is not larger than the soil."""
+    words: str = ""
+    """Its motion and law of contact in words, for the legend."""
 
     def visible_vertices(self, lower: Floats, upper: Floats) -> Floats:
         """Returns vertices of the parts in a box at start and end [length], shape (k, dim)."""

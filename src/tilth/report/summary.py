@@ -35,6 +35,7 @@ from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
 from tilth.report.amounts import amount, elevation, vector
+from tilth.report.contact_texts import body_text, laws_text
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
@@ -98,6 +99,9 @@ def _rows(
         yield "water", _water(model.water, model)
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
+    for rigid in model.rigid_bodies:
+        shapes = " and ".join(_geometry(shape) for shape in rigid.shapes)
+        yield "rigid bodies", body_text(rigid, shapes, model)
     for load in model.loads:
         yield "loads", _load(load, model)
     if model.stages:
@@ -185,7 +189,10 @@ def _boundary(boundary: Boundary, model: Model) -> str:
 
 def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     unit = model.units.length
-    constrained = boundary.kind
+    constrained: str = boundary.kind
+    if boundary.contact is not None:
+        laws = laws_text(boundary.contact, boundary.contact_with, model.units.stress)
+        constrained = "; ".join(laws)
     if boundary.direction is not None:
         constrained = f"constrained along {vector(boundary.direction)}"
     parts = [
@@ -283,6 +290,8 @@ def _track(track: Track) -> str:
     what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
     where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
     position = f" at {vector(track.at)}" if track.at else ""
+    if track.from_:
+        position = f" below the {track.from_} surface"
     if track.about:
         position = f" about {vector(track.about)}"
     return f"{track.name}: {what.replace('_', ' ')}{where}{position}"

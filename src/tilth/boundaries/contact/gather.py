@@ -20,9 +20,6 @@ from tilth.surface.protocol import BodySurface
 REACH = 1.0
 """Gap, in cells, up to which soil can come into contact in a step."""
 
-BEHIND = 1.0
-"""Depth behind a surface, in cells, up to which soil belongs to it."""
-
 
 def gather_contacts(
     surfaces: Sequence[ContactSurface],
@@ -79,9 +76,8 @@ def measure_surface(
     normal: Floats,
 ) -> tuple[Floats, Integers]:
     """Returns gaps of points of a surface and the material points there, see `measure_gap`."""
-    cell = surface.cell
-    behind = min(BEHIND * cell, surface.thickness)
-    return measure_gap(points, active.grid, tracked, position, normal, REACH * cell, behind)
+    reach = REACH * surface.cell
+    return measure_gap(points, active.grid, tracked, position, normal, reach, surface.behind)
 
 
 def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Floats:

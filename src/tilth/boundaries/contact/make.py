@@ -12,7 +12,7 @@ from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import GridProperties
 from tilth.boundaries.implicit.motion import make_motion
-from tilth.geometry.make import make_shape
+from tilth.geometry.make import make_shape, make_shapes
 from tilth.geometry.protocol import Geometry
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.load_curve import LoadCurve
@@ -34,11 +34,7 @@ def make_rigid_bodies(
         body = RigidBody(
             declared, model.dimension, model.analysis.kind, model.schedule.end, acceleration
         )
-        several = declared.geometry is None
-        shapes = [
-            make_shape(shape, model, f"{key}.geometries[{i}]" if several else f"{key}.geometry")
-            for i, shape in enumerate(declared.shapes)
-        ]
+        shapes = make_shapes(declared, model)
         for i, shape in enumerate(shapes):
             stand_in = ImplicitBoundary(
                 name=declared.name if i == 0 else f"{declared.name} ({i + 1})",
@@ -52,7 +48,7 @@ def make_rigid_bodies(
                     stand_in, key, LoadCurve(((0.0, 0.0), (1.0, 1.0))), shape, body,
                     model.delta(stand_in), grid_properties(model),
                     contact=declared.contact, contact_with=declared.contact_with or {},
-                    body=body, others=[other for other in shapes if other is not shape],
+                    body=body, shapes=shapes,
                     full=declared.wished_in_place,
                 )
             )  # fmt: skip

@@ -22,6 +22,7 @@ from tilth.boundaries.contact.rotation import (
     rotation_by,
     second_derivative,
 )
+from tilth.boundaries.contact.state import RigidBodyState
 from tilth.model import RigidBody as DeclaredBody
 
 WEAK_SPRING = 1e-10
@@ -211,6 +212,13 @@ class RigidBody:
     def springs(self) -> Floats:
         """Stiffness of the springs to the ground of each component, shape (components,)."""
         return np.array([self.declared.spring(name) for name in self.components])
+
+    def result(self) -> RigidBodyState:
+        """Returns its motion since the start, and the soil's force and moment on it."""
+        turns = slice(2, 3) if self.dim == 2 else slice(0, 3)
+        rotation, moment = np.zeros(3), np.zeros(3)
+        rotation[turns], moment[turns] = self.turn, self.moment
+        return RigidBodyState(self.displacement, rotation, self.force, moment)
 
     def commit(self, unknowns: Floats, force: Floats, moment: Floats) -> None:
         """Ends the step with these free components (m,) and the soil's force and moment."""

@@ -18,17 +18,19 @@ from tilth.boundaries.contact.law import ContactLaw
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.implicit.boundary import GridProperties, Implicit
 from tilth.boundaries.implicit.motion import Motion
+from tilth.geometry.both_sides import BothSides
 from tilth.geometry.protocol import Geometry, QuadraturePoints
+from tilth.geometry.several import outside_of_others
 from tilth.model import Contact, ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 
-INSIDE_OTHERS = 1e-6
-"""Depth in another shape of the same body, in cells, from which a point is no surface."""
-
 LARGEST_OFFSET = 0.3
 """Greatest gap in cells, measured in contact, that counts as inexact knowledge of the surface."""
+
+BEHIND, BEHIND_PLATE = 1.0, 0.1
+"""Depth behind a surface, in cells, up to which soil belongs to it: of a body, of a thin plate."""
 
 LOST = 0.25
 """Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
@@ -62,9 +64,8 @@ class ContactSurface(Implicit):
         contact: the law.
         contact_with: laws with soil bodies of these names.
         body: the rigid body, if it is a shape of one.
-        others: the other shapes of this body.
+        shapes: all shapes of this body, if there are several.
         full: whether the soil touches all of the surface at the start.
-        thickness: of the body behind the surface [length]; infinite if not given.
     """
 
     def __init__(
@@ -79,19 +80,25 @@ class ContactSurface(Implicit):
         contact: Contact,
         contact_with: Mapping[str, Contact],
         body: RigidBody | None = None,
-        others: Sequence[Geometry] = (),
+        shapes: Sequence[Geometry] = (),
         full: bool = False,
-        thickness: float = np.inf,
     ) -> None:
         super().__init__(declared, key, curve, geometry, motion, delta, grid)
         self.contact = contact
         self.contact_with = contact_with
         self.body = body
-        self._others = others
+        self._shapes = shapes
         self._full = full
-        self.thickness = thickness
         self._columns = len(grid.origin) + 2
         self.carried = np.zeros((0, self._columns))
+
+    @property
+    def behind(self) -> float:
+        """Depth behind the surface up to which soil belongs to it [length].
+
+        With soil on both sides little more than round-off and the scatter of gaps.
+        """
+        return (BEHIND_PLATE if isinstance(self.geometry, BothSides) else BEHIND) * self.cell
 
     @property
     def cell(self) -> float:
@@ -104,10 +111,12 @@ class ContactSurface(Implicit):
 
     def _kept(self, points: QuadraturePoints) -> QuadraturePoints:
         points = super()._kept(points)
-        outside = np.ones(len(points.position), dtype=bool)
-        for other in self._others:
-            outside &= other.distance(points.position) > -INSIDE_OTHERS * self.cell
-        return points.of(outside)
+        if len(self._shapes) < 2:
+            return points
+        number = [shape is self.geometry for shape in self._shapes].index(True)
+        return points.of(
+            outside_of_others(self._shapes, number, points.position, points.normal)
+        )
 
     def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
         """Returns the contact of chosen points at the start of a step.

@@ -223,6 +223,22 @@ class Implicit:
         assert self.quadrature is not None
         return self._positions(self.quadrature.reference[chosen], self.factor(time))
 
+    def weights(self, time: float, chosen: Integers) -> Floats:
+        """Returns the weights of chosen quadrature points at `time`, shape (n,).
+
+        Areas [length^(dim - 1)], in axisymmetry with 2 pi r [length^2].
+        """
+        quadrature, factor = self.quadrature, self.factor(time)
+        assert quadrature is not None
+        reference, weight = quadrature.reference[chosen], quadrature.weight[chosen]
+        if self.declared.is_moving:
+            gradient = self.motion.gradient(reference, factor)
+            area = _transformed(cofactor(gradient), quadrature.normal[chosen])
+            weight = weight * np.linalg.norm(area, axis=1)
+        if self._grid.axisymmetric:
+            weight = weight * 2.0 * np.pi * np.abs(self._positions(reference, factor)[:, 0])
+        return weight
+
     def pose(self, before: float, after: float, chosen: Integers) -> Pose:
         """Returns the motion of chosen quadrature points in the step from `before` to `after`."""
         quadrature = self.quadrature
@@ -230,7 +246,6 @@ class Implicit:
         start, end = self.factor(before), self.factor(after)
         middle = 0.5 * (start + end)
         reference, normal = quadrature.reference[chosen], quadrature.normal[chosen]
-        weight = quadrature.weight[chosen]
         position = self._positions(reference, start)
         increment = np.zeros(position.shape)
         gradient = np.zeros((*position.shape, position.shape[1]))
@@ -241,7 +256,6 @@ class Implicit:
             at_middle = self.motion.gradient(reference, middle)
             at_end = self.motion.gradient(reference, end)
             gradient = at_end @ np.linalg.inv(at_start) - np.eye(position.shape[1])
-            weight = weight * np.linalg.norm(_transformed(cofactor(at_start), normal), axis=1)
             normal = _transformed(cofactor(at_middle), normal)
             normal = normal / np.linalg.norm(normal, axis=1)[:, None]
             start_to = [rotation_part(g) for g in (at_start, at_middle, at_end)]
@@ -251,14 +265,12 @@ class Implicit:
                 start_to[1] @ _transposed(start_to[0]),
                 start_to[2] @ _transposed(start_to[1]),
             )
-        if self._grid.axisymmetric:
-            weight = weight * 2.0 * np.pi * np.abs(position[:, 0])
         return Pose(
             position=position,
             increment=increment,
             gradient=gradient,
             normal=normal,
-            weight=weight,
+            weight=self.weights(before, chosen),
             direction=direction,
             projector=self._projector(normal, direction),
             rotation=rotation,

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -53,12 +53,15 @@ class ImplicitConstraints:
         parts: one for each boundary in contact with soil.
         without_contact: the other boundaries.
         contacts: surfaces that soil can separate from and slide on, where they are near soil.
+        areas: area of each boundary that touches soil, at the end of the step, by name
+            [length^(dim - 1), in axisymmetry length^2].
     """
 
     active: ActiveGrid
     parts: list[ImplicitConstraint]
     without_contact: list[Implicit]
     contacts: tuple[ContactConstraint, ...] = ()
+    areas: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def gather(
@@ -90,7 +93,10 @@ class ImplicitConstraints:
         without_contact: list[Implicit] = [
             each for each in touching if each not in [part.boundary for part in contacts]
         ]
-        parts = cls._held(boundaries, points, active, moduli, kind, before, after, without_contact)
+        areas = {boundary.name: 0.0 for boundary in boundaries}
+        parts = cls._held(
+            boundaries, points, active, moduli, kind, before, after, without_contact, areas
+        )
         if constrained is None:
             constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
         of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
@@ -103,7 +109,7 @@ class ImplicitConstraints:
         owned = [
             replace(part, owner=each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
         ]
-        return cls(active, parts, without_contact, tuple(owned))
+        return cls(active, parts, without_contact, tuple(owned), areas)
 
     @staticmethod
     def _held(
@@ -115,8 +121,12 @@ class ImplicitConstraints:
         before: float,
         after: float,
         without_contact: list[Implicit],
+        areas: dict[str, float],
     ) -> list[ImplicitConstraint]:
-        """Returns the boundaries that hold soil; adds the others to `without_contact`."""
+        """Returns the boundaries that hold soil; adds the others to `without_contact`.
+
+        areas: by name, to which it adds those of the parts that touch soil.
+        """
         if not boundaries:
             return []
         surfaces, normals, tributary, box = [], [], [], _box(points)
@@ -149,6 +159,7 @@ class ImplicitConstraints:
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
+            areas[boundary.name] = float((boundary.weights(after, chosen) * in_contact).sum())
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
             parts.append(
                 make(

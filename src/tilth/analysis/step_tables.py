@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The files with one row per step: history.csv, and boundaries.csv where a boundary moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tilth.analysis.motions import motion_columns, motion_values
+from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.tracker import Tracker, unit_of
+from tilth.model import Model
+from tilth.mpm.points import MaterialPoints
+from tilth.output import HistoryWriter
+from tilth.output.folder import BOUNDARIES, HISTORY
+from tilth.output.history import Mark, checked_history
+
+
+@dataclass(frozen=True)
+class StoredRows:
+    """Headings and rows of the files up to a checkpoint.
+
+    Attributes:
+        history: of history.csv.
+        boundaries: of boundaries.csv; empty if nothing moves.
+    """
+
+    history: bytes
+    boundaries: bytes
+
+    @classmethod
+    def read(
+        cls, folder: Path, model: Model, last_step: int, history: Mark, boundaries: Mark
+    ) -> StoredRows:
+        """Reads the rows of the steps 0 to `last_step`; the marks are those of the checkpoint.
+
+        Raises:
+            BadInput: a file is not as the checkpoint expects it.
+        """
+        tracked = [(track.name, unit_of(track, model)) for track in model.track]
+        moved, stages = motion_columns(model), bool(model.stages)
+        return cls(
+            checked_history(folder / HISTORY, tracked, last_step, history, stages),
+            checked_history(folder / BOUNDARIES, moved, last_step, boundaries, stages)
+            if moved
+            else b"",
+        )
+
+
+class StepTables:
+    """Writes the files row by row.
+
+    Args:
+        folder: of the run.
+        model: the whole model.
+        initial: see `Tracker`.
+        stored: what the files begin with; new files if None.
+
+    Raises:
+        AnalysisFailed: a file cannot be written.
+    """
+
+    def __init__(
+        self, folder: Path, model: Model, initial: MaterialPoints, stored: StoredRows | None = None
+    ) -> None:
+        stages = bool(model.stages)
+        rows = stored or StoredRows(b"", b"")
+        self._model = model
+        self._tracker = Tracker(model, initial)
+        columns = self._tracker.columns
+        self._history = HistoryWriter(folder / HISTORY, columns, rows.history, stages)
+        self._boundaries: HistoryWriter | None = None
+        if columns := motion_columns(model):
+            file = folder / BOUNDARIES
+            self._boundaries = HistoryWriter(file, columns, rows.boundaries, stages)
+
+    def append(
+        self,
+        step: int,
+        time: tuple[float, float],
+        simulation: Simulation,
+        result: StepResult | None,
+        iterations: int,
+        work: tuple[float, float],
+    ) -> None:
+        """Writes the rows of a step.
+
+        time: total time and that of the stage. work: external work and work that friction
+        dissipated, since the start [force length].
+        """
+        stage = (simulation.model.stage.name, time[1])
+        values = self._tracker.values(simulation, result, *work)
+        self._history.append(step, time[0], iterations, values, stage)
+        if self._boundaries is not None:
+            values = motion_values(self._model, simulation, result)
+            self._boundaries.append(step, time[0], iterations, values, stage)
+
+    def sync(self) -> dict[str, Mark]:
+        """Waits until all rows are on the disk; returns what a checkpoint keeps of the files."""
+        boundaries = Mark(0, 0) if self._boundaries is None else self._boundaries.sync()
+        return {"history": self._history.sync(), "boundaries": boundaries}
+
+    def close(self) -> None:
+        """Closes the files."""
+        self._history.close()
+        if self._boundaries is not None:
+            self._boundaries.close()

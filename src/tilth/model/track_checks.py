@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which boundaries and rigid bodies a tracked quantity can be of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tilth.errors import Problem
+from tilth.model.implicit import ImplicitBoundary
+
+if TYPE_CHECKING:
+    from tilth.model.model import Model
+
+_OF_BODIES = ("rigid_displacement", "rigid_rotation")
+_OF_IMPLICIT = ("penetration",)
+_OF_BOTH = ("contact_area", "embedment")
+WITHOUT_END = ("plane", "cylinder", "function")
+"""Geometries without a lowest point."""
+
+
+def track_problems(model: Model) -> Iterator[Problem]:
+    """Yields tracked quantities of boundaries or bodies that do not have them."""
+    bodies = {body.name: body for body in model.rigid_bodies}
+    boundaries = {boundary.name: boundary for boundary in model.boundaries}
+    implicit = [name for name, each in boundaries.items() if isinstance(each, ImplicitBoundary)]
+    for i, track in enumerate(model.track):
+        name, quantity = track.boundary or "", track.quantity
+        if name not in bodies and name not in boundaries:
+            continue
+        kind = "rigid body" if name in bodies else boundaries[name].type
+        if quantity in _OF_BODIES and name not in bodies:
+            yield _wrong(i, quantity, "rigid bodies", kind, list(bodies), name)
+        elif quantity in _OF_IMPLICIT and name not in implicit:
+            yield _wrong(i, quantity, "implicit boundaries", kind, implicit, name)
+        elif quantity in _OF_BOTH and name not in (*implicit, *bodies):
+            choices = [*implicit, *bodies]
+            yield _wrong(i, quantity, "implicit boundaries and rigid bodies", kind, choices, name)
+        elif quantity == "embedment":
+            declared = boundaries.get(name)
+            shapes = (
+                (declared.geometry,)
+                if isinstance(declared, ImplicitBoundary)
+                else bodies[name].shapes
+            )
+            endless = [shape.type for shape in shapes if shape.type in WITHOUT_END]
+            if endless:
+                what = f'a geometry of type = "{endless[0]}" has no lowest point'
+                remedy = 'track a "displacement" or "rigid_displacement"'
+                yield Problem(f"track[{i}].boundary", what, remedy, name)
+        if quantity == "moment" and track.about is None and name not in bodies:
+            remedy = 'quantity = "moment" needs `boundary` and `about` and `component`'
+            yield Problem(f"track[{i}].about", "missing", remedy)
+
+
+def _wrong(i: int, quantity: str, of: str, kind: str, choices: list[str], name: str) -> Problem:
+    what = f'quantity = "{quantity}" is for {of}, but this one is "{kind}"'
+    listed = ", ".join(f"`{choice}`" for choice in choices)
+    remedy = f"choose from {listed}" if choices else f"this model has no {_SINGULAR[of]}"
+    return Problem(f"track[{i}].boundary", what, remedy, name)
+
+
+_SINGULAR = {
+    "rigid bodies": "rigid body",
+    "implicit boundaries": "implicit boundary",
+    "implicit boundaries and rigid bodies": "implicit boundary and no rigid body",
+}
