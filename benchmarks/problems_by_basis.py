@@ -19,7 +19,8 @@ from unittest.mock import patch
 import numpy as np
 
 from tilth import _core
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.verification import pressure_cantilever, rigid_footing_elastic, strip_footing
 from tilth.verification.cases import BASES, example, varied, with_basis
 from tilth.verification.reference import rigid_footing_elastic as elastic_elements

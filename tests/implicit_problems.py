@@ -11,7 +11,8 @@ import numpy as np
 from small_problems import block_entries, dimension
 
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.band import BandConstraint

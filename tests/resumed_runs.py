@@ -19,7 +19,7 @@ from small_problems import (
 
 from tilth import Model, run
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.simulation import StepResult
+from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
 
 STEPS = 8

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.mpm.points import MaterialPoints
 from tilth.verification.march import march_stages

@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from small_problems import affine, block_entries
 
 from tilth import Model
-from tilth.analysis.simulation import StepResult
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.affine import outer_nodes
 from tilth.verification.closed_forms import full_deformation_gradient, hencky_cauchy_stress

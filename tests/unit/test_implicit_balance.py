@@ -28,7 +28,8 @@ from small_problems import BASES, dimension
 
 import tilth.analysis.simulation
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.terms.weak_springs import WeakSprings

@@ -14,7 +14,8 @@ from small_problems import BASES, material_entries
 
 from tilth import Model, resume, run
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
 from tilth.output.folder import CHECKPOINT
 from tilth.verification.march import march

@@ -30,7 +30,8 @@ from small_problems import BASES, CORNER_BASES, KINDS, dimension, plane, tensor
 
 import tilth.terms.ghost
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint

@@ -11,7 +11,8 @@ from implicit_blocks import flat, implicit
 from small_problems import plane
 
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.mpm.domains import half_edges
 from tilth.verification.march import march
 

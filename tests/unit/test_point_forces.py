@@ -10,7 +10,8 @@ import pytest
 from small_problems import BASES, KINDS, affine, block_entries, dimension
 
 from tilth import BadInput, Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.mpm.grid import Buffers, locate
 

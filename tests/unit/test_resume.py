@@ -32,7 +32,7 @@ from small_problems import (
 import tilth.analysis.run
 from tilth import BadInput, Model, resume, run
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.simulation import StepResult
+from tilth.analysis.step_result import StepResult
 from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_history, read_results, write_checkpoint
 

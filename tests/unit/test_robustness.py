@@ -12,7 +12,8 @@ from implicit_blocks import flat, implicit
 from small_problems import CORNER_BASES
 
 from tilth import AnalysisFailed, BadInput, Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.verification.march import march
 

@@ -11,7 +11,8 @@ import pytest
 from curved_problems import YOUNG, Problem, problem_of
 
 from tilth import AnalysisFailed, BadInput, Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.boundaries.implicit.passage import depth_behind
 from tilth.verification.march import march
 

@@ -11,7 +11,8 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES, KINDS, block_entries, dimension, material_entries, plane
 
 from tilth import Model
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.verification.march import march
 

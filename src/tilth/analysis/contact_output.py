@@ -8,7 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.boundaries.contact.state import ContactState
 from tilth.model import ImplicitBoundary, Model
 from tilth.mpm.points import MaterialPoints

@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Flags, Floats
 from tilth.geometry.round import Circle, Sphere
 from tilth.model import Model, Track

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residual, State
-from tilth.analysis.simulation import PreparedStep, Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import PreparedStep, StepResult
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.fields.tables import place_text

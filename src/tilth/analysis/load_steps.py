@@ -9,7 +9,8 @@ import numpy as np
 
 from tilth.analysis.clock import Clock
 from tilth.analysis.likely_causes import likely_causes
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.output.folder import REPORT
 

@@ -14,7 +14,8 @@ from typing import Protocol, cast
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.geometry.protocol import RoundGeometry

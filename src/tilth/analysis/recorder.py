@@ -20,8 +20,9 @@ from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.step_result import StepResult
 from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
 from tilth.arrays import Floats, Integers

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from tilth.analysis.state import (
     state_of,
 )
 from tilth.analysis.step import Equilibrium, solve_step
+from tilth.analysis.step_result import PreparedStep, StepResult
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import (
     Conditions,
@@ -33,9 +34,10 @@ from tilth.boundaries import (
     make_boundaries,
     make_implicit,
 )
-from tilth.boundaries.axis import Axis, AxisConstraints
+from tilth.boundaries.axis import Axis
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
-from tilth.boundaries.contact.state import ContactState, RigidBodyState
+from tilth.boundaries.contact.gather import TouchingSoil
+from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
@@ -45,6 +47,7 @@ from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface
 from tilth.output.snapshot import SurfaceShape
@@ -72,72 +75,6 @@ def present_points(model: Model, points: MaterialPoints) -> Flags:
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
-
-
-@dataclass(frozen=True)
-class StepResult:
-    """The result of a converged step.
-
-    Attributes:
-        active: the grid of the step.
-        equilibrium: nodal displacement and residuals; reaction of grid-line conditions.
-        forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
-        work: work of loads and boundaries on the soil in the step [force length].
-        time: at the end of the step.
-        areas: area of each implicit boundary that touches soil, at the end of the step, by name
-            [length^(dim - 1), in axisymmetry length^2].
-        contacts: the points of each contact surface, by the name of its boundary or rigid body.
-        friction_work: work that friction dissipates in the step [force length], >= 0.
-    """
-
-    active: ActiveGrid
-    equilibrium: Equilibrium
-    forces: dict[str, Floats]
-    work: float
-    time: float
-    areas: dict[str, float] = field(default_factory=dict)
-    contacts: dict[str, ContactState] = field(default_factory=dict)
-    friction_work: float = 0.0
-
-    @property
-    def reaction(self) -> Floats:
-        """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
-        return np.asarray(np.sum(list(self.forces.values()), axis=0))
-
-    def resultant(self, name: str) -> Floats:
-        """Returns the force of a boundary on the soil [force], shape (dim,)."""
-        return np.asarray(self.forces[name].sum(axis=0))
-
-    def moment(self, name: str, about: Floats) -> Floats:
-        """Returns the moment of that force about a point [force length], shape (3,)."""
-        arm = self.active.position + self.equilibrium.displacement - about
-        three = ((0, 0), (0, 3 - arm.shape[1]))
-        return np.asarray(
-            np.cross(np.pad(arm, three), np.pad(self.forces[name], three)).sum(axis=0)
-        )
-
-
-@dataclass(frozen=True)
-class PreparedStep:
-    """A step before its forces: where the soil is on the grid, and what conditions act.
-
-    Attributes:
-        before, after: times at its start and end.
-        active: the grid with the soil on it.
-        on_axis: all conditions on nodes, and what else acts on the axis of symmetry.
-        constraints: of the implicit boundaries.
-    """
-
-    before: float
-    after: float
-    active: ActiveGrid
-    on_axis: AxisConstraints
-    constraints: ImplicitConstraints
-
-    @property
-    def conditions(self) -> Conditions:
-        """All conditions on nodes."""
-        return self.on_axis.conditions
 
 
 class Simulation:
@@ -193,6 +130,9 @@ class Simulation:
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
+        self._touching = TouchingSoil(
+            self.surfaces, lambda points: shear_strength(points, self.model)
+        )
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._passage = PassageCheck()
@@ -352,7 +292,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self.surfaces,
+                on_axis.conditions.constrained, self._touching,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
@@ -515,9 +455,7 @@ class Simulation:
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
         modulus = self.round_off / ROUND_OFF
-        terms += contact_terms(
-            constraints.contacts, self.bodies, after, modulus, active.nodes
-        )
+        terms += contact_terms(constraints.contacts, self.bodies, after, modulus, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:

@@ -9,9 +9,10 @@ import numpy as np
 
 from tilth.analysis.clock import Clock
 from tilth.analysis.load_steps import load_steps
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
 from tilth.analysis.state import Arrays
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model

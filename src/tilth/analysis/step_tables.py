@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tilth.analysis.motions import motion_columns, motion_values
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.analysis.tracker import Tracker, unit_of
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints

@@ -15,7 +15,8 @@ import numpy as np
 from tilth.analysis.embedment import Embedment
 from tilth.analysis.motions import area_unit, force_unit, moment_unit
 from tilth.analysis.rigid_shapes import placed
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
 from tilth.model.fields import AXES

@@ -63,7 +63,7 @@ class RigidBody(Declared):
     contact_with: Contacts | None = None
     """Another law for soil bodies, by their names."""
     wished_in_place: bool = False
-    """Whether the body is in the soil from the start, as if it had always been there: the soil within
+    """Whether the body is in the soil from the start, as if it had always been there: soil within
     a quarter of a cell touches it then, however its material points lie beside the surface.
     """
     centre: Vector

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.mpm.wet_mass import effective_stress, total_stress

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.surface.tracked import TrackedSurface
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

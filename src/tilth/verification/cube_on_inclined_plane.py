@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.model import BodyForce, Box, HenckyElastic, ImplicitBoundary, Model, SphereGeometry
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms import ConstrainedBall, Moduli

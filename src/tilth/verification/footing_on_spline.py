@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.verification.cases import example, varied

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.model import CircleGeometry, ImplicitBoundary
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, relative

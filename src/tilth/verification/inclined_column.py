@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import BodyForce, Box, HenckyElastic, Model, VonMises
 from tilth.verification.cases import example, varied, with_basis

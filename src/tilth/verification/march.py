@@ -8,8 +8,9 @@ from collections.abc import Callable
 from tilth.analysis.clock import Clock
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.load_steps import load_steps
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.curves import Chain, LocalCubicSpline
 from tilth.curves.nearest import NearestPoints

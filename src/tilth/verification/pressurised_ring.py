@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed
 from tilth.model import HenckyElastic, Model, SurfaceLoad, VonMises

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import Box, HenckyElastic, Model, PlaneBoundary
 from tilth.verification import widened_cylinder

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import HenckyElastic, Model
 from tilth.verification.cases import example, varied

@@ -81,7 +81,7 @@ class ContactConstraint(ImplicitConstraint):
         return self.boundary.quadrature.square[self.chosen, None] * self.moduli
 
     def of(self, kept: Flags) -> ContactConstraint:
-        """Returns the same with only the points `kept`, shape (n,), before multipliers are chosen."""
+        """Returns the same with only the points `kept`, (n,), before multipliers are chosen."""
         return replace(
             self,
             chosen=self.chosen[kept],
@@ -170,15 +170,16 @@ class Supports:
         self.stiffness = self._divisor[:, None] / np.where(soft > 0.0, soft, 1.0)
         law = part.law
         self.law = ContactLaw(
-            *(
-                self._mean_of(each)
-                for each in (law.cohesion, law.friction, law.limit, law.tension)
-            ),
-            bilateral=self._sum(law.bilateral.astype(np.float64)) > 0.5 * self.area,
+            self._mean_of(law.cohesion),
+            self._mean_of(law.friction),
+            self._mean_of(law.limit),
+            self._mean_of(law.tension),
+            self._sum(law.bilateral.astype(np.float64)) > 0.5 * self.area,
         )
 
     def _sum(self, value: Floats) -> Floats:
-        return np.bincount(self.part.owner, self.weight * value, minlength=self.count)
+        total = np.bincount(self.part.owner, self.weight * value, minlength=self.count)
+        return np.asarray(total, dtype=np.float64)
 
     def _mean_of(self, value: Floats) -> Floats:
         if np.isfinite(value).all():
@@ -234,9 +235,7 @@ class Supports:
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
         slip = self.part.at.interpolate(displacement) - moved
-        return np.asarray(
-            self.part.touch.gap + np.einsum("ni,ni->n", self.part.pose.normal, slip)
-        )
+        return np.asarray(self.part.touch.gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 
 def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:

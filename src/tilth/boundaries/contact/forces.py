@@ -137,9 +137,7 @@ class AssembledContact(GlobalUnknowns):
         self._unknowns = unknowns.copy()
         nodal = np.zeros_like(displacement)
         for support, elements, each in self._each():
-            _core.add_element_forces(
-                elements, support.entry_force(each.response.traction), nodal
-            )
+            _core.add_element_forces(elements, support.entry_force(each.response.traction), nodal)
         if self.body is None:
             return nodal, np.zeros(0)
         own = self._weak * unknowns - self.body.applied(self._increments(unknowns), self._after)
@@ -157,8 +155,10 @@ class AssembledContact(GlobalUnknowns):
         position = support.part.pose.position
         derivatives = self.body.displacement_derivatives(self._increments(unknowns), position)
         shape = (0, support.count, position.shape[1])
-        return np.stack([support.mean(each) for each in derivatives]) if len(derivatives) else (
-            np.zeros(shape)
+        return (
+            np.stack([support.mean(each) for each in derivatives])
+            if len(derivatives)
+            else (np.zeros(shape))
         )
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
@@ -171,9 +171,10 @@ class AssembledContact(GlobalUnknowns):
     @staticmethod
     def _columns(support: Supports, each: _Evaluated) -> Floats:
         """Returns sum_a B^a D^ab / A for each b, shape (dim, entries, dim)."""
-        by_area = each.response.derivative / np.where(support.area > 0.0, support.area, 1.0)[
-            :, None, None
-        ]
+        by_area = (
+            each.response.derivative
+            / np.where(support.area > 0.0, support.area, 1.0)[:, None, None]
+        )
         return np.ascontiguousarray(
             np.einsum("aei,eab->bei", support.row, by_area[support.entry_owner])
         )
@@ -197,9 +198,7 @@ class AssembledContact(GlobalUnknowns):
                 _core.add_element_forces(elements, -support.entry_force(left[j]), rows[j])
             corner += np.einsum("k,ika,jka->ij", support.area, lever, right)
             force = support.weight[:, None] * support.distribute(each.response.traction)
-            corner += self.body.geometric_stiffness(
-                increments, support.part.pose.position, force
-            )
+            corner += self.body.geometric_stiffness(increments, support.part.pose.position, force)
         return Border(columns, rows, corner, self.scale)
 
     def constant_force(self) -> Floats:
@@ -207,12 +206,8 @@ class AssembledContact(GlobalUnknowns):
         zero = np.zeros((self._active.nodes, self._active.grid.dim))
         nodal = np.zeros_like(zero)
         evaluated = self._evaluate(zero, np.zeros_like(self.scale))
-        for support, elements, each in zip(
-            self._supports, self._elements, evaluated, strict=True
-        ):
-            _core.add_element_forces(
-                elements, support.entry_force(each.response.traction), nodal
-            )
+        for support, elements, each in zip(self._supports, self._elements, evaluated, strict=True):
+            _core.add_element_forces(elements, support.entry_force(each.response.traction), nodal)
         return nodal
 
     def magnitude(self, displacement: Floats) -> Floats:
@@ -302,9 +297,7 @@ class AssembledContact(GlobalUnknowns):
         """Returns the force of the surfaces on the soil [force], shape (nodes, dim)."""
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
         for support, elements, each in self._each():
-            _core.add_element_forces(
-                elements, -support.entry_force(each.response.traction), nodal
-            )
+            _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
         return nodal
 
     def carried_force(self) -> Floats:

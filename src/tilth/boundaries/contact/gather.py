@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,9 +22,22 @@ REACH = 1.0
 """Gap, in cells, up to which soil can come into contact in a step."""
 
 
+@dataclass(frozen=True)
+class TouchingSoil:
+    """What contact needs to know of the soil besides its material points.
+
+    Attributes:
+        tracked: tracked surfaces, by the bodies' names.
+        strength: returns c [stress] and tan(phi) [-] of all points, shape (points,) each.
+    """
+
+    tracked: Mapping[str, BodySurface]
+    strength: Callable[[MaterialPoints], tuple[Floats, Floats]]
+
+
 def gather_contacts(
     surfaces: Sequence[ContactSurface],
-    tracked: Mapping[str, BodySurface],
+    soil: TouchingSoil,
     points: MaterialPoints,
     active: ActiveGrid,
     moduli: Floats,
@@ -31,15 +45,18 @@ def gather_contacts(
     before: float,
     after: float,
 ) -> list[ContactConstraint]:
-    """Returns the surfaces near soil in the step from time `before` to `after`, without multipliers.
+    """Returns the surfaces near soil in a step from time `before` to `after`, without multipliers.
 
-    tracked: tracked surfaces of the soil, by the bodies' names. moduli: constrained and shear
-    modulus of the material points [stress], shape (points, 2). kind: of the analysis.
+    moduli: constrained and shear modulus of the material points [stress], shape (points, 2).
+    kind: of the analysis.
     """
+    if not surfaces:
+        return []
     found = []
+    cohesion, slope = soil.strength(points)
     for surface in surfaces:
         position, normal, _ = surface.surface_points(before)
-        measured, point = measure_surface(surface, tracked, points, active, position, normal)
+        measured, point = measure_surface(surface, soil.tracked, points, active, position, normal)
         near = np.flatnonzero(point >= 0)
         touch = surface.touch(near, measured[near], scatter_of(points, point[near], normal[near]))
         foot = position[near] + np.maximum(touch.gap, 0.0)[:, None] * normal[near]
@@ -60,7 +77,7 @@ def gather_contacts(
                 elastic_share=points.elastic_share[point[chosen]],
                 touch=touch.of(order),
                 measured=measured[chosen],
-                law=surface.law(points, point[chosen]),
+                law=surface.law(points, point[chosen], cohesion, slope),
                 start=before,
             )
         )

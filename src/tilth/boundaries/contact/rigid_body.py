@@ -179,18 +179,16 @@ class RigidBody:
             np.eye(self.dim)[:, None], (self.dim, len(position), self.dim)
         )
         turns = derivative(increments[self.dim :], position - self.centre)
-        return np.concatenate([translations, turns])[self._axis[self.free]]
+        return np.asarray(np.concatenate([translations, turns])[self._axis[self.free]])
 
-    def geometric_stiffness(
-        self, increments: Floats, position: Floats, force: Floats
-    ) -> Floats:
+    def geometric_stiffness(self, increments: Floats, position: Floats, force: Floats) -> Floats:
         """Returns -sum of forces (n, dim) times the second derivatives of d, shape (m, m)."""
         dim, turns = self.dim, len(self.turn)
         whole = np.zeros((dim + turns, dim + turns))
         second = second_derivative(increments[dim:], position - self.centre)
         whole[dim:, dim:] = -np.einsum("abni,ni->ab", second, force)
         slots = self._axis[self.free]
-        return whole[np.ix_(slots, slots)]
+        return np.asarray(whole[np.ix_(slots, slots)])
 
     def applied(self, increments: Floats, time: float) -> Floats:
         """Returns force and moment on the free components at a time, with weight and springs, (m,).
@@ -206,7 +204,7 @@ class RigidBody:
         load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
         total = np.concatenate([self.displacement, self.turn]) + increments
         load[self._axis] -= self.springs * total[self._axis]
-        return load[self._axis[self.free]]
+        return np.asarray(load[self._axis[self.free]])
 
     @property
     def springs(self) -> Floats:

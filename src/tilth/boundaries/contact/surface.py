@@ -24,7 +24,6 @@ from tilth.geometry.several import outside_of_others
 from tilth.model import Contact, ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.shear_strength import shear_strength
 
 LARGEST_OFFSET = 0.3
 """Greatest gap in cells, measured in contact, that counts as inexact knowledge of the surface."""
@@ -114,9 +113,7 @@ class ContactSurface(Implicit):
         if len(self._shapes) < 2:
             return points
         number = [shape is self.geometry for shape in self._shapes].index(True)
-        return points.of(
-            outside_of_others(self._shapes, number, points.position, points.normal)
-        )
+        return points.of(outside_of_others(self._shapes, number, points.position, points.normal))
 
     def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
         """Returns the contact of chosen points at the start of a step.
@@ -161,11 +158,15 @@ class ContactSurface(Implicit):
         stored[chosen, dim + 1] = np.where(closed, now, kept)
         self.carried = stored
 
-    def law(self, points: MaterialPoints, point: Integers) -> ContactLaw:
-        """Returns the law of surface points in contact with these material points, (n,) each."""
-        cohesion, slope = shear_strength(points)
+    def law(
+        self, points: MaterialPoints, point: Integers, cohesion: Floats, slope: Floats
+    ) -> ContactLaw:
+        """Returns the law of surface points in contact with these material points, (n,) each.
+
+        cohesion, slope: c [stress] and tan(phi) [-] of all material points.
+        """
         names = np.array([body.name for body in points.bodies])[points.body_id[point]]
-        parts = [np.zeros(len(point)) for _ in range(4)]
+        parts = np.zeros((4, len(point)))
         bilateral = np.zeros(len(point), dtype=bool)
         for name in np.unique(names):
             own = names == name
@@ -174,7 +175,7 @@ class ContactSurface(Implicit):
             for part, value in zip(parts, values, strict=True):
                 part[own] = value
             bilateral[own] = contact.normal == "bilateral"
-        return ContactLaw(*parts, bilateral=bilateral)
+        return ContactLaw(parts[0], parts[1], parts[2], parts[3], bilateral)
 
 
 def parameters(

@@ -77,16 +77,17 @@ class Pose:
 
     def of(self, kept: Flags) -> Pose:
         """Returns that of the points `kept`, shape (n,)."""
+        rotation = self.rotation
         return Pose(
-            *(
-                None if each is None else each[kept]
-                for each in (
-                    self.position, self.increment, self.gradient, self.normal, self.weight,
-                    self.direction, self.projector,
-                )
-            ),
-            rotation=None if self.rotation is None else tuple(r[kept] for r in self.rotation),
-        )  # fmt: skip
+            position=self.position[kept],
+            increment=self.increment[kept],
+            gradient=self.gradient[kept],
+            normal=self.normal[kept],
+            weight=self.weight[kept],
+            direction=None if self.direction is None else self.direction[kept],
+            projector=self.projector[kept],
+            rotation=None if rotation is None else (rotation[0][kept], rotation[1][kept]),
+        )
 
 
 class Implicit:

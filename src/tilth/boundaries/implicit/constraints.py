@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,7 +12,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
-from tilth.boundaries.contact.gather import gather_contacts
+from tilth.boundaries.contact.gather import TouchingSoil, gather_contacts
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
@@ -31,7 +30,6 @@ from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
-    from tilth.surface.protocol import BodySurface
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
 """Cap on the constrained modulus that scales the penalty, in units of Young's modulus.
@@ -73,12 +71,12 @@ class ImplicitConstraints:
         before: float,
         after: float,
         constrained: Flags | None = None,
-        tracked: Mapping[str, BodySurface] | None = None,
+        soil: TouchingSoil | None = None,
     ) -> ImplicitConstraints:
         """Returns the constraints in the step from time `before` to `after`.
 
         kind: of the analysis. constrained: components that other conditions prescribe at nodes,
-        shape (nodes, dim); none if not given. tracked: tracked surfaces of the soil.
+        shape (nodes, dim); none if not given. soil: for contact; required with it.
         """
         if not boundaries:
             return cls(active, [], [])
@@ -87,9 +85,9 @@ class ImplicitConstraints:
         boundaries = [each for each in boundaries if not isinstance(each, ContactSurface)]
         for surface in touching:
             _extend_quadrature(surface, _box(points), before)
-        contacts = gather_contacts(
-            touching, tracked or {}, points, active, moduli, kind, before, after
-        )
+        contacts = []
+        if soil is not None:
+            contacts = gather_contacts(touching, soil, points, active, moduli, kind, before, after)
         without_contact: list[Implicit] = [
             each for each in touching if each not in [part.boundary for part in contacts]
         ]

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
     from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 
-    WithDirections = SurfaceConstraint | ContactConstraint
-
 
 @dataclass(frozen=True)
 class Multipliers:
@@ -115,7 +113,7 @@ def _tangents(normal: Floats) -> Floats:
 
 
 def choose_multipliers(
-    active: ActiveGrid, parts: Sequence[WithDirections], constrained: Flags
+    active: ActiveGrid, parts: Sequence[SurfaceConstraint | ContactConstraint], constrained: Flags
 ) -> list[Multipliers]:
     """Returns the multipliers of each boundary in contact with soil in a step.
 
@@ -172,7 +170,7 @@ def concatenated_cells(
 
 
 def _multipliers(
-    part: WithDirections, direction: Floats, owner: Integers, vertex: Floats
+    part: SurfaceConstraint | ContactConstraint, direction: Floats, owner: Integers, vertex: Floats
 ) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)

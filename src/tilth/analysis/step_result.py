@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A step before its forces, and its result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tilth.analysis.step import Equilibrium
+from tilth.arrays import Floats
+from tilth.boundaries import Conditions, ImplicitConstraints
+from tilth.boundaries.axis import AxisConstraints
+from tilth.boundaries.contact.state import ContactState
+from tilth.mpm.grid import ActiveGrid
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """The result of a converged step.
+
+    Attributes:
+        active: the grid of the step.
+        equilibrium: nodal displacement and residuals; reaction of grid-line conditions.
+        forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
+        work: work of loads and boundaries on the soil in the step [force length].
+        time: at the end of the step.
+        areas: area of each implicit boundary that touches soil, at the end of the step, by name
+            [length^(dim - 1), in axisymmetry length^2].
+        contacts: the points of each contact surface, by the name of its boundary or rigid body.
+        friction_work: work that friction dissipates in the step [force length], >= 0.
+    """
+
+    active: ActiveGrid
+    equilibrium: Equilibrium
+    forces: dict[str, Floats]
+    work: float
+    time: float
+    areas: dict[str, float] = field(default_factory=dict)
+    contacts: dict[str, ContactState] = field(default_factory=dict)
+    friction_work: float = 0.0
+
+    @property
+    def reaction(self) -> Floats:
+        """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
+        return np.asarray(np.sum(list(self.forces.values()), axis=0))
+
+    def resultant(self, name: str) -> Floats:
+        """Returns the force of a boundary on the soil [force], shape (dim,)."""
+        return np.asarray(self.forces[name].sum(axis=0))
+
+    def moment(self, name: str, about: Floats) -> Floats:
+        """Returns the moment of that force about a point [force length], shape (3,)."""
+        arm = self.active.position + self.equilibrium.displacement - about
+        three = ((0, 0), (0, 3 - arm.shape[1]))
+        return np.asarray(
+            np.cross(np.pad(arm, three), np.pad(self.forces[name], three)).sum(axis=0)
+        )
+
+
+@dataclass(frozen=True)
+class PreparedStep:
+    """A step before its forces: where the soil is on the grid, and what conditions act.
+
+    Attributes:
+        before, after: times at its start and end.
+        active: the grid with the soil on it.
+        on_axis: all conditions on nodes, and what else acts on the axis of symmetry.
+        constraints: of the implicit boundaries.
+    """
+
+    before: float
+    after: float
+    active: ActiveGrid
+    on_axis: AxisConstraints
+    constraints: ImplicitConstraints
+
+    @property
+    def conditions(self) -> Conditions:
+        """All conditions on nodes."""
+        return self.on_axis.conditions
