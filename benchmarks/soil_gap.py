@@ -33,7 +33,10 @@ PLACES, PARTS = 20, 20
 """Places of the body on the grid, and parts of its surface at each."""
 
 Surface = Callable[[np.random.Generator, Floats], tuple[Floats, Floats]]
-"""Returns true positions and outward normals, (n, dim), of a part, from its coordinates (n, d-1)."""
+"""Returns positions on the true surface and outward normals, (n, dim), of a part at random.
+
+It is given the coordinates on the part, shape (n, dim - 1).
+"""
 
 
 def body_points(shape: dict[str, Any], per_cell: int, basis: str) -> MaterialPoints:
@@ -129,9 +132,7 @@ def errors(
         points = body_points(shape, per_cell, basis)
         for _ in range(PARTS):
             x, outward = surface(random, part)
-            gap, point = measure_gap(
-                points, grid, {}, x + clearance * outward, -outward, 2.0, 1.0
-            )
+            gap, point = measure_gap(points, grid, {}, x + clearance * outward, -outward, 2.0, 1.0)
             assert (point >= 0).all()
             found.append((gap - clearance) * per_cell)
     return np.array(found)

@@ -20,10 +20,11 @@ auto measure_gap(ConstDoubles position, ConstDoubles normal, ConstDoubles behind
   require_table(normal, surface_points, dim, "normal");
   require_magnitude(normal, 1.0 + 1e-6, "normal");
   require_size(behind, surface_points, "behind");
-  require_finite(behind, "behind");
+  constexpr double longest = 1e100;
+  require_magnitude(behind, longest, "behind");
   for (std::int64_t q = 0; q < surface_points; ++q)
     require(behind.data()[q] >= 0.0, "behind", "has negative entries");
-  require(std::isfinite(reach), "reach", "is not a finite number");
+  require(std::fabs(reach) <= longest, "reach", "is not a number or too large");
   require_in_grid(centre, origin, cell_size, "centre");
   require_size(half_length, points * dim, "half_length");
   require_in_cells(half_length, nullptr, cell_size, "half_length");

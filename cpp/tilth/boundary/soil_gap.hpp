@@ -26,8 +26,9 @@ struct LinePart {
 
   /// Extends the part to a crossing.
   void add(double at) {
-    begin = begin > end ? at : std::min(begin, at);
-    end = std::max(end, at);
+    const bool first = begin > end;
+    begin = first ? at : std::min(begin, at);
+    end = first ? at : std::max(end, at);
   }
 };
 
@@ -53,8 +54,8 @@ LinePart part_in_domain(const Boxes<Dim>& box, std::int64_t p, const double* off
   return {middle + (from - middle) / wide, middle + (to - middle) / wide, box.width(p, normal)};
 }
 
-/// Domains by their corners relative to the points, (points, 2^Dim, Dim), x fastest: quadrilaterals,
-/// or hexahedra whose faces consist of four triangles around their centre.
+/// Domains by their corners relative to the points, (points, 2^Dim, Dim), x fastest:
+/// quadrilaterals, or hexahedra whose faces consist of four triangles around their centre.
 template <int Dim>
 struct CorneredDomains {
   const double* corner;
@@ -141,7 +142,7 @@ struct DomainSearch {
         centre(point),
         origin(grid_origin),
         cell_size(size) {
-    low.fill(largest_index), high.fill(-largest_index);
+    if (points > 0) low = high = unpack(sorted.key.front());
     for (const std::int64_t key : sorted.key) {
       const Lattice cell = unpack(key);
       for (int k = 0; k < 3; ++k)
@@ -158,8 +159,8 @@ struct DomainSearch {
   /// Returns the cell along an axis of a coordinate, at most one cell outside of those with points.
   std::int64_t cell(int axis, double coordinate) const {
     const double x = std::floor((coordinate - origin[axis]) / cell_size[axis]);
-    return static_cast<std::int64_t>(std::clamp(x, static_cast<double>(low[axis] - 1),
-                                                static_cast<double>(high[axis] + 1)));
+    return static_cast<std::int64_t>(
+        std::clamp(x, static_cast<double>(low[axis] - 1), static_cast<double>(high[axis] + 1)));
   }
 };
 
@@ -194,8 +195,7 @@ void for_domains_on_line(const DomainSearch<Dim>& search, const double* position
       if (!beside) continue;
       cells(0, begin, end, low[0], high[0]);
       if (low[0] > high[0]) continue;
-      const auto at = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                       pack({low[0], j, k}));
+      const auto at = std::lower_bound(sorted.key.begin(), sorted.key.end(), pack({low[0], j, k}));
       const std::int64_t last_key = pack({high[0], j, k});
       for (auto i = at - sorted.key.begin();
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last_key; ++i) {
