@@ -254,6 +254,12 @@ def direct_calls() -> Iterator[Call]:
     cycle = ("cycle", [vectors[0], vectors[1].copy()])
     rest = [("sizes", []), ("bytes", []), ("begin", [])]
     yield Call("Multigrid", [2, 1, line, rows, column, free], [("fill", [blocks]), cycle, *rest])
+    half, corner = np.full((3, 2), 0.2), random.random((3, 4, 2)) - 0.5
+    for corners in (corner, np.zeros((0, 4, 2))):
+        at, normal = [2.0 * random.random((3, 2)) for _ in range(2)], np.tile([0.6, -0.8], (3, 1))
+        yield Call("measure_gap", [
+            at[0], normal, np.full(3, 0.5), 1.5, at[1], half, corners, np.zeros(2), np.ones(2)
+        ])  # fmt: skip
     yield Call("inner", [x, x.copy()])
     yield Call("two_inner", [x, x.copy(), x.copy()])
     yield Call("combine", [1.0, x, 2.0, x.copy()])

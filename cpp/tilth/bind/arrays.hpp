@@ -60,6 +60,7 @@ void bind_materials(nb::module_& module);
 void bind_sparse(nb::module_& module);
 void bind_elements(nb::module_& module);
 void bind_implicit(nb::module_& module);
+void bind_gap(nb::module_& module);
 void bind_multipliers(nb::module_& module);
 void bind_points_in_cells(nb::module_& module);
 void bind_multigrid(nb::module_& module);

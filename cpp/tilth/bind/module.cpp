@@ -51,6 +51,7 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_sparse(module);
   tilth::bind::bind_elements(module);
   tilth::bind::bind_implicit(module);
+  tilth::bind::bind_gap(module);
   tilth::bind::bind_multipliers(module);
   tilth::bind::bind_points_in_cells(module);
   tilth::bind::bind_multigrid(module);

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Gap between a rigid surface and the soil: where lines along the surface's normals enter the union
+// of the material points' domains. A line is taken to be slightly thick, so that it does not slip
+// through a crack between two domains: each domain is wider across the line than it is, and as long
+// along it (docs/theory/contact.md).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "../grid.hpp"
+#include "../parallel.hpp"
+#include "soil_contact.hpp"
+
+namespace tilth::boundary {
+
+/// A domain is wider by this share across the line.
+inline constexpr double gap_widening = 0.05;
+
+/// The part of a line in a domain: distances along the line from its begin [length], and half the
+/// domain's width along the line. `begin` > `end` where the line misses the domain.
+struct LinePart {
+  double begin = 1.0, end = -1.0, half_width = 0.0;
+
+  /// Extends the part to a crossing.
+  void add(double at) {
+    const bool first = begin > end;
+    begin = first ? at : std::min(begin, at);
+    end = first ? at : std::max(end, at);
+  }
+};
+
+/// Clips a part of a line to |start + s slope| <= limit; returns whether something is left. `slope`
+/// is a component of a unit vector.
+inline bool clip_to_slab(double start, double slope, double limit, double& from, double& to) {
+  if (std::fabs(slope) < 1e-12) return std::fabs(start) <= limit;
+  const double one = (-limit - start) / slope, other = (limit - start) / slope;
+  from = std::max(from, std::min(one, other)), to = std::min(to, std::max(one, other));
+  return from < to;
+}
+
+/// Returns the part of a line in the domain p. `offset` is from the domain's centre to the line's
+/// begin, `middle` the distance along the line at which it passes the centre.
+template <int Dim>
+LinePart part_in_domain(const Boxes<Dim>& box, std::int64_t p, const double* offset,
+                        const double* normal, double middle) {
+  constexpr double infinite = std::numeric_limits<double>::max();
+  const double wide = 1.0 + gap_widening;
+  double from = -infinite, to = infinite;
+  for (int k = 0; k < Dim; ++k)
+    if (!clip_to_slab(offset[k], normal[k], wide * box.half[Dim * p + k], from, to)) return {};
+  return {middle + (from - middle) / wide, middle + (to - middle) / wide, box.width(p, normal)};
+}
+
+/// Domains by their corners relative to the points, (points, 2^Dim, Dim), x fastest:
+/// quadrilaterals, or hexahedra whose faces consist of four triangles around their centre.
+template <int Dim>
+struct CorneredDomains {
+  const double* corner;
+};
+
+/// Returns the signed volume of the vectors a, b and c, times their common factor with a line.
+inline double triple(const double* a, const double* b, const double* c) {
+  return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+         a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/// Adds where a line crosses the segment between two points, given by their distances across and
+/// along the line from its begin.
+inline void cross_segment(const double* a, const double* b, LinePart& part) {
+  if ((a[0] < 0.0) == (b[0] < 0.0)) return;
+  part.add(a[1] + a[0] / (a[0] - b[0]) * (b[1] - a[1]));
+}
+
+/// Adds where a line crosses a triangle, by the vectors from its begin to the corners.
+inline void cross_triangle(const double* a, const double* b, const double* c, const double* normal,
+                           LinePart& part) {
+  const double u = triple(normal, b, c), v = triple(normal, c, a), w = triple(normal, a, b);
+  if (!((u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0))) return;
+  const double sum = u + v + w;
+  if (sum == 0.0) return;
+  double at = 0.0;
+  for (int k = 0; k < 3; ++k) at += (u * a[k] + v * b[k] + w * c[k]) * normal[k];
+  part.add(at / sum);
+}
+
+template <int Dim>
+LinePart part_in_domain(const CorneredDomains<Dim>& domains, std::int64_t p, const double* offset,
+                        const double* normal, double) {
+  constexpr int corners = 1 << Dim;
+  const double wide = 1.0 + gap_widening;
+  const double* corner = domains.corner + corners * Dim * p;
+  double at[corners][Dim];  // from the line's begin, of the widened domain
+  LinePart part;
+  for (int c = 0; c < corners; ++c) {
+    double along = 0.0;
+    for (int k = 0; k < Dim; ++k) along += corner[Dim * c + k] * normal[k];
+    part.half_width = std::max(part.half_width, std::fabs(along));
+    for (int k = 0; k < Dim; ++k)
+      at[c][k] = wide * (corner[Dim * c + k] - along * normal[k]) + along * normal[k] - offset[k];
+  }
+  if constexpr (Dim == 2) {
+    double turned[4][2];
+    for (int c = 0; c < 4; ++c) {
+      turned[c][0] = at[c][1] * normal[0] - at[c][0] * normal[1];
+      turned[c][1] = at[c][0] * normal[0] + at[c][1] * normal[1];
+    }
+    constexpr int next[4] = {1, 3, 0, 2};
+    for (int c = 0; c < 4; ++c) cross_segment(turned[c], turned[next[c]], part);
+  } else {
+    for (int axis = 0; axis < 3; ++axis) {
+      const int one = 1 << ((axis + 1) % 3), other = 1 << ((axis + 2) % 3);
+      for (int side = 0; side < 2; ++side) {
+        const int first = side << axis;
+        const int ring[4] = {first, first | one, first | one | other, first | other};
+        double centre[3];
+        for (int k = 0; k < 3; ++k)
+          centre[k] = 0.25 * (at[ring[0]][k] + at[ring[1]][k] + at[ring[2]][k] + at[ring[3]][k]);
+        for (int i = 0; i < 4; ++i)
+          cross_triangle(centre, at[ring[i]], at[ring[(i + 1) % 4]], normal, part);
+      }
+    }
+  }
+  return part;
+}
+
+/// The material points sorted by cell, for searches along lines.
+template <int Dim>
+struct DomainSearch {
+  PointsByCell sorted;
+  Lattice low{0, 0, 0}, high{0, 0, 0};  // cells with points lie between these
+  double within[Dim] = {};              // bounds of the domains' extents along the axes [length]
+  double radius = 0.0;                  // and of their distance from the centre
+  const double *centre, *origin, *cell_size;
+
+  /// `half_length`: half the sides of the domains' bounding boxes.
+  DomainSearch(std::int64_t points, const double* point, const double* half_length,
+               const double* grid_origin, const double* size)
+      : sorted(sort_by_cell<Dim>(points, point, grid_origin, size)),
+        centre(point),
+        origin(grid_origin),
+        cell_size(size) {
+    if (points > 0) low = high = unpack(sorted.key.front());
+    for (const std::int64_t key : sorted.key) {
+      const Lattice cell = unpack(key);
+      for (int k = 0; k < 3; ++k)
+        low[k] = std::min(low[k], cell[k]), high[k] = std::max(high[k], cell[k]);
+    }
+    for (std::int64_t p = 0; p < points; ++p)
+      for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], half_length[Dim * p + k]);
+    for (const double each : within) radius += each * each;
+    radius = std::sqrt(radius);
+    for (double& each : within) each += gap_widening * radius;
+    radius *= 1.0 + gap_widening;
+  }
+
+  /// Returns the cell along an axis of a coordinate, at most one cell outside of those with points.
+  std::int64_t cell(int axis, double coordinate) const {
+    const double x = std::floor((coordinate - origin[axis]) / cell_size[axis]);
+    return static_cast<std::int64_t>(
+        std::clamp(x, static_cast<double>(low[axis] - 1), static_cast<double>(high[axis] + 1)));
+  }
+};
+
+/// Calls `visit(p, part)` for the domains that a line meets between the distances `from` and `to`.
+template <int Dim, class Domains, class Visit>
+void for_domains_on_line(const DomainSearch<Dim>& search, const double* position,
+                         const double* normal, double from, double to, const Domains& domains,
+                         Visit&& visit) {
+  const auto& [sorted, lowest, highest, within, radius, centre, origin, cell_size] = search;
+  constexpr double round_off = 1e-9;  // in cells
+  const auto cells = [&](int axis, double begin, double end, std::int64_t& low,
+                         std::int64_t& high) {
+    const double one = position[axis] + begin * normal[axis];
+    const double other = position[axis] + end * normal[axis];
+    const double margin = within[axis] + round_off * cell_size[axis];
+    low = std::max(lowest[axis], search.cell(axis, std::min(one, other) - margin));
+    high = std::min(highest[axis], search.cell(axis, std::max(one, other) + margin));
+  };
+  Lattice low{0, 0, 0}, high{0, 0, 0};
+  for (int k = 1; k < Dim; ++k) cells(k, from, to, low[k], high[k]);
+  for (std::int64_t k = low[2]; k <= high[2]; ++k)
+    for (std::int64_t j = low[1]; j <= high[1]; ++j) {
+      // the part of the line beside this row of cells along x
+      double begin = from, end = to;
+      const std::int64_t row[3] = {0, j, k};
+      bool beside = true;
+      for (int d = 1; d < Dim && beside; ++d) {
+        const double middle = origin[d] + (static_cast<double>(row[d]) + 0.5) * cell_size[d];
+        beside = clip_to_slab(position[d] - middle, normal[d],
+                              (0.5 + round_off) * cell_size[d] + within[d], begin, end);
+      }
+      if (!beside) continue;
+      cells(0, begin, end, low[0], high[0]);
+      if (low[0] > high[0]) continue;
+      const auto at = std::lower_bound(sorted.key.begin(), sorted.key.end(), pack({low[0], j, k}));
+      const std::int64_t last_key = pack({high[0], j, k});
+      for (auto i = at - sorted.key.begin();
+           i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last_key; ++i) {
+        const std::int64_t p = sorted.order[i];
+        double offset[Dim], middle = 0.0;
+        for (int d = 0; d < Dim; ++d) {
+          offset[d] = position[d] - centre[Dim * p + d];
+          middle -= offset[d] * normal[d];
+        }
+        double squared = 0.0;
+        for (int d = 0; d < Dim; ++d) {
+          const double across = offset[d] + middle * normal[d];
+          squared += across * across;
+        }
+        if (squared > radius * radius) continue;
+        const LinePart part = part_in_domain<Dim>(domains, p, offset, normal, middle);
+        if (part.begin < part.end) visit(p, part);
+      }
+    }
+}
+
+/// Fills `gap` [length] and `owner` of each surface point: the least distance s along its line
+/// x + s n, -behind < s < reach, at which the line enters soil, and the material point there. Where
+/// there is none the owner is -1 and the gap infinite: negative if x is in soil that the line does
+/// not leave between -behind and x, otherwise positive. Holes along the line narrower than half of
+/// `behind` and half a domain's width are soil if the line begins in soil.
+template <int Dim, class Domains>
+void measure_gap(std::int64_t surface_points, const double* position, const double* normal,
+                 const double* behind, double reach, const DomainSearch<Dim>& search,
+                 const Domains& domains, double* gap, std::int64_t* owner) {
+  constexpr double infinite = std::numeric_limits<double>::infinity(), equal = 1e-9;
+#pragma omp parallel for schedule(static) if (8 * surface_points >= parallel_from)
+  for (std::int64_t q = 0; q < surface_points; ++q) {
+    const double start = -behind[q], closing = 0.5 * behind[q];
+    const auto visit_all = [&](auto&& visit) {
+      for_domains_on_line<Dim>(search, position + Dim * q, normal + Dim * q, start - closing, reach,
+                               domains, visit);
+    };
+    const auto distance_from_line = [&](std::int64_t p) {
+      const double *x = position + Dim * q, *n = normal + Dim * q, *c = search.centre + Dim * p;
+      double along = 0.0, squared = 0.0;
+      for (int k = 0; k < Dim; ++k) along += (c[k] - x[k]) * n[k];
+      for (int k = 0; k < Dim; ++k) {
+        const double across = c[k] - x[k] - along * n[k];
+        squared += across * across;
+      }
+      return squared;
+    };
+    const auto joined = [&](const LinePart& part, double end) {
+      return part.begin <= end + std::min(closing, part.half_width);
+    };
+    double end = -infinite, entry = infinite, least = infinite;  // `end` of the soil at the start
+    std::int64_t found = -1;
+    const auto try_entry = [&](std::int64_t p, const LinePart& part) {
+      if (part.begin <= start || part.begin >= reach || joined(part, end)) return;
+      const double tolerance = equal * part.half_width;
+      if (part.begin > entry + tolerance) return;
+      const double across = distance_from_line(p);
+      if (part.begin < entry - tolerance || across < least) least = across, found = p;
+      entry = std::min(entry, part.begin);
+    };
+    visit_all([&](std::int64_t p, const LinePart& part) {
+      if (part.begin <= start)
+        end = std::max(end, part.end);
+      else
+        try_entry(p, part);
+    });
+    if (end > start - closing) {  // the line may begin in soil: find where it leaves it
+      for (double before = -infinite; end > before && end < reach;) {
+        before = end;
+        visit_all([&](std::int64_t, const LinePart& part) {
+          if (joined(part, end)) end = std::max(end, part.end);
+        });
+      }
+      entry = least = infinite, found = -1;
+      visit_all(try_entry);
+    }
+    owner[q] = found;
+    gap[q] = found >= 0 ? entry : (end > 0.0 ? -infinite : infinite);
+  }
+}
+
+}  // namespace tilth::boundary

@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where lines enter and leave soil through a tracked surface: a spline, or triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats, Integers
+from tilth.surface.protocol import BodySurface
+
+LINES_PER_BATCH = 1 << 12
+"""Lines whose crossings are computed together; it bounds the memory."""
+SAME_DISTANCE = 1e-9
+"""Crossings of a line nearer than this, relative to the window's length, are one: on an edge."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of each line that is searched: distances from -behind (n,) to reach [length]."""
+
+    behind: Floats
+    reach: float
+
+    def of(self, chosen: Flags | Integers | slice) -> Window:
+        """Returns the window of the `chosen` lines."""
+        return Window(np.ascontiguousarray(self.behind[chosen]), self.reach)
+
+    @property
+    def middle(self) -> Floats:
+        """Distances of the middles [length], shape (n,)."""
+        return 0.5 * (self.reach - self.behind)
+
+    @property
+    def half_length(self) -> Floats:
+        """Half of the lengths [length], shape (n,)."""
+        return 0.5 * (self.reach + self.behind)
+
+
+@dataclass(frozen=True)
+class AlongLines:
+    """What n lines meet in their windows.
+
+    Attributes:
+        entry: least distance at which the line enters soil [length], shape (n,); inf if none.
+        crossed: whether it crosses the surface at all, shape (n,).
+        inside: whether its point at distance 0 is in soil, shape (n,); only where `crossed`.
+        folded: whether it enters twice without leaving, or leaves twice, shape (n,).
+    """
+
+    entry: Floats
+    crossed: Flags
+    inside: Flags
+    folded: Flags
+
+
+class SoilSurface(Protocol):
+    """A tracked surface that lines can cross."""
+
+    def cross(self, position: Floats, normal: Floats, window: Window) -> AlongLines:
+        """Returns what the lines through positions (n, dim) along unit normals (n, dim) meet."""
+        ...
+
+    def contains(self, position: Floats) -> Flags | None:
+        """Returns which positions (n, dim) are in the soil, shape (n,); None if it is open."""
+        ...
+
+
+def soil_surface(surface: BodySurface) -> SoilSurface | None:
+    """Returns the surface for `measure_gap`; None where the domains are to be used instead.
+
+    That is so for a curve that crosses or touches itself, and for one through material points.
+    """
+    # imported only where needed: they import much of the package
+    from tilth.boundaries.contact.spline_crossings import SplineSurface
+    from tilth.boundaries.contact.triangle_crossings import TriangleSurface
+    from tilth.curves.crossing import find_crossings
+    from tilth.surface.tracked import TrackedSurface
+    from tilth.surface.tracked_triangles import TrackedSolidSurface
+
+    if isinstance(surface, TrackedSurface):
+        if any(len(chain.point_id) for chain in surface.chains):
+            return None
+        chains = [chain.current for chain in surface.chains]
+        return None if len(find_crossings(chains)) else SplineSurface(chains)
+    assert isinstance(surface, TrackedSolidSurface)
+    return TriangleSurface(surface.triangles.current)
+
+
+def summarised(lines: int, line: Integers, at: Floats, sign: Floats, window: Window) -> AlongLines:
+    """Returns what lines meet, from their crossings in any order.
+
+    Args:
+        lines: number of lines.
+        line: number of each crossing's line, shape (m,).
+        at: its distance along the line [length], shape (m,).
+        sign: > 0 where the line enters soil, shape (m,).
+        window: of the lines.
+    """
+    kept = (at > -window.behind[line]) & (at < window.reach) & (sign != 0.0)
+    order = np.lexsort((at[kept], line[kept]))
+    line, at, enters = line[kept][order], at[kept][order], sign[kept][order] > 0.0
+    again = np.zeros(len(line), dtype=bool)
+    near = SAME_DISTANCE * 2.0 * window.half_length[line[1:]]
+    again[1:] = (line[1:] == line[:-1]) & (enters[1:] == enters[:-1])
+    distinct = np.append(True, ~(again[1:] & (np.diff(at) <= near)))[: len(line)]
+    line, at, enters, again = line[distinct], at[distinct], enters[distinct], again[distinct]
+    entry = np.full(lines, np.inf)
+    np.minimum.at(entry, line[enters], at[enters])
+    crossed, folded, inside = (np.zeros(lines, dtype=bool) for _ in range(3))
+    crossed[line] = True
+    folded[line[again]] = True
+    # the last crossing up to 0 decides, without one the first beyond
+    first_ahead = np.append(True, line[1:] != line[:-1])[: len(line)] & (at > 0.0)
+    inside[line[first_ahead]] = ~enters[first_ahead]
+    before = at <= 0.0
+    inside[line[before]] = enters[before]  # in ascending order: the last one counts
+    return AlongLines(entry, crossed, inside, folded)
+
+
+def joined(parts: list[AlongLines]) -> AlongLines:
+    """Returns what the lines of all parts meet, one part after the other."""
+    names = ("entry", "crossed", "inside", "folded")
+    empty = np.zeros(0)
+    return AlongLines(
+        *(
+            np.concatenate([empty.astype(bool if i else float), *(getattr(p, n) for p in parts)])
+            for i, n in enumerate(names)
+        )
+    )
+
+
+def candidate_pairs(
+    tree_centres: Floats, radius: Floats, centres: Floats, reach: Floats
+) -> tuple[Integers, Integers]:
+    """Returns pairs (line, piece) whose bounding balls meet, shape (m,) each.
+
+    Args:
+        tree_centres, radius: balls of the pieces of a surface [length], (k, dim) and (k,).
+        centres, reach: balls of the lines' windows [length], (n, dim) and (n,).
+    """
+    from scipy.spatial import cKDTree
+
+    lists = cKDTree(tree_centres).query_ball_point(centres, reach + float(radius.max(initial=0.0)))
+    count = np.array([len(found) for found in lists], dtype=np.int64)
+    line = np.repeat(np.arange(len(centres)), count)
+    piece = np.concatenate([np.zeros(0, dtype=np.int64), *map(np.asarray, lists)]).astype(np.int64)
+    distance = np.linalg.norm(centres[line] - tree_centres[piece], axis=1)
+    near = distance <= reach[line] + radius[piece]
+    return line[near], piece[near]
