@@ -23,6 +23,7 @@ from implicit_entries import (
 )
 
 from tilth import BadInput, Contact, Model, RigidBody
+from tilth.analysis.contact_warnings import contact_warnings
 from tilth.geometry.make import make_shapes
 
 SMOOTH = {"normal": "unilateral", "tangential": "smooth"}
@@ -342,6 +343,21 @@ def test_a_mesh_that_is_not_closed_is_named(tmp_path: Any) -> None:
     with pytest.raises(BadInput, match="repair the mesh") as caught:
         make_shapes(model.rigid_bodies[0], model)
     assert caught.value.key == "rigid_bodies[0].geometries[1].file"
+
+
+def test_what_is_probably_not_meant_is_warned_of() -> None:
+    steep = {**FRICTION, "friction": 20.0}
+    footing = {"type": "footing", "centre": [0, 2], "normal": [0, -1], "width": 0.5}
+    plate = {**footing, "type": "plate"}
+    walls = [in_contact(contact_with={"b": steep}), in_contact(name="base")]
+    bodies = [rigid(None, geometries=[plate, footing, POLYLINE], contact=steep, **HELD)]
+    found = dict(contact_warnings(Model.from_dict(entries(*walls, rigid_bodies=bodies))))
+    assert list(found) == [
+        "friction of rigid_bodies[0].contact", "friction of boundaries[0].contact_with.b",
+        "one side of rigid_bodies[0].geometries[1]", "one side of rigid_bodies[0].geometries[2]",
+    ]  # fmt: skip
+    assert "friction = 0.364" in found["friction of rigid_bodies[0].contact"]
+    assert not [*contact_warnings(Model.from_dict(entries(boundary())))]
 
 
 ODD_VALUES = [
