@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -22,6 +23,7 @@ from implicit_entries import (
     taken_or_refused,
 )
 
+import tilth
 from tilth import BadInput, Contact, Model, RigidBody
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.geometry.make import make_shapes
@@ -332,7 +334,7 @@ def test_rigid_bodies_and_the_rest_of_the_model() -> None:
     Model.from_dict({**alone, "track": [force]})
 
 
-def test_a_mesh_that_is_not_closed_is_named(tmp_path: Any) -> None:
+def test_a_mesh_that_is_not_closed_is_named(tmp_path: Path) -> None:
     triangle = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
     file = tmp_path / "blade.stl"
     file.write_text(f"solid s\n{triangle}endloop\nendfacet\nendsolid s\n", encoding="utf-8")
@@ -358,6 +360,24 @@ def test_what_is_probably_not_meant_is_warned_of() -> None:
     ]  # fmt: skip
     assert "friction = 0.364" in found["friction of rigid_bodies[0].contact"]
     assert not [*contact_warnings(Model.from_dict(entries(boundary())))]
+
+
+def test_files_of_shapes_are_relative_to_the_case_file(tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    text = """
+        format = 1
+        [[rigid_bodies]]
+        geometry = { type = "stl", file = "blade.stl" }
+        [[rigid_bodies]]
+        geometries = [{ type = "function", function = "shape.py:distance" }]
+        """
+    case.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput) as caught:
+        tilth.load_case(case)
+    assert [problem.key for problem in caught.value.problems] == [
+        "rigid_bodies[0].geometry.file", "rigid_bodies[1].geometries[0].function",
+    ]  # fmt: skip
+    assert str(tmp_path / "blade.stl") in str(caught.value)
 
 
 ODD_VALUES = [

@@ -37,8 +37,8 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                 yield (
                     f"one side of {key}",
                     f"{key}: the rigid body {body.name!r} has soil on one side of this "
-                    f'{shape.type} only, and passes through soil on the other; give soil = "both", a plate, or '
-                    "the whole outline, unless this is meant",
+                    f"{shape.type} only, and passes through soil on the other; give "
+                    'soil = "both", a plate, or the whole outline, unless this is meant',
                 )
 
 
