@@ -12,18 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_entries import (
+    BLADE,
     BOX,
     CIRCLE,
+    CONE,
     CUBE,
     CYLINDER,
     FOOTING,
     FUNCTION,
     PLANE,
+    PLATE,
     POLYLINE,
     SLAB,
     SPHERE,
     SPLINE,
     STL,
+    WEDGE,
     boundary,
     entries,
     refused,
@@ -33,8 +37,16 @@ from tilth.errors import BadInput
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.geometry import GEOMETRIES, BoxGeometry, CylinderGeometry, unit
 
-FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, FUNCTION]
-SOLID = [{**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]}, CYLINDER, SPHERE, CUBE, SLAB]
+FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, PLATE, WEDGE, FUNCTION]
+SOLID = [
+    {**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]},
+    CYLINDER,
+    SPHERE,
+    CUBE,
+    SLAB,
+    BLADE,
+    CONE,
+]
 SOLID += [FUNCTION, STL]
 
 TURN = {"angle": 30.0, "centre": [0.0, 1.0]}
