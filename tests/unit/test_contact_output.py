@@ -62,9 +62,7 @@ def test_results_give_back_contact_and_bodies(dim: int, tmp_path: Path) -> None:
     for state, read in zip(states, results, strict=False):
         assert_same(state, read)
         contact_equal(state.contacts[0], read.contacts[0])
-        np.testing.assert_array_equal(
-            state.rigid_bodies[0].position, read.rigid_bodies[0].position
-        )
+        np.testing.assert_array_equal(state.rigid_bodies[0].position, read.rigid_bodies[0].position)
         np.testing.assert_array_equal(state.rigid_bodies[0].cells, read.rigid_bodies[0].cells)
 
 
@@ -274,7 +272,8 @@ def with_states(monkeypatch: pytest.MonkeyPatch) -> None:
         fields = dict(shape.fields)
         result.contacts["ball"] = ContactState(
             shape.position, fields["normal"], fields["area"], fields["normal_stress"],
-            fields["shear_stress"], fields["gap"], fields["sliding"] != 0, fields["in_contact"] != 0,
+            fields["shear_stress"], fields["gap"], fields["sliding"] != 0,
+            fields["in_contact"] != 0,
         )  # fmt: skip
         return replace(result, friction_work=3.0 * (after - before))
 

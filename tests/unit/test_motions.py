@@ -163,7 +163,10 @@ def test_bent_path_has_a_curve_for_each_prescribed_component() -> None:
 
 def test_figure_marks_the_ends_of_stages() -> None:
     (curve,) = motion_curves(
-        {"a displacement_y": np.array([0.0, 1.0, math.nan]), "a force_y": np.array([0.0, 2.0, 0.0])},
+        {
+            "a displacement_y": np.array([0.0, 1.0, math.nan]),
+            "a force_y": np.array([0.0, 2.0, 0.0]),
+        },
         {},
     )
     figure = draw_forces([curve], [("push", 1), ("rest", 2)])
