@@ -48,6 +48,8 @@ class Embedment:
     def depth(self, simulation: Simulation, result: StepResult | None) -> float:
         """Returns the depth [length] after a step; NaN where there is no soil or no boundary."""
         if self._shape is not None:
+            if all(body.name != self._name for body in simulation.model.rigid_bodies):
+                return math.nan
             motion = placed(simulation, self._name)
             lowest, place = self._shape.lowest(*motion), self._shape.at(*motion).position
         else:

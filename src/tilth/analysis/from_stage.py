@@ -246,15 +246,13 @@ def _with_contact(state: Snapshot, model: Model) -> Snapshot:
     """Returns an output with the contact surfaces and rigid bodies of another model."""
     contacts = {shape.name: shape for shape in state.contacts}
     bodies = {shape.name: shape for shape in state.rigid_bodies}
-    nothing = np.zeros((0, state.dim))
-    cells = np.zeros((0, state.dim), dtype=np.int64)
     return replace(
         state,
         contacts=tuple(
             contacts.get(name, ContactShape.empty(name, state.dim)) for name in contact_names(model)
         ),
         rigid_bodies=tuple(
-            bodies.get(body.name, SurfaceShape(body.name, nothing, cells, {}))
+            bodies.get(body.name, SurfaceShape.nowhere(body.name, state.dim))
             for body in model.rigid_bodies
         ),
     )

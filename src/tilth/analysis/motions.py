@@ -132,7 +132,8 @@ class _OfNodes:
 class _OfBody:
     """A rigid body: displacement of its centre, rotation vector, force and moment on the soil.
 
-    The moment is about the centre where it is. A body that is not there has not moved.
+    The moment is about the centre where it is. While a body is not there in a stage, its motion is
+    "not a number" and its force 0.
     """
 
     def __init__(self, declared: RigidBody, model: Model) -> None:
@@ -156,9 +157,12 @@ class _OfBody:
 
     def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
         """As `_Part.values`."""
-        state = simulation.rigid_bodies.get(self.name)
+        count, state = len(self._axes), simulation.rigid_bodies.get(self.name)
+        if all(body.name != self.name for body in simulation.model.rigid_bodies):
+            turning = len(self._turning)
+            return [math.nan] * count + [0.0] * count + [math.nan] * turning + [0.0] * turning
         if state is None:
-            return [0.0] * (2 * len(self._axes) + 2 * len(self._turning))
+            return [0.0] * (2 * count + 2 * len(self._turning))
         return [
             *(float(state.displacement[i]) for i in self._axes),
             *(0.0 - float(state.force[i]) for i in self._axes),

@@ -158,6 +158,8 @@ def _moment(track: Track, model: Model, simulation: Simulation, result: StepResu
 
 
 def _rigid(track: Track, simulation: Simulation) -> float:
+    if all(body.name != track.boundary for body in simulation.model.rigid_bodies):
+        return math.nan
     displacement, rotation = placed(simulation, track.boundary or "")
     if track.quantity == "rigid_rotation":
         return math.degrees(rotation[AXES.index(track.component)])

@@ -10,6 +10,7 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle, Sphere
+from tilth.geometry.several import outside_of_others
 from tilth.output.snapshot import SurfaceShape
 
 _SAME_PLACE = 1e-9
@@ -44,11 +45,15 @@ class RigidShape:
         self.name = name
         self._centre = np.asarray(centre, dtype=float)
         facets = [shape.facets(lower, upper, size) for shape in shapes]
-        corner = np.concatenate([each.corner for each in facets])
-        normal = np.concatenate([each.normal for each in facets])
+        kept = [
+            outside_of_others(shapes, number, each.corner.mean(axis=1), each.normal)
+            for number, each in enumerate(facets)
+        ]
+        corner = np.concatenate([each.corner[own] for each, own in zip(facets, kept, strict=True)])
+        normal = np.concatenate([each.normal[own] for each, own in zip(facets, kept, strict=True)])
         if axisymmetric:
-            kept = corner[:, :, 0].mean(axis=1) > 0.0
-            corner, normal = corner[kept], normal[kept]
+            right = corner[:, :, 0].mean(axis=1) > 0.0
+            corner, normal = corner[right], normal[right]
         self._vertex, self._cells = _joined(corner, normal)
         balls = [each for each in shapes if isinstance(each, Circle | Sphere)]
         self._balls = [(each.centre, each.radius) for each in balls]

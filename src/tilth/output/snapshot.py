@@ -55,6 +55,11 @@ class SurfaceShape:
             fields["arc_length"] = np.zeros(0)
         return cls(name, np.zeros((0, dim)), np.zeros((0, dim), dtype=np.int64), fields)
 
+    @classmethod
+    def nowhere(cls, name: str, dim: int) -> SurfaceShape:
+        """Returns the surface of a rigid body that is not there."""
+        return cls(name, np.zeros((0, dim)), np.zeros((0, dim), dtype=np.int64), {})
+
     @property
     def polylines(self) -> list[Integers]:
         """Vertices along each chain of a surface in 2D; a closed one ends with its first vertex."""

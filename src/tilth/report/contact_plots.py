@@ -64,7 +64,7 @@ def along_surface(position: Floats, normal: Floats) -> tuple[Integers, Floats, I
     n = len(position)
     if n == 1:
         return np.zeros(1, dtype=np.int64), np.zeros(1), np.zeros(0, dtype=np.int64)
-    usual = _usual_distance(position)
+    usual = _usual_distance(position, normal)
     order = _chain(position, normal, usual)
     step = np.linalg.norm(np.diff(position[order], axis=0), axis=1)
     tangent = np.diff(position[order], axis=0)
@@ -75,14 +75,15 @@ def along_surface(position: Floats, normal: Floats) -> tuple[Integers, Floats, I
     return order, np.append(0.0, np.cumsum(step)), breaks
 
 
-def _usual_distance(position: Floats) -> float:
+def _usual_distance(position: Floats, normal: Floats) -> float:
+    """Returns the median distance of a point from the next one on its side of the body."""
     from scipy.spatial import cKDTree
 
-    unique = np.unique(position, axis=0)
-    if len(unique) < 2:
-        return 1.0
-    distance, _ = cKDTree(unique).query(unique, k=2)
-    return float(np.median(distance[:, 1]))
+    size = float(np.ptp(position, axis=0).max())
+    place = np.hstack([position, size * normal])
+    _, neighbour = cKDTree(place).query(place, k=2)
+    apart = np.linalg.norm(position[neighbour[:, 1]] - position[neighbour[:, 0]], axis=1)
+    return float(np.median(apart[apart > 0.0])) if (apart > 0.0).any() else 1.0
 
 
 def _chain(position: Floats, normal: Floats, usual: float) -> Integers:
