@@ -95,6 +95,7 @@ TYPE_DESCRIPTIONS = {
     "Schedule": "table, see [schedule](#schedule)",
     "EntryNames": "list of names",
     "Regions": "list of tables, see below",
+    "ApexAngle": "number in [1, 180]",
     "NumberOrTable": "number, or rows (time, value)",
     "NumberOrTablePerAxis": "number, or rows (time, value); in 3D table axis = one of these",
     "TablesByAxis": "table axis = number, or rows (time, value)",

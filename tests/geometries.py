@@ -5,6 +5,7 @@ import numpy as np
 
 from tilth.curves import Chain, LocalCubicSpline
 from tilth.geometry.box import Box
+from tilth.geometry.cone import Cone
 from tilth.geometry.footing import Footing
 from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
@@ -49,6 +50,9 @@ GEOMETRIES = {
     "block": Box([-0.5, -0.4, -0.2], [0.6, 0.3, 0.3], TURNED_3D, inside=False),
     "strip": Footing([0.1, 0.2], [0.6, -0.8], [1.1]),
     "pad": Footing([0.1, 0.2, -0.1], AXIS, [1.1, 0.6], along=[1.0, 1.0, 0.0]),
+    "stake": Cone([0.1, -0.2, -0.6], AXIS, 0.4, 0.5, 0.7, inside=False),
+    "pile": Cone([0.1, -0.2, 0.6], [0.0, 0.0, -1.0], 0.4, 0.0, 0.9, inside=False),
+    "funnel": Cone([0.1, -0.2, -0.6], AXIS, 0.4, 0.5, 0.7, inside=True),
     "spline": SplineGeometry(DROP),
     "open spline": SplineGeometry(LocalCubicSpline(Chain(ROUND[:17:-1], False))),
 }

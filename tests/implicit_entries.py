@@ -48,6 +48,28 @@ SLAB = {
 }  # fmt: skip
 
 
+PLATE = {
+    "type": "plate", "centre": [0, 2], "normal": [1, -2], "width": 0.5, "thickness": 0.1,
+}  # fmt: skip
+
+
+BLADE = {
+    "type": "plate", "centre": [0, 0, 2], "normal": [1, 0, -1], "width": [0.5, 0.2],
+    "along": [1, 1, 0], "thickness": 0.1,
+}  # fmt: skip
+
+
+WEDGE = {
+    "type": "cone", "tip": [0, 0.5], "angle": 60, "radius": 0.3, "length": 1, "soil": "outside",
+}  # fmt: skip
+
+
+CONE = {
+    "type": "cone", "tip": [0, 0, 0.5], "axis": [0.1, 0, 1], "angle": 60, "radius": 0.3,
+    "length": 0.4, "soil": "outside",
+}  # fmt: skip
+
+
 FUNCTION = {"type": "function", "function": "shape.py:distance"}
 
 
@@ -83,3 +105,11 @@ def refused(given: dict[str, Any]) -> BadInput:
     with pytest.raises(BadInput) as caught:
         Model.from_dict(given)
     return caught.value
+
+
+def taken_or_refused(given: dict[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """Returns the model of `given` as a dictionary, or the message; anything else is raised."""
+    try:
+        return Model.from_dict(given).to_dict(), ""
+    except BadInput as error:
+        return None, str(error)

@@ -181,9 +181,17 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
             yield from _files_of_parameters(dotted(("materials", material)), parameters)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
-        if isinstance(boundary.get("geometry"), dict):
-            yield f"boundaries[{i}].geometry", boundary["geometry"], "file"
-            yield f"boundaries[{i}].geometry", boundary["geometry"], "function"
+        yield from _files_of_geometry(f"boundaries[{i}].geometry", boundary.get("geometry"))
+    for i, body in enumerate(_tables(entries.get("rigid_bodies"))):
+        yield from _files_of_geometry(f"rigid_bodies[{i}].geometry", body.get("geometry"))
+        for j, shape in enumerate(_tables(body.get("geometries"))):
+            yield from _files_of_geometry(f"rigid_bodies[{i}].geometries[{j}]", shape)
+
+
+def _files_of_geometry(key: str, geometry: Any) -> Iterator[tuple[str, dict[str, Any], str]]:
+    if isinstance(geometry, dict):
+        yield key, geometry, "file"
+        yield key, geometry, "function"
 
 
 def _files_of_parameters(

@@ -11,18 +11,22 @@ import meshio
 import numpy as np
 import pytest
 from implicit_entries import (
+    BLADE,
     BOX,
     CIRCLE,
+    CONE,
     CUBE,
     CYLINDER,
     FOOTING,
     FUNCTION,
     PLANE,
+    PLATE,
     POLYLINE,
     SLAB,
     SPHERE,
     SPLINE,
     STL,
+    WEDGE,
     boundary,
     entries,
 )
@@ -41,7 +45,7 @@ TETRAHEDRON = [[[0, 0, 0], [0, 1, 0], [1, 0, 0]], [[0, 0, 0], [1, 0, 0], [0, 0, 
 DECLARED = {
     "plane": PLANE, "circle": CIRCLE, "cylinder": CYLINDER, "sphere": SPHERE, "polyline": POLYLINE,
     "spline": SPLINE, "box": BOX, "cuboid": CUBE, "footing": FOOTING, "slab": SLAB,
-    "function": FUNCTION, "stl": STL,
+    "function": FUNCTION, "stl": STL, "plate": PLATE, "blade": BLADE, "wedge": WEDGE, "cone": CONE,
 }  # fmt: skip
 """At least one of each type, as a case file declares them."""
 
@@ -56,7 +60,9 @@ def made(given: dict[str, Any], folder: Path) -> Geometry:
     for key in ("file", "function"):
         if key in given:
             given = {**given, key: f"{folder}/{given[key]}"}
-    wide = len(given.get("centre", given.get("lower", given.get("point", [0, 0]))))
+    wide = len(
+        given.get("centre", given.get("lower", given.get("point", given.get("tip", [0, 0]))))
+    )
     kind = "3d" if wide == 3 or given["type"] == "stl" else "plane_strain"
     model = Model.from_dict(entries(boundary(given), kind=kind))
     return make_geometry(model.boundaries[0], model)

@@ -79,6 +79,9 @@ def test_the_distance_is_positive_in_the_soil(name):
         "block": lambda x: ~in_box(x, [-0.5, -0.4, -0.2], [0.6, 0.3, 0.3], TURNED_3D),
         "strip": lambda x: (x - [0.1, 0.2]) @ [0.6, -0.8] > 0.0,
         "pad": lambda x: (x - [0.1, 0.2, -0.1]) @ AXIS > 0.0,
+        "stake": lambda x: ~in_cone(x, [0.1, -0.2, -0.6], AXIS, 0.4, 0.5, 0.7),
+        "pile": lambda x: ~in_cone(x, [0.1, -0.2, 0.6], [0.0, 0.0, -1.0], 0.4, 0.0, 0.9),
+        "funnel": lambda x: in_cone(x, [0.1, -0.2, -0.6], AXIS, 0.4, 0.5, 0.7),
         "spline": lambda x: in_polygon(x, DROP.polyline(40)[:-1]),
     }
     if name == "open line":  # its ends apart, the sides are those of the polygon from which it is
@@ -106,6 +109,14 @@ def in_polygon(x, vertices):
 def in_box(x, lower, upper, axes):
     own = (x - np.array(lower)) @ axes.T
     return ((own > 0.0) & (own < np.array(upper) - lower)).all(axis=1)
+
+
+def in_cone(x, tip, axis, radius, tip_length, length):
+    along = (x - np.array(tip)) @ axis / np.linalg.norm(axis)
+    across = np.linalg.norm(np.cross(x - np.array(tip), axis), axis=1) / np.linalg.norm(axis)
+    below = along < tip_length
+    widest = np.where(below, radius * along / (tip_length or 1.0), radius)
+    return (along > 0.0) & (along < tip_length + length) & (across < widest)
 
 
 @pytest.mark.parametrize("left", [True, False])
@@ -265,7 +276,7 @@ def test_few_facets_still_go_round(name):
 @pytest.mark.parametrize("name", GEOMETRIES)
 def test_the_ratio_of_areas_is_that_of_the_projection(name):
     # By central differences of the projected places along the facet.
-    geometry, step = GEOMETRIES[name], 1e-5
+    geometry, step = GEOMETRIES[name], 3e-6
     reach = np.ones(geometry.dim)
     facets = geometry.facets(-reach, reach, 0.3)
     share = np.random.default_rng(2).dirichlet(np.ones(geometry.dim), len(facets.corner))

@@ -103,7 +103,8 @@ def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
     loaded = any(acts(load, model) for _, load in model.acting_loads())
     loaded = loaded or model.water is not None
-    if not loaded and not any(_moves(boundary, model) for boundary in model.boundaries):
+    moved = any(_moves(boundary, model) for boundary in model.boundaries)
+    if not loaded and not moved and not model.rigid_bodies:
         yield (
             "no cause",
             "loads: no load other than zero acts and no boundary moves, so all displacements and "
@@ -344,7 +345,13 @@ def _something_changes(model: Model) -> bool:
     if model.stage.number == 0 and not model.initial.stress:
         return True
     if stage is not None and model.stage.number > 0:
-        changes = (stage.activate, stage.deactivate, stage.excavate, stage.factors)
+        changes = (
+            stage.activate,
+            stage.deactivate,
+            stage.excavate,
+            stage.factors,
+            stage.force_factors,
+        )
         if any(changes) or stage.materials or stage.water is not None or stage.grid is not None:
             return True
     tables = [model.load_curve(load).table for _, load in model.acting_loads()]

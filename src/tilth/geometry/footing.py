@@ -26,6 +26,11 @@ class Footing(Flat):
         widths: edge lengths [length], shape (dim - 1,).
         along: in 3D the direction of the first width, made perpendicular to the normal; any
             perpendicular direction if None.
+
+    Attributes:
+        centre, normal: as given, the normal of unit length.
+        half: half the widths [length], shape (dim - 1,).
+        axes: unit vectors along the widths as rows, shape (dim - 1, dim).
     """
 
     bounded = True
@@ -38,13 +43,13 @@ class Footing(Flat):
         self.half = 0.5 * np.asarray(widths, dtype=float)
         self.dim = len(self.centre)
         if self.dim == 2:
-            self._axes = -left_normal(self.normal[None, :])
+            self.axes = -left_normal(self.normal[None, :])
         else:
             first = perpendicular(self.normal)
             if along is not None:
                 given = np.asarray(along, dtype=float)
                 first = unit(given - (given @ self.normal) * self.normal)
-            self._axes = np.stack([first, np.cross(self.normal, first)])
+            self.axes = np.stack([first, np.cross(self.normal, first)])
 
     def _to_nearest(self, x: Floats) -> tuple[Floats, Floats, Flags]:
         """Returns vectors from the nearest points of the footing, and heights above its plane.
@@ -52,10 +57,10 @@ class Footing(Flat):
         The third result is whether the nearest point lies on an edge, shape (n,).
         """
         offset = x - self.centre
-        along = offset @ self._axes.T
+        along = offset @ self.axes.T
         nearest = np.clip(along, -self.half, self.half)
         on_edge = (np.abs(along) > self.half).any(axis=1)
-        return offset - nearest @ self._axes, offset @ self.normal, on_edge
+        return offset - nearest @ self.axes, offset @ self.normal, on_edge
 
     def distance(self, x: Floats) -> Floats:
         """As `Geometry.distance`; the sign is that of the side of the footing's plane."""
@@ -76,7 +81,7 @@ class Footing(Flat):
 
     def facets(self, lower: Floats, upper: Floats, size: float) -> Facets:
         """As `Geometry.facets`."""
-        edges = 2.0 * self.half[:, None] * self._axes
+        edges = 2.0 * self.half[:, None] * self.axes
         start = self.centre - 0.5 * edges.sum(axis=0)
         if self.dim == 2:
             corner, _ = split_segments(start[None], start[None] + edges, size)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Creates the geometry of an implicit boundary from its declaration."""
+"""Creates the geometry of an implicit boundary or a rigid body from its declaration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from tilth.curves.chain import BadSurface, Chain
 from tilth.curves.crossing import require_no_crossing
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput
+from tilth.geometry.both_sides import BothSides
 from tilth.geometry.box import Box
+from tilth.geometry.cone import Cone, section
 from tilth.geometry.footing import Footing
 from tilth.geometry.level_set import LevelSet
 from tilth.geometry.plane import Plane
@@ -22,12 +24,12 @@ from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle, Cylinder, Sphere
 from tilth.geometry.spline import SplineGeometry
 from tilth.geometry.triangle_mesh import TriangleMesh
-from tilth.model import ImplicitBoundary, Model
+from tilth.model import ImplicitBoundary, Model, RigidBody
 from tilth.model.fields import per_direction
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.user_function import UserFunction
 
-__all__ = ["GEOMETRIES", "Geometry", "make_geometry"]
+__all__ = ["GEOMETRIES", "Geometry", "make_geometry", "make_shape", "make_shapes"]
 
 
 def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
@@ -36,9 +38,22 @@ def make_geometry(boundary: ImplicitBoundary, model: Model) -> Geometry:
     Raises:
         BadInput: a file or function named there cannot be used, or a curve is not valid.
     """
-    number = [b.name for b in model.boundaries].index(boundary.name)
-    make = GEOMETRIES[type(boundary.geometry)]
-    return make(boundary.geometry, model, f"boundaries[{number}].geometry")
+    key = model.boundary_keys()[boundary.name]
+    return make_shape(boundary.geometry, model, f"{key}.geometry")
+
+
+def make_shape(geometry: DeclaredGeometry, model: Model, key: str) -> Geometry:
+    """Returns a declared geometry; `key` is its place in the case file, for messages.
+
+    Raises:
+        BadInput: as `make_geometry`.
+    """
+    return GEOMETRIES[type(geometry)](geometry, model, key)
+
+
+def make_shapes(body: RigidBody, model: Model) -> list[Geometry]:
+    """Returns the shapes of a rigid body of a model; raises as `make_geometry`."""
+    return [make_shape(shape, model, key) for key, shape in model.shapes_of(body)]
 
 
 def _plane(plane: declared.PlaneGeometry, model: Model, key: str) -> Geometry:
@@ -59,7 +74,8 @@ def _sphere(sphere: declared.SphereGeometry, model: Model, key: str) -> Geometry
 
 
 def _polyline(line: declared.PolylineGeometry, model: Model, key: str) -> Geometry:
-    return Polyline(np.array(line.vertices), line.closed, line.soil == "left")
+    made = Polyline(np.array(line.vertices), line.closed, line.soil != "right")
+    return BothSides(made) if line.has_two_sides else made
 
 
 def _spline(spline: declared.SplineGeometry, model: Model, key: str) -> Geometry:
@@ -81,10 +97,32 @@ def _box(box: declared.BoxGeometry, model: Model, key: str) -> Geometry:
     return Box(*corners, np.array(box.axes), box.soil == "inside", box.faces)
 
 
-def _footing(footing: declared.FootingGeometry, model: Model, key: str) -> Geometry:
+def _footing(
+    footing: declared.FootingGeometry | declared.PlateGeometry, model: Model, key: str
+) -> Footing:
     widths = np.array(per_direction(footing.width, model.dimension - 1))
     along = None if footing.along is None else np.array(footing.along)
     return Footing(np.array(footing.centre), np.array(footing.normal), widths, along)
+
+
+def _plate(plate: declared.PlateGeometry, model: Model, key: str) -> Geometry:
+    middle = _footing(plate, model, key)
+    if plate.has_two_sides:
+        return BothSides(middle)
+    axes = np.vstack([middle.axes, middle.normal])
+    half = np.append(middle.half, 0.5 * plate.thickness)
+    lower = middle.centre - half @ axes
+    return Box(lower, lower + 2.0 * half, axes, inside=False)
+
+
+def _cone(cone: declared.ConeGeometry, model: Model, key: str) -> Geometry:
+    tip, axis, inside = np.array(cone.tip), np.array(cone.direction), cone.soil == "inside"
+    if model.dimension == 3:
+        return Cone(tip, axis, cone.radius, cone.tip_length, cone.length, inside)
+    corners = section(cone.radius, cone.tip_length, cone.length)
+    across = np.array([axis[1], -axis[0]])
+    vertices = tip + corners[:, :1] * across + corners[:, 1:] * axis
+    return Polyline(vertices, closed=True, left=inside)
 
 
 def _function(declaration: declared.FunctionGeometry, model: Model, key: str) -> Geometry:
@@ -104,8 +142,10 @@ GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] 
     declared.PolylineGeometry: _polyline,
     declared.SplineGeometry: _spline,
     declared.BoxGeometry: _box,
-    declared.FootingGeometry: _footing,
     declared.FunctionGeometry: _function,
     declared.StlGeometry: _stl,
+    declared.FootingGeometry: _footing,
+    declared.PlateGeometry: _plate,
+    declared.ConeGeometry: _cone,
 }
 """One line per geometry: the function that creates it from declaration, model and key."""

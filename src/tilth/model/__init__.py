@@ -23,10 +23,12 @@ from tilth.model.element_tests import StressStrainPath as StressStrainPath
 from tilth.model.element_tests import Triaxial as Triaxial
 from tilth.model.geometry import BoxGeometry as BoxGeometry
 from tilth.model.geometry import CircleGeometry as CircleGeometry
+from tilth.model.geometry import ConeGeometry as ConeGeometry
 from tilth.model.geometry import CylinderGeometry as CylinderGeometry
 from tilth.model.geometry import FootingGeometry as FootingGeometry
 from tilth.model.geometry import FunctionGeometry as FunctionGeometry
 from tilth.model.geometry import PlaneGeometry as PlaneGeometry
+from tilth.model.geometry import PlateGeometry as PlateGeometry
 from tilth.model.geometry import PolylineGeometry as PolylineGeometry
 from tilth.model.geometry import SphereGeometry as SphereGeometry
 from tilth.model.geometry import SplineGeometry as SplineGeometry

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
+from tilth.model.contact_checks import contact_problems
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial_checks import initial_problems
@@ -38,6 +39,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_densities(model),
         *_needs_gravity(model),
         *size_problems(model),
+        *contact_problems(model),
     ]
     if model.stages:
         problems += [*_without_schedule(model), *stage_problems(model)]
@@ -80,7 +82,7 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
 
 def _unknown_references(model: Model) -> Iterator[Problem]:
     bodies = {body.name: number for number, body in enumerate(model.bodies)}
-    boundaries = dict.fromkeys(boundary.name for boundary in model.boundaries)
+    boundaries = dict.fromkeys(each.name for each in (*model.boundaries, *model.rigid_bodies))
     for i, body in enumerate(model.bodies):
         for key, material in zip(body.material_keys(), body.materials, strict=True):
             if material not in model.materials:
@@ -162,7 +164,11 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
             yield Problem(f"track[{i}].boundary", what, remedy, track.boundary)
     if (follow := model.grid.follow) is not None:
         key, followed = "grid.follow.boundary", kinds.get(follow.boundary)
-        if followed is None:
+        if followed is None and any(b.name == follow.boundary for b in model.rigid_bodies):
+            what = "the grid can follow implicit boundaries only, but this is a rigid body"
+            how = "declare it as an implicit boundary with `contact` and a motion"
+            yield Problem(key, what, how, follow.boundary)
+        elif followed is None:
             yield Problem(key, *unknown_name("boundary", follow.boundary, kinds), follow.boundary)
         elif followed != "implicit":
             what = f'the grid can follow implicit boundaries only, but this one is "{followed}"'
@@ -208,11 +214,12 @@ def _needs_gravity(model: Model) -> Iterator[Problem]:
 
 def _affine_stands_alone(model: Model) -> Iterator[Problem]:
     affine = [i for i, b in enumerate(model.boundaries) if isinstance(b, AffineBoundary)]
-    if affine and len(model.boundaries) > 1:
+    if affine and len(model.boundaries) + len(model.rigid_bodies) > 1:
         yield Problem(
             f"boundaries[{affine[0]}].type",
-            "an affine motion moves nodes everywhere and cannot be combined with other boundaries",
-            "keep either the affine motion or the other boundaries",
+            "an affine motion moves nodes everywhere and cannot be combined with other boundaries "
+            "or rigid bodies",
+            "keep either the affine motion or the others",
             "affine",
         )
 
@@ -220,8 +227,11 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
 def _constrained_directions(model: Model) -> Iterator[Problem]:
     """A direction without any condition makes the system singular: the soil moves freely along it.
 
-    What an implicit boundary constrains depends on its contact with soil: the simulation checks it.
+    What an implicit boundary or a rigid body constrains depends on its contact with soil: the
+    simulation checks it.
     """
+    if model.rigid_bodies:
+        return
     if not model.boundaries:
         yield Problem(
             "boundaries",

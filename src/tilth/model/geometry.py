@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import Field, model_validator
 
 from tilth.errors import Problem
-from tilth.model.base import Declared, chosen_by
+from tilth.model.base import chosen_by
 from tilth.model.crossings import crosses_itself
 from tilth.model.fields import (
     AXES,
@@ -24,69 +24,18 @@ from tilth.model.fields import (
     Flag,
     Matrix,
     Positive,
-    PositivePerDirection,
     PythonFunction,
     Vector,
     WholeNumbers,
     extent_problems,
 )
+from tilth.model.geometry_base import DeclaredGeometry as DeclaredGeometry
+from tilth.model.geometry_base import unit as unit
 from tilth.model.problems import rejection
 from tilth.model.shapes import box_axes, turned_box_problems
-
-_PARALLEL = 1e-9
-"""Sine of an angle below which two directions count as parallel."""
-
-
-def unit(direction: Sequence[float]) -> tuple[float, ...]:
-    """Returns the unit vector of a direction that is not zero."""
-    greatest = max(abs(c) for c in direction)  # scaled first: no overflow or underflow
-    scaled = [c / greatest for c in direction]
-    length = math.hypot(*scaled)
-    return tuple(c / length for c in scaled)
-
-
-class DeclaredGeometry(Declared):
-    """What every geometry says of itself; a class below this one is a `Geometry` by that."""
-
-    type: str
-    dimensions: ClassVar[tuple[int, ...]]
-    """Numbers of directions of the analyses that it exists in."""
-
-    @property
-    def radius_at_rest(self) -> float | None:
-        """Its radius at time 0 [length], which `radius_change` changes; None where it has none."""
-        return None
-
-    most_cells: ClassVar[int] = 1_000_000
-    """Cells through which it passes, about, at most: each makes pieces of it."""
-
-    def cells_passed(self, cell: float, soil: float) -> float:
-        """Returns the number of cells through which it passes, about.
-
-        cell: edge of a cell [length]. soil: extent of the soil [length], which bounds what is
-            infinite.
-        """
-        return 0.0
-
-    def sizes(self) -> dict[str, Any]:
-        """Returns its sizes [length], > 0, by key; that of the whole by an empty one."""
-        return {} if self.radius_at_rest is None else {"radius": self.radius_at_rest}
-
-    def vectors(self, dimension: int) -> dict[str, Any]:
-        """Returns the entries that have one component per direction, by key."""
-        return {}
-
-    def axes_named(self) -> dict[str, Sequence[str]]:
-        """Returns the entries that name axes, by key."""
-        return {}
-
-    def size_problems(self, dimension: int) -> Iterator[Problem]:
-        """Yields what else does not fit an analysis of this dimension, with the keys there."""
-        yield from ()
-
-    def axisymmetry_problems(self) -> Iterator[Problem]:
-        """Yields what has no meaning where x is the radius, with keys of the geometry."""
-        yield from ()
+from tilth.model.solid_geometries import ConeGeometry as ConeGeometry
+from tilth.model.solid_geometries import FootingGeometry as FootingGeometry
+from tilth.model.solid_geometries import PlateGeometry as PlateGeometry
 
 
 class PlaneGeometry(DeclaredGeometry):
@@ -219,8 +168,10 @@ class PolylineGeometry(DeclaredGeometry):
     """Points in order [length], shape (n, 2), n >= 2; n >= 3 if closed."""
     closed: Flag = False
     """Whether the last vertex is joined to the first."""
-    soil: Literal["left", "right"]
-    """Side of the soil, looking along the vertices in their order."""
+    soil: Literal["left", "right", "both"]
+    """Side of the soil, looking along the vertices in their order; "both" for a thin plate or skirt
+    in contact with soil.
+    """
 
     @model_validator(mode="after")
     def _is_simple(self) -> Any:
@@ -251,6 +202,11 @@ class PolylineGeometry(DeclaredGeometry):
         """As `DeclaredGeometry.cells_passed`."""
         del soil
         return _length(self.vertices) / cell
+
+    @property
+    def has_two_sides(self) -> bool:
+        """As `DeclaredGeometry.has_two_sides`."""
+        return self.soil == "both"
 
 
 class SplineGeometry(DeclaredGeometry):
@@ -341,61 +297,6 @@ class BoxGeometry(DeclaredGeometry):
         yield from turned_box_problems(self.angle, self.axis, dimension)
 
 
-class FootingGeometry(DeclaredGeometry):
-    """Straight segment (2D) or flat rectangle (3D), such as the base of a footing."""
-
-    dimensions = (2, 3)
-
-    type: Literal["footing"] = "footing"
-    centre: Vector
-    """Its centre [length], shape (dimension,)."""
-    normal: Direction
-    """Normal into the soil, shape (dimension,), of any length."""
-    width: PositivePerDirection
-    """Width [length], > 0; in 3D two widths, parallel and perpendicular to `along`."""
-    along: Direction | None = None
-    """Direction of the first width, in 3D only, shape (3,); it is projected onto the rectangle."""
-
-    @model_validator(mode="after")
-    def _along_lies_in_it(self) -> Any:
-        if self.along is None or len(self.along) != 3 or len(self.normal) != 3:
-            return self
-        (a, b, c), (d, e, f) = unit(self.normal), unit(self.along)
-        if math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= _PARALLEL:
-            remedy = "give a direction that lies in the footing"
-            raise rejection([Problem("along", "is parallel to `normal`", remedy, self.along)])
-        return self
-
-    def cells_passed(self, cell: float, soil: float) -> float:
-        """As `DeclaredGeometry.cells_passed`."""
-        del soil
-        widths = self.width if isinstance(self.width, Sequence) else [self.width]
-        return math.prod(width / cell for width in widths)
-
-    def sizes(self) -> dict[str, Any]:
-        """As `DeclaredGeometry.sizes`."""
-        return {"width": self.width}
-
-    def vectors(self, dimension: int) -> dict[str, Any]:
-        """As `DeclaredGeometry.vectors`; `along` is for 3D only."""
-        along = {"along": self.along} if dimension == 3 else {}
-        return {"centre": self.centre, "normal": self.normal, **along}
-
-    def size_problems(self, dimension: int) -> Iterator[Problem]:
-        """As `DeclaredGeometry.size_problems`."""
-        widths = self.width if isinstance(self.width, Sequence) else None
-        if dimension == 2 and widths is not None:
-            yield Problem("width", "must be one number in 2D", "such as width = 2", widths)
-        if dimension == 3 and (widths is None or len(widths) != 2):
-            remedy = "give the widths parallel and perpendicular to `along`, such as width = [2, 1]"
-            yield Problem("width", "must be two numbers in 3D", remedy, self.width)
-        if dimension == 2 and self.along is not None:
-            remedy = "leave it out: the normal is sufficient"
-            yield Problem("along", "is for 3D only", remedy, self.along)
-        if dimension == 3 and self.along is None:
-            yield Problem("along", "missing", "give the direction of the first width")
-
-
 class FunctionGeometry(DeclaredGeometry):
     """Zero level set of a Python function."""
 
@@ -421,8 +322,10 @@ class StlGeometry(DeclaredGeometry):
     """Whether the soil is inside or outside."""
 
 
-GEOMETRIES: tuple[type[DeclaredGeometry], ...] = tuple(DeclaredGeometry.__subclasses__())
-"""All geometries, in the order of this file."""
+GEOMETRIES: tuple[type[DeclaredGeometry], ...] = tuple(
+    sorted(DeclaredGeometry.__subclasses__(), key=lambda cls: cls.__module__ != __name__)
+)
+"""All geometries: those of this file in its order, then those that are pressed into soil."""
 
 if TYPE_CHECKING:
     Geometry = DeclaredGeometry

@@ -71,6 +71,8 @@ class AnyMaterial(Declared):
     """Whether the law has no state without stress."""
     is_reducible: ClassVar[bool] = False
     """Whether the law says what its strength is, so that `reduced_strength` can divide it."""
+    has_shear_strength: ClassVar[bool] = False
+    """Whether the law has the shear strength c + p tan(phi) that `shear_strength` returns."""
     model: str
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
@@ -152,6 +154,18 @@ class AnyMaterial(Declared):
         Args:
             parameters: of the law by their names in the core, one number or shape (n,) each.
             factor: of safety [-], > 0; below 1 it raises the strength.
+        """
+        raise NotImplementedError
+
+    def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
+        """Returns the cohesion c [stress] and tan(phi) [-] of a law with a shear strength.
+
+        A plane under the pressure p bears the shear stress c + p tan(phi): c and phi are those of
+        the Mohr-Coulomb law to which the material is equivalent.
+
+        Args:
+            parameters: of the law by their names in the core, one number or shape (n,) each.
+            plastic_strain: equivalent plastic strain of the points [-], shape (n,).
         """
         raise NotImplementedError
 

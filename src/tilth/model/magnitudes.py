@@ -101,14 +101,12 @@ def _too_small(model: Model) -> Iterator[Problem]:
 
 
 def _too_large(model: Model) -> Iterator[Problem]:
-    for i, boundary in enumerate(model.boundaries):
-        if isinstance(boundary, ImplicitBoundary):
-            geometry = boundary.geometry
-            cells = geometry.cells_passed(min(model.cell_size), _soil_length(model))
-            if cells > geometry.most_cells:
-                what = f"passes through about {cells:.3g} cells, more than {geometry.most_cells:,}"
-                remedy = "use larger cells, or give only the part near the soil"
-                yield Problem(f"boundaries[{i}].geometry", what, remedy)
+    for key, geometry in model.geometries():
+        cells = geometry.cells_passed(min(model.cell_size), _soil_length(model))
+        if cells > geometry.most_cells:
+            what = f"passes through about {cells:.3g} cells, more than {geometry.most_cells:,}"
+            remedy = "use larger cells, or give only the part near the soil"
+            yield Problem(key, what, remedy)
 
 
 def _soil_length(model: Model) -> float:
@@ -122,15 +120,14 @@ def _soil_length(model: Model) -> float:
 
 
 def _sizes(model: Model) -> Iterator[tuple[str, Any]]:
-    """Yields the sizes of bodies and of implicit boundaries."""
+    """Yields the sizes of bodies, of implicit boundaries and of rigid bodies."""
     for i, body in enumerate(model.bodies):
         if bounds := body.shape.bounds():
             extent = tuple(high - low for low, high in zip(*bounds, strict=True))
             yield f"bodies[{i}].shape", extent
-    for i, boundary in enumerate(model.boundaries):
-        if isinstance(boundary, ImplicitBoundary):
-            for name, size in boundary.geometry.sizes().items():
-                yield ".".join(filter(None, (f"boundaries[{i}].geometry", name))), size
+    for key, geometry in model.geometries():
+        for name, size in geometry.sizes().items():
+            yield ".".join(filter(None, (key, name))), size
 
 
 def _numbers(value: Any) -> Iterator[float]:
@@ -140,6 +137,12 @@ def _numbers(value: Any) -> Iterator[float]:
             yield from _numbers(each)
     else:
         yield value
+
+
+_POSITIONS = (
+    "point", "centre", "tip", "lower", "upper", "vertices", "radius", "width", "length",
+)  # fmt: skip
+"""Entries of geometries that are positions or sizes."""
 
 
 def _lengths(model: Model) -> Iterator[tuple[str, Any]]:
@@ -154,11 +157,16 @@ def _lengths(model: Model) -> Iterator[tuple[str, Any]]:
         region = load.within if isinstance(load, SurfaceLoad) else None
         for name in ("lower", "upper", "centre", "radius", "vertices"):
             yield f"loads[{i}].within.{name}", getattr(region, name, None)
+    for key, geometry in model.geometries():
+        for name in _POSITIONS:
+            yield f"{key}.{name}", getattr(geometry, name, None)
+    for i, rigid in enumerate(model.rigid_bodies):
+        yield f"rigid_bodies[{i}].centre", rigid.centre
+        for axis, value in (rigid.displacement or {}).items():
+            values = [row[1] for row in value] if isinstance(value, Sequence) else value
+            yield f"rigid_bodies[{i}].displacement.{axis}", values
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary):
-            for name in ("point", "centre", "lower", "upper", "vertices", "radius", "width"):
-                value = getattr(boundary.geometry, name, None)
-                yield f"boundaries[{i}].geometry.{name}", value
             if boundary.rotation is not None:
                 yield f"boundaries[{i}].rotation.centre", boundary.rotation.centre
             yield f"boundaries[{i}].displacement", list((boundary.displacement or {}).values())

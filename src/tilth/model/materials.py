@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
@@ -41,6 +42,7 @@ class VonMises(Isotropic):
 
     is_plastic: ClassVar[bool] = True
     is_reducible: ClassVar[bool] = True
+    has_shear_strength: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
     yield_stress: VaryingPositive | None = None
@@ -84,6 +86,14 @@ class VonMises(Isotropic):
         """Divides the yield stress, and so its hardening; see `AnyMaterial`."""
         divided = ("yield_stress", "hardening_modulus")
         return {**parameters, **{name: parameters[name] / factor for name in divided}}
+
+    def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
+        """Returns that in simple shear, the hardened yield stress over sqrt(3); see `AnyMaterial`.
+
+        In simple shear |s|^2 = 2 tau^2, and yielding is at |s| = sqrt(2/3) sigma_y.
+        """
+        hardened = parameters["yield_stress"] + parameters["hardening_modulus"] * plastic_strain
+        return hardened / math.sqrt(3.0), 0.0
 
 
 _TO_YIELD_STRESS = {

@@ -15,6 +15,7 @@ from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries, state_variable_problems
 from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
+from tilth.model.geometry import DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
@@ -37,6 +38,7 @@ Loaded = (
     | NodeBoundary
     | ImplicitBoundary
     | AffineBoundary
+    | RigidBody
     | BodyForce
     | SeismicLoad
     | PointForce
@@ -162,9 +164,8 @@ class Model(Declared):
 
         A simulation of the model runs these files; see `user_laws` for those of materials.
         """
-        found = [b for b in self.boundaries if isinstance(b, ImplicitBoundary)]
-        motions = [b.motion for b in found]
-        shapes = [getattr(b.geometry, "function", None) for b in found]
+        motions = [b.motion for b in self.boundaries if isinstance(b, ImplicitBoundary)]
+        shapes = [getattr(geometry, "function", None) for _, geometry in self.geometries()]
         varying = [v for material in self.materials.values() for v in variations(material).values()]
         parameters = [getattr(each, "function", None) for each in varying]
         names = (*motions, *shapes, *parameters, *self.initial.functions(), *self.user_laws)
@@ -249,6 +250,28 @@ class Model(Declared):
         if self.stage.boundary_keys is not None:
             return dict(self.stage.boundary_keys)
         return {each.name: f"boundaries[{i}]" for i, each in enumerate(self.boundaries)}
+
+    def rigid_body_keys(self) -> dict[str, str]:
+        """Returns where each rigid body stands in the case file, `rigid_bodies[0]`, by name."""
+        if self.stage.rigid_body_keys is not None:
+            return dict(self.stage.rigid_body_keys)
+        return {each.name: f"rigid_bodies[{i}]" for i, each in enumerate(self.rigid_bodies)}
+
+    def shapes_of(self, body: RigidBody) -> list[tuple[str, DeclaredGeometry]]:
+        """Returns the shapes of a rigid body with their places in the case file."""
+        key = self.rigid_body_keys()[body.name]
+        if body.geometry is not None:
+            return [(f"{key}.geometry", body.geometry)]
+        return [(f"{key}.geometries[{i}]", shape) for i, shape in enumerate(body.shapes)]
+
+    def geometries(self) -> Iterator[tuple[str, DeclaredGeometry]]:
+        """Yields every geometry of boundaries and rigid bodies with its place in the case file."""
+        keys = self.boundary_keys()
+        for boundary in self.boundaries:
+            if isinstance(boundary, ImplicitBoundary):
+                yield f"{keys[boundary.name]}.geometry", boundary.geometry
+        for body in self.rigid_bodies:
+            yield from self.shapes_of(body)
 
     def delta(self, boundary: ImplicitBoundary) -> float:
         """Returns the width of an implicit boundary's band [length]."""

@@ -78,9 +78,9 @@ def _implicit(model: Model) -> Iterator[Problem]:
                 what = f"must be at least {LEAST_BAND * edge:g}, {LEAST_BAND:g} of a cell"
             remedy = f"leave it out for a thousandth of that edge, {1e-3 * edge:g}"
             yield Problem(f"boundaries[{i}].delta", what, remedy, boundary.delta)
-        if model.analysis.kind == "axisymmetric":
-            found = boundary.geometry.axisymmetry_problems()
-            yield from below(f"boundaries[{i}].geometry", found)
+    if model.analysis.kind == "axisymmetric":
+        for key, geometry in model.geometries():
+            yield from below(key, geometry.axisymmetry_problems())
 
 
 def _nearest_lines(model: Model, direction: int, at: float) -> str:

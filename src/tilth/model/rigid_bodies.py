@@ -114,6 +114,18 @@ class RigidBody(Declared):
         """Its shapes at time 0."""
         return (self.geometry,) if self.geometry is not None else tuple(self.geometries or ())
 
+    @property
+    def has_motion_numbers(self) -> bool:
+        """Whether `factor` has something to multiply."""
+        given = [*_entries("", self.displacement), *_entries("", self.rotation)]
+        return any(isinstance(entry, float) for _, entry in given)
+
+    @property
+    def has_force_numbers(self) -> bool:
+        """Whether `force_factor` has something to multiply."""
+        given = [*_entries("", self.force), *_entries("", self.moment)]
+        return any(isinstance(entry, float) for _, entry in given)
+
     @staticmethod
     def components(dimension: int, kind: str) -> tuple[Component, ...]:
         """Returns the components of motion that exist in an analysis of this dimension and kind."""
@@ -149,6 +161,10 @@ class RigidBody(Declared):
         entry = _entry(component, self.force, self.moment)
         return 0.0 if entry is None else _value(entry, self.force_factor, time, end)
 
+    def is_loaded(self, component: Component) -> bool:
+        """Whether a force or moment on a component is declared, which may be 0."""
+        return self._applied_entry(component) is not None
+
     def spring(self, component: Component) -> float:
         """Returns the stiffness to ground [force/length or moment/rad]; 0 if there is none."""
         return (self.springs or {}).get(component, 0.0)
@@ -167,11 +183,12 @@ class RigidBody(Declared):
             if isinstance(entry, Sequence) and entry[0][1] != 0.0:
                 what = "a motion starts from the position at time 0, so its first value must be 0"
                 yield Problem(key, what, "start the table with [0, 0]", entry)
-        yield from _without_numbers("factor", self.factor, given, "`displacement` or `rotation`")
+        if self.factor is not None and not self.has_motion_numbers:
+            yield _nothing_to_multiply("factor", self.factor, "`displacement` or `rotation`")
 
     def _force_problems(self) -> Iterator[Problem]:
-        given = [*_entries("force", self.force), *_entries("moment", self.moment)]
-        yield from _without_numbers("force_factor", self.force_factor, given, "`force` or `moment`")
+        if self.force_factor is not None and not self.has_force_numbers:
+            yield _nothing_to_multiply("force_factor", self.force_factor, "`force` or `moment`")
         for component in _ALL_COMPONENTS:
             motion = _key(component, "displacement", "rotation", self.rotation)
             for key, value in (
@@ -225,10 +242,6 @@ def _value(entry: Any, factor: Any, time: float, end: float) -> float:
     return float(entry) * LoadCurve(factor or ((0.0, 0.0), (end, 1.0))).factor(time)
 
 
-def _without_numbers(
-    key: str, table: Any, given: Sequence[tuple[str, Any]], keys: str
-) -> Iterator[Problem]:
-    """Yields that a table of factors has nothing to multiply."""
-    if table is not None and not any(isinstance(entry, float) for _, entry in given):
-        what = "there is no number to multiply; rows (time, value) are taken as they are"
-        yield Problem(key, what, f"give a number in {keys}, or leave it out", table)
+def _nothing_to_multiply(key: str, table: Any, keys: str) -> Problem:
+    what = "there is no number to multiply; rows (time, value) are taken as they are"
+    return Problem(key, what, f"give a number in {keys}, or leave it out", table)

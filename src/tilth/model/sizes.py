@@ -39,13 +39,13 @@ def size_problems(model: Model) -> list[Problem]:
             what = f"is the axis normal to the plane, along which `at` = {boundary.at:g} is given"
             problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
         if isinstance(boundary, ImplicitBoundary):
-            geometry = boundary.geometry
-            problems += _variant(f"{key}.geometry", geometry, GEOMETRIES, dimension, kind)
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
             if kind == "axisymmetric" and boundary.volume_loss is not None:
                 what = "in axisymmetry a circle is the section of a sphere or a ring"
                 remedy = "give `radius_change`"
                 problems.append(Problem(f"{key}.volume_loss", what, remedy, boundary.volume_loss))
+    for key, geometry in model.geometries():
+        problems += _variant(key, geometry, GEOMETRIES, dimension, kind)
     problems += [*_surfaces(model), *_forces(model)]
     problems += _levels(model)
     for i, track in enumerate(model.track):
@@ -158,7 +158,15 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
         if isinstance(boundary, NodeBoundary):
             yield f"boundaries[{i}].at", boundary.at
         elif isinstance(boundary, ImplicitBoundary):
-            yield from _vectors_of_implicit(f"boundaries[{i}]", boundary, model.dimension)
+            yield f"boundaries[{i}].direction", boundary.direction
+            if boundary.rotation is not None:
+                yield f"boundaries[{i}].rotation.centre", boundary.rotation.centre
+    for i, rigid in enumerate(model.rigid_bodies):
+        yield f"rigid_bodies[{i}].centre", rigid.centre
+    for key, geometry in model.geometries():
+        if model.dimension in geometry.dimensions:
+            for name, value in geometry.vectors(model.dimension).items():
+                yield f"{key}.{name}", value
     for i, load in enumerate(model.loads):
         if isinstance(load, BodyForce):
             yield f"loads[{i}].acceleration", load.acceleration
@@ -184,17 +192,6 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
         yield f"track[{i}].about", track.about
 
 
-def _vectors_of_implicit(
-    key: str, boundary: ImplicitBoundary, dimension: int
-) -> Iterator[tuple[str, Any]]:
-    yield f"{key}.direction", boundary.direction
-    if boundary.rotation is not None:
-        yield f"{key}.rotation.centre", boundary.rotation.centre
-    if dimension in boundary.geometry.dimensions:
-        for name, value in boundary.geometry.vectors(dimension).items():
-            yield f"{key}.geometry.{name}", value
-
-
 def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
     """Yields every entry that names axes or components."""
     for key, variation in _variations(model):
@@ -207,13 +204,14 @@ def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
             continue
         yield f"{key}.displacement", boundary.displacement or {}
         if isinstance(boundary, ImplicitBoundary):
-            for name, axes in boundary.geometry.axes_named().items():
-                yield f"{key}.geometry.{name}", axes
             continue
         yield f"{key}.components", boundary.components or ()
         if isinstance(boundary, PlaneBoundary):
             yield f"{key}.axis", boundary.axis
             yield f"{key}.range", boundary.range or {}
+    for key, geometry in model.geometries():
+        for name, axes in geometry.axes_named().items():
+            yield f"{key}.{name}", axes
     for i, track in enumerate(model.track):
         yield f"track[{i}].axis", track.axis or ()
         if track.quantity == "moment":

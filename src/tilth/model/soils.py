@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
+from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.fields import Real
 from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
@@ -48,6 +49,7 @@ class Tresca(Isotropic):
 
     is_plastic: ClassVar[bool] = True
     is_reducible: ClassVar[bool] = True
+    has_shear_strength: ClassVar[bool] = True
 
     model: Literal["tresca"] = "tresca"
     undrained_shear_strength: VaryingPositive
@@ -59,10 +61,15 @@ class Tresca(Isotropic):
         strength = parameters["undrained_shear_strength"] / factor
         return {**parameters, "undrained_shear_strength": strength}
 
+    def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
+        """Returns s_u and 0; see `AnyMaterial`."""
+        return parameters["undrained_shear_strength"], 0.0
+
 
 class _Frictional(WithPoreFluid):
     is_plastic: ClassVar[bool] = True
     is_reducible: ClassVar[bool] = True
+    has_shear_strength: ClassVar[bool] = True
 
     cohesion: VaryingNotNegative
     """Cohesion c [stress], >= 0."""
@@ -181,6 +188,18 @@ class MohrCoulomb(_Frictional):
             "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
         }
 
+    def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
+        """Returns the present, perhaps softened c and tan(phi); see `AnyMaterial`.
+
+        The plane is one on which the soil fails, so that its strength is c + p tan(phi) (Coulomb).
+        """
+        softened = np.minimum(plastic_strain / parameters["softening_strain"], 1.0)
+        cohesion, angle = (
+            parameters[name] + softened * (parameters[f"residual_{name}"] - parameters[name])
+            for name in ("cohesion", "friction_angle")
+        )
+        return cohesion, np.tan(np.radians(angle))
+
 
 class DruckerPrager(_Frictional):
     """Hencky elasticity with a circular cone as yield surface, and non-associated flow.
@@ -245,6 +264,23 @@ class DruckerPrager(_Frictional):
 
         The dilation angle is kept, but not above the reduced friction angle.
         """
+        c, sine, flow = self._pyramid(parameters)
+        tangent = sine / np.sqrt(1.0 - sine**2) / factor
+        cosine = 1.0 / np.sqrt(1.0 + tangent**2)
+        sine = tangent * cosine
+        return {
+            **parameters,
+            **self._cone(sine, cosine, np.minimum(flow, sine), c / factor),
+            "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
+        }
+
+    def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
+        """Returns c and tan(phi) of the pyramid to which the cone is fitted; see `AnyMaterial`."""
+        c, sine, _ = self._pyramid(parameters)
+        return c, sine / np.sqrt(1.0 - sine**2)
+
+    def _pyramid(self, parameters: Columns) -> tuple[Values, Values, Values]:
+        """Returns c [stress] and the sines of phi and psi of the declared fit's pyramid."""
         slope, dilation = parameters["friction_slope"], parameters["dilation_slope"]
         if self.fit == "plane_strain":
             flow = 3.0 * dilation / np.sqrt(9.0 - 3.0 * dilation**2)
@@ -255,14 +291,7 @@ class DruckerPrager(_Frictional):
             )
         cosine = np.sqrt(1.0 - sine**2)
         c = parameters["cone_strength"] / self._cone(sine, cosine, flow, 1.0)["cone_strength"]
-        tangent = sine / cosine / factor
-        cosine = 1.0 / np.sqrt(1.0 + tangent**2)
-        sine = tangent * cosine
-        return {
-            **parameters,
-            **self._cone(sine, cosine, np.minimum(flow, sine), c / factor),
-            "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
-        }
+        return c, sine, flow
 
 
 def _cut_off(given: object, at: ParametersAt) -> Values:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.problems import unknown_name
+from tilth.model.rigid_bodies import RigidBody
 from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
 from tilth.model.staging import (
     BOUNDARIES,
@@ -31,6 +32,7 @@ def stage_problems(model: Model) -> Iterator[Problem]:
     kinds: dict[str, list[str]] = {}
     for name, declared in named_items(model):
         kind = "boundary" if isinstance(declared, BOUNDARIES) else "load"
+        kind = "rigid body" if isinstance(declared, RigidBody) else kind
         kinds.setdefault(name, []).append(kind)
     for body in model.bodies:
         kinds.setdefault(body.name, []).append("body")
@@ -44,6 +46,7 @@ def stage_problems(model: Model) -> Iterator[Problem]:
     mentions = first_mentions(stage for _, stage in stages)
     later = {name for name, first in mentions.items() if first == "activate"}
     acting = set(kinds) - later
+    gone: set[str] = set()
     used = {name for body in model.bodies for name in body.materials}
     for index, stage in stages:
         key = f"stages[{index}]"
@@ -51,7 +54,9 @@ def stage_problems(model: Model) -> Iterator[Problem]:
             for name in getattr(stage, which):
                 if name not in kinds:
                     yield Problem(
-                        f"{key}.{which}", *unknown_name("body, boundary or load", name, known), name
+                        f"{key}.{which}",
+                        *unknown_name("body, boundary, rigid body or load", name, known),
+                        name,
                     )
                 elif len(kinds[name]) > 1:
                     what = f"{' and '.join(kinds[name])} have this name"
@@ -61,7 +66,13 @@ def stage_problems(model: Model) -> Iterator[Problem]:
                     if kinds[name] == ["body"]:
                         state = "is already there" if which == "activate" else "is not there before"
                     yield Problem(f"{key}.{which}", f"{name!r} {state}", "leave it out", name)
+        for name in gone & set(stage.activate):
+            what = f"the rigid body {name!r} was removed and cannot come back"
+            remedy = "declare another one, where it is to be"
+            yield Problem(f"{key}.activate", what, remedy, name)
+        gone |= {name for name in stage.deactivate if kinds.get(name) == ["rigid body"]}
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)
+        yield from _force_factor_problems(model, key, stage, acting)
         yield from _factor_problems(model, key, stage, before | acting, kinds)
         for old, new in stage.materials.items():
             for name in (old, new):
@@ -91,11 +102,34 @@ def _factor_problems(
         where = f"{key}.factors"
         if name not in items:
             choices = [each for each in scaled if not is_nameless(each)]
-            words = unknown_name("load or moving boundary", name, choices)
+            words = unknown_name("load, moving boundary or rigid body", name, choices)
             yield Problem(where, *words, name)
+        elif name not in scaled and isinstance(items[name], RigidBody):
+            what = f"the rigid body {name!r} has no number in `displacement` or `rotation` to scale"
+            remedy = "its forces are scaled in `force_factors`; tables are taken as they are"
+            yield Problem(where, what, remedy, name)
         elif name not in scaled:
             what = f"the boundary {name!r} does not move: there is nothing to scale"
             yield Problem(where, what, "leave it out", name)
+        elif name not in acting:
+            what = f"{name!r} does not act in this stage"
+            yield Problem(where, what, f"add it to `{key}.activate`", name)
+        elif table[-1][0] > stage.schedule.end:
+            what = f"the table of {name!r} ends after the stage, at {table[-1][0]:g}"
+            yield Problem(where, what, f"the stage ends at {stage.schedule.end:g}", table)
+
+
+def _force_factor_problems(
+    model: Model, key: str, stage: Stage, acting: set[str]
+) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.rigid_bodies}
+    where = f"{key}.force_factors"
+    for name, table in stage.force_factors.items():
+        if name not in bodies:
+            yield Problem(where, *unknown_name("rigid body", name, bodies), name)
+        elif not bodies[name].has_force_numbers:
+            what = f"the rigid body {name!r} has no number in `force` or `moment` to scale"
+            yield Problem(where, what, "leave it out; tables are taken as they are", name)
         elif name not in acting:
             what = f"{name!r} does not act in this stage"
             yield Problem(where, what, f"add it to `{key}.activate`", name)
@@ -129,7 +163,7 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
     for of_stage in stage_models(model):
         key, stage = of_stage.stage.key, of_stage.stage.declared
         assert stage is not None
-        for boundary in of_stage.boundaries:
+        for boundary in [*of_stage.boundaries, *of_stage.rigid_bodies]:
             if not moves(boundary):
                 continue
             table = of_stage.load_curve(boundary).table

@@ -102,18 +102,24 @@ class Stage(Declared):
     schedule: Schedule
     """Its load steps; time begins at 0 in each stage."""
     activate: EntryNames = ()
-    """Names of bodies, boundaries and loads that act from this stage on. A body is placed without
-    stress on the deformed ground: its points move vertically with the ground below them.
+    """Names of bodies, boundaries, rigid bodies and loads that act from this stage on. A body is
+    placed without stress on the deformed ground: its points move vertically with the ground below
+    them.
     """
     deactivate: EntryNames = ()
-    """Names of bodies and boundaries that are removed at the start of the stage, and of loads: a
-    load decreases to 0 over the stage, unless `factors` has a table for it.
+    """Names of bodies, boundaries and rigid bodies that are removed at the start of the stage, and
+    of loads: a load decreases to 0 over the stage, unless `factors` has a table for it.
     """
     excavate: Regions = ()
     """Regions whose soil is removed, in sections [[stages.excavate]] below the stage."""
     factors: Factors = Field(default_factory=dict)
-    """Rows (time, factor) for loads and moving boundaries in this stage, by their names. A load
+    """Rows (time, factor) for loads, moving boundaries and prescribed motions of rigid bodies in
+    this stage, by their names. A load
     that a stage activates increases from 0 to 1 over the stage if it has no table.
+    """
+    force_factors: Factors = Field(default_factory=dict)
+    """Rows (time, factor) for the forces and moments on rigid bodies in this stage, by the names of
+    the bodies; `factors` are those of their motions.
     """
     release: Table | None = None
     """Rows (time, share) of the out-of-balance forces that have been released; 0 to 1 over the

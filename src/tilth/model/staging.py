@@ -18,6 +18,8 @@ from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, Plane
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import Load
+from tilth.model.rigid_bodies import RigidBody
+from tilth.model.staged_bodies import in_stage
 from tilth.model.stages import Stage, StrengthReductionStage
 
 if TYPE_CHECKING:
@@ -25,8 +27,8 @@ if TYPE_CHECKING:
 
 Rows = tuple[tuple[float, float], ...]
 
-BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary)
-"""Types of all boundaries, which tell them from loads."""
+BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary, RigidBody)
+"""Types of all boundaries and of rigid bodies, which tell them from loads."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class StageOfModel:
         absent_bodies: names of the bodies that are not there.
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
+        rigid_body_keys: the same of rigid bodies.
     """
 
     number: int = 0
@@ -55,6 +58,7 @@ class StageOfModel:
     absent_bodies: frozenset[str] = frozenset()
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
+    rigid_body_keys: Mapping[str, str] | None = None
 
     @property
     def key(self) -> str:
@@ -77,8 +81,10 @@ def copied(declared: Any, **changes: Any) -> Any:
     return BaseModel.model_copy(declared, update=changes)
 
 
-def moves(boundary: Boundary) -> bool:
-    """Whether a boundary has a motion, which a table of factors scales."""
+def moves(boundary: Boundary | RigidBody) -> bool:
+    """Whether a boundary or a rigid body has a motion, which a table of factors scales."""
+    if isinstance(boundary, RigidBody):
+        return boundary.has_motion_numbers
     if isinstance(boundary, PlaneBoundary | NodeBoundary):
         return boundary.condition == "prescribed"
     return isinstance(boundary, AffineBoundary) or boundary.is_moving
@@ -103,6 +109,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
     bodies = {body.name for body in model.bodies}
     held: dict[str, float] = {}
     materials: dict[str, str] = {}
+    rigid: dict[str, RigidBody] = {}
     water, grid, start, last_end = model.water, model.grid, 0.0, 0.0
     found = []
     for number, (_, stage) in enumerate(stages):
@@ -111,6 +118,8 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         tables: dict[str, Rows] = {}
         jumps: list[tuple[str, float, float]] = []
         for name, declared in named_items(model):
+            if isinstance(declared, RigidBody):
+                continue
             ending = name in stage.deactivate and not isinstance(declared, BOUNDARIES)
             if ending and getattr(declared, "body", None) in bodies - acting:
                 ending = False  # the load goes with its body
@@ -125,6 +134,10 @@ def stage_models(model: Model) -> tuple[Model, ...]:
                 tables[name], held[name] = table, LoadCurve(table).factor(end)
             elif not isinstance(declared, BOUNDARIES):
                 held.pop(name, None)
+        there = [body for body in model.rigid_bodies if body.name in acting]
+        staged = [(b, in_stage(b, stage, rigid.get(b.name), last_end)) for b in there]
+        jumps += [(b.name, *jump) for b, (_, jump) in staged if jump is not None]
+        rigid = {b.name: now for b, (now, _) in staged}
         materials = {old: stage.materials.get(new, new) for old, new in materials.items()}
         materials |= {old: new for old, new in stage.materials.items() if old not in materials}
         if stage.water is not None:
@@ -141,6 +154,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             _model_of(
                 model, number, stage, start, acting, tables, tuple(jumps),
                 bodies=_with_materials(model, materials), water=water, grid=grid,
+                rigid_bodies=tuple(rigid.values()),
             )
         )  # fmt: skip
         start += end
@@ -158,13 +172,15 @@ def is_nameless(name: str) -> bool:
 
 
 def named_items(model: Model) -> Iterator[tuple[str, Any]]:
-    """Yields all loads and boundaries with their names; a load without one has that of
-    `is_nameless`.
+    """Yields all loads, boundaries and rigid bodies with their names; a load without one has that
+    of `is_nameless`.
     """
     for number, load in enumerate(model.loads):
         yield _load_name(number, load), load
     for boundary in model.boundaries:
         yield boundary.name, boundary
+    for body in model.rigid_bodies:
+        yield body.name, body
 
 
 def _names(model: Model) -> set[str]:
@@ -233,5 +249,6 @@ def _model_of(
             i for i, load in enumerate(model.loads) if _load_name(i, load) not in tables
         ),
         boundary_keys=model.boundary_keys(),
+        rigid_body_keys=model.rigid_body_keys(),
     )
     return result
