@@ -7,7 +7,9 @@ import math
 from collections.abc import Iterator
 
 from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms.limit_loads import LIFTED_PIPE_BOUNDS
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
+from tilth.verification.contact_runs import run_contact
 from tilth.verification.curves import Curve, reaction_curve
 
 PROBLEM = "buried_pipe"
@@ -36,6 +38,37 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         coarse, fine = (curve.after(FLOW_LIFT).force.mean() / exact - 1.0 for curve in rough)
         quantity = f"order of the mean of F / (c D), rough, {at(COARSE)} and {at(FINE)}"
         yield at_least(quantity, math.log2(coarse / fine), 0.8, 0.0, "first order")
+    yield from in_contact(long)
+
+
+def in_contact(long: bool) -> Iterator[Comparison]:
+    """A rigid body held by suction, with adhesion; long: all adhesions, and with a gap below."""
+    for adhesion in (0.0, 0.25, 0.5, 0.75, 1.0) if long else (0.5,):
+        curve = lift_in_contact("contact.toml", FINE, {"adhesion_factor": adhesion})
+        factor, exact = curve.after(FLOW_LIFT).force.max(), bearing_factor(adhesion)
+        quantity = f"greatest F / (c D), contact, adhesion {adhesion:g}, {at(FINE)}"
+        yield relative(quantity, factor, exact, 0.06 if adhesion == 1.0 else 0.05, "exact at 1")
+        yield at_least(f"the same over {exact:.3f}", factor / exact, 0.99, 0.0, "lower bound")
+    if long:
+        for face in ("smooth", "rough"):
+            lower, upper = LIFTED_PIPE_BOUNDS[2.0, face]
+            law = {"tangential": face}
+            factor = lift_in_contact("separation.toml", FINE, law).force.max()
+            middle, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
+            quantity = f"greatest F / (c D), gap below, 2 D deep, {face}, {at(FINE)}"
+            source = f"limit analysis {lower:g} to {upper:g}"
+            yield relative(quantity, factor, middle, 0.05 + width / middle, source)
+            held = bearing_factor(1.0 if face == "rough" else 0.0)
+            yield at_least("held by suction, over it", held / factor, 1.0, 0.0, "a gap weakens")
+
+
+def lift_in_contact(file: str, h: float, law: dict[str, object]) -> Curve:
+    """Lifts the rigid body of a case file on cells of `h` [m]; returns F / (c D) and the lift."""
+    changes = {f"rigid_bodies.0.contact.{key}": value for key, value in law.items()}
+    model = varied(example(PROBLEM, file), {"grid.cell_size": h, **changes})
+    shear_strength = model.materials["clay"].parameter("undrained_shear_strength")
+    scale = model.track[0].scale / (shear_strength * DIAMETER)
+    return run_contact(model).curve("pipe", 1, scale)
 
 
 def smooth(h: float) -> Iterator[Comparison]:

@@ -13,7 +13,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.model import Model
 from tilth.verification.cases import example, varied
-from tilth.verification.comparison import Comparison, relative
+from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.contact_runs import run_contact
 from tilth.verification.march import march
 
 PROBLEM = "strip_footing_friction"
@@ -73,11 +74,55 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         pressure = capacity(LOOSE, 9, basis, implicit=True)
         quantity = f"q [kPa], {LOOSE}, implicit footing, {basis}, h B/9"
         yield relative(quantity, pressure, LOOSE.capacity, 0.12, SOURCE)
+    yield from in_contact(long)
     if long:
         for soil in (DENSE, DENSE_ROUGH, SAND, SAND_ROUGH):
             yield from towards_the_capacity(soil, (9, 19))
         for soil in (WEAK, WEAK_ROUGH):
             yield from towards_the_capacity(soil, (9, 19), "gimp")
+
+
+def in_contact(long: bool) -> Iterator[Comparison]:
+    """The footing as a rigid body: its bearing capacity, and that it lifts off."""
+    for soil in (LOOSE, LOOSE_ROUGH):
+        for n, tolerance in ((9, 0.12), (19, 0.06)) if long else ((9, 0.12),):
+            pressure = capacity_in_contact(soil, n)
+            quantity = f"q [kPa], {soil}, rigid body, h B/{n}"
+            yield relative(quantity, pressure, soil.capacity, tolerance, SOURCE)
+    model = touched(LOOSE, 9)
+    lift = [[0.0, 0.0], [0.3, -0.001], [1.0, 0.002]]
+    model = varied(model, {"rigid_bodies.0.displacement": {"x": 0.0, "y": lift}})
+    model = varied(model, {"rigid_bodies.0.factor": None})
+    run = run_contact(model)
+    pushed, lifted = -run.force["footing"][:, 1].min(), float(run.force["footing"][-1, 1])
+    quantity = "force of the lifted footing over the greatest"
+    yield vanishing(quantity, lifted / pushed, 1e-8, "no tension")
+    yield vanishing("its area in contact [m]", float(run.area[-1]), 0.0, "no tension")
+
+
+def touched(soil: Soil, divisions: int) -> Model:
+    """Returns the model of a soil under the rigid body of `contact.toml`, cells of B / n."""
+    size = WIDTH / divisions
+    return varied(
+        example(PROBLEM, "contact.toml"),
+        {
+            "grid.cell_size": size,
+            "materials.soil.cohesion": soil.cohesion,
+            "materials.soil.friction_angle": soil.friction,
+            "materials.soil.dilation_angle": soil.friction,
+            "rigid_bodies.0.geometry.width": WIDTH - size,
+            "rigid_bodies.0.contact.tangential": "rough" if soil.rough else "smooth",
+            "rigid_bodies.0.displacement.y": -soil.settlement,
+        },
+    )
+
+
+def capacity_in_contact(soil: Soil, divisions: int) -> float:
+    """Returns the bearing pressure less the surcharge of the settlement [kPa], as `capacity`."""
+    run = run_contact(touched(soil, divisions))
+    load = -run.force["footing"][:, 1] / (0.5 * WIDTH)
+    above = -UNIT_WEIGHT * run.displacement[:, 1]
+    return float((load - above * soil.surcharge_factor).max())
 
 
 def towards_the_capacity(
