@@ -9,6 +9,7 @@ from tilth.analysis.model_warnings import warnings_of
 from tilth.boundaries.axis_consistency import require_no_radial_motion
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.consistency import require_consistency, table_times
+from tilth.boundaries.contact.checks import require_outside
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.wet_mass import require_wet_densities
@@ -27,6 +28,7 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     """
     model = simulation.model
     require_wet_densities(model, simulation.points)
+    require_outside(simulation.contact_surfaces, simulation.points)
     try:
         step = simulation.prepare(0.0, model.schedule.regular_time(1))
     except StepFailed as failure:

@@ -128,7 +128,7 @@ class RunWarnings:
             )
         for implicit in constraints.without_contact:
             key = f"place of {implicit.name}"
-            if key in self._said:
+            if key in self._said or implicit.body_name is not None:
                 continue
             distance = np.abs(implicit.distance(active.points.position, time)).min()
             remedy = f"correct its position ({implicit.key}.geometry), or leave it out"

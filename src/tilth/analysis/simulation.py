@@ -35,8 +35,9 @@ from tilth.boundaries import (
     make_implicit,
 )
 from tilth.boundaries.axis import Axis
+from tilth.boundaries.contact.checks import require_not_passed
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
-from tilth.boundaries.contact.gather import TouchingSoil
+from tilth.boundaries.contact.gather import TouchingSoil, bring_into_contact
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.passage import PassageCheck
@@ -91,6 +92,7 @@ class Simulation:
         surfaces: tracked surfaces, by the bodies' names.
         water: the phreatic surface; None without water.
         bodies: rigid bodies.
+        contact_surfaces: surfaces of boundaries and bodies that soil can separate from.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -156,7 +158,8 @@ class Simulation:
         patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
         self.run_warnings.departures(model, self.grid.cell_size)
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
-        if any(isinstance(each, ContactSurface) for each in self.implicit):
+        self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
+        if self.contact_surfaces:
             self._attempts.append(replace(self._attempts[-1], adapts=True))
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -289,15 +292,23 @@ class Simulation:
             body.begin(after)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
+        constrained = on_axis.conditions.constrained
         with self.timers.measure("boundaries"):
-            constraints = ImplicitConstraints.gather(
-                self.implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self._touching,
-            )  # fmt: skip
+            constraints = self._constraints(active, before, after, constrained)
+            if bring_into_contact(self.bodies, constraints.contacts, after):
+                constraints = self._constraints(active, before, after, constrained)
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
         )
         return PreparedStep(before, after, active, on_axis, constraints)
+
+    def _constraints(
+        self, active: ActiveGrid, before: float, after: float, constrained: Flags
+    ) -> ImplicitConstraints:
+        return ImplicitConstraints.gather(
+            self.implicit, self.points, active, self.kind, before, after, constrained,
+            self._touching,
+        )  # fmt: skip
 
     def advance(
         self,
@@ -325,17 +336,14 @@ class Simulation:
         moved = soil.interpolate(displacement)
         try:
             self._require_inside(moved)
+            balance.require_acceptable(displacement)
             if self.implicit and not is_least:
+                position, touching = self.points.position + moved, self.contact_surfaces
                 with self.timers.measure("boundaries"):
                     self._passage.require_in_front(
-                        self.implicit,
-                        self.points,
-                        self.points.position + moved,
-                        before,
-                        after,
-                        self.grid.cell_size,
+                        self.implicit, self.points, position, before, after, self.grid.cell_size
                     )
-            balance.require_acceptable(displacement)
+                    require_not_passed(touching, self.points, position, before, after)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

@@ -164,6 +164,10 @@ def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats])
     for boundary in simulation.implicit:
         if (earlier := before.get(boundary.name)) is not None:
             _carry_tractions(earlier, boundary, same_grid)
+    bodies = {body.name: body for body in last.bodies}
+    for body in simulation.bodies:
+        if body.name in bodies:
+            body.go_on_from(bodies[body.name])
     for name, surface in simulation.surfaces.items():
         if name in last.surfaces:
             surface.restore(last.surfaces[name].state())

@@ -104,19 +104,20 @@ def require_no_rigid_motion(
         BadInput: a part has an unconstrained rigid motion; the system would be singular.
     """
     label = np.asarray(_core.connected_parts(active.row_start, active.column))
+    holding: list[ImplicitConstraint] = [*constraints.parts, *constraints.contacts]
     for part in range(label.max() + 1):
         nodes = np.flatnonzero(label == part)
         position = active.position[nodes]
         centre = position.mean(axis=0)
         modes = _rigid_modes(position - centre, active.grid.cell_size, kind)
-        own = [np.isin(constraint.at.node[:, 0], nodes) for constraint in constraints.parts]
+        own = [np.isin(constraint.at.node[:, 0], nodes) for constraint in holding]
         restricted = np.array(
             [
                 np.concatenate(
                     [mode[constrained[nodes]]]
                     + [
                         _constrained_mode(constraint, chosen, active.nodes, nodes, mode)
-                        for constraint, chosen in zip(constraints.parts, own, strict=True)
+                        for constraint, chosen in zip(holding, own, strict=True)
                     ]
                 )
                 for _, mode in modes

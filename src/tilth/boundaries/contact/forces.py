@@ -267,6 +267,11 @@ class AssembledContact(GlobalUnknowns):
         held = each.response.closed & (support.area > 0.0)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
 
+    def require_acceptable(self, displacement: Floats) -> None:
+        """As `AssembledTerm.require_acceptable`: sets where the body is for further checks."""
+        if self.body is not None:
+            self.body.set_trial(self._unknowns)
+
     def commit(self, displacement: Floats) -> None:
         """As `AssembledTerm.commit`."""
         dim = displacement.shape[1]

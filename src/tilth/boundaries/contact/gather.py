@@ -4,19 +4,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
+from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import locate_in_cells, near_soil
 from tilth.surface.protocol import BodySurface
+
+LEAST_COSINE = 0.1
+"""Least cosine between the force on a body and the normal where the body can come down on soil."""
+
+OVERLAP_OF_TOUCH = 1e-6
+"""Depth in the soil, in cells, to which a free body is lowered."""
 
 REACH = 1.0
 """Gap, in cells, up to which soil can come into contact in a step."""
@@ -71,7 +79,7 @@ def gather_contacts(
                 boundary=surface,
                 chosen=chosen,
                 at=at,
-                pose=surface.pose(before, after, chosen),
+                pose=_pose(surface, before, after, chosen),
                 moduli=moduli[point[chosen]],
                 axisymmetric=kind == "axisymmetric",
                 elastic_share=points.elastic_share[point[chosen]],
@@ -82,6 +90,42 @@ def gather_contacts(
             )
         )
     return found
+
+
+def _pose(surface: ContactSurface, before: float, after: float, chosen: Integers) -> Pose:
+    """As `Implicit.pose`, with the directions in which contact can hold soil."""
+    pose = surface.pose(before, after, chosen)
+    if surface.contact.tangential == "smooth":
+        return pose
+    identity = np.eye(pose.normal.shape[1])
+    return replace(pose, projector=np.broadcast_to(identity, pose.projector.shape))
+
+
+def bring_into_contact(
+    bodies: Sequence[RigidBody], contacts: Sequence[ContactConstraint], after: float
+) -> bool:
+    """Lowers free bodies that nothing holds until they touch soil; returns whether any moved.
+
+    A body moves along the force on it, to the soil nearest in this direction. after: time at the
+    end of the step.
+    """
+    moved = False
+    for body in bodies:
+        direction = body.falls_along(after)
+        own = [part for part in contacts if part.boundary.body is body]
+        if direction is None or any(part.touch.closed.any() for part in own):
+            continue
+        nearest = np.inf
+        for part in own:
+            towards = part.pose.normal @ direction
+            faces = towards > LEAST_COSINE
+            distance = part.touch.gap[faces] / towards[faces]
+            nearest = min(nearest, float(distance.min(initial=np.inf)))
+        if np.isfinite(nearest):
+            cell = own[0].boundary.cell
+            body.lower((nearest + OVERLAP_OF_TOUCH * cell) * direction)
+            moved = True
+    return moved
 
 
 def measure_surface(

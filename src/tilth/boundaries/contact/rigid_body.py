@@ -110,6 +110,20 @@ class RigidBody:
         self._end = after
         self._increments = self._prescribed(self.time, after)
 
+    def falls_along(self, time: float) -> Floats | None:
+        """Returns the direction of the force on it if only soil can hold it there, unit, (dim,).
+
+        None if no translation is free, if springs hold it, or without a force.
+        """
+        translations = self._axis[self.free] < self.dim
+        if not translations.any() or self.springs[self.free][translations].any():
+            return None
+        force = np.zeros(self.dim)
+        applied = self.applied(np.zeros(self.dim + len(self.turn)), time)
+        force[self._axis[self.free][translations]] = applied[translations]
+        size = float(np.linalg.norm(force))
+        return force / size if size > 0.0 else None
+
     def lower(self, by: Floats) -> None:
         """Moves the body before a step [length], shape (dim,), such as into contact with soil."""
         self.displacement = self.displacement + by
@@ -226,6 +240,11 @@ class RigidBody:
         self.rotation = rotation_by(step[self.dim :]) @ self.rotation
         self.force, self.moment = force, moment
         self.time = self._end
+
+    def go_on_from(self, last: RigidBody) -> None:
+        """Takes over where the body is at the end of the last stage."""
+        self.restore(last.state())
+        self.time = self._end = 0.0
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

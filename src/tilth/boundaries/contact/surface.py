@@ -92,6 +92,11 @@ class ContactSurface(Implicit):
         self.carried = np.zeros((0, self._columns))
 
     @property
+    def body_name(self) -> str | None:
+        """As `Implicit.body_name`."""
+        return None if self.body is None else self.body.name
+
+    @property
     def behind(self) -> float:
         """Depth behind the surface up to which soil belongs to it [length].
 

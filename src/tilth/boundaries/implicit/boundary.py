@@ -139,6 +139,11 @@ class Implicit:
         self.quadrature: BoundaryQuadrature | None = None
         self.carried: Floats = np.zeros((0, self._columns))
 
+    @property
+    def body_name(self) -> str | None:
+        """Name of the rigid body whose surface it is, or None."""
+        return None
+
     def factor(self, time: float) -> float:
         """Returns the factor of the motion at `time` [-]."""
         if not self.declared.is_moving:

@@ -36,8 +36,11 @@ FACING_DISTANCE = {2: 0.15, 3: 0.3}
 Soil farther away does not face the boundary. A little more than the spacing of quadrature points.
 """
 
-IMPERMEABLE_CONDITIONS = ("roller", "fixed")
-"""Conditions through which no soil can pass."""
+HOLDING_CONDITIONS = ("roller", "fixed")
+"""Conditions that hold soil and through which none can pass."""
+
+IMPERMEABLE_CONDITIONS = (*HOLDING_CONDITIONS, "contact")
+"""Conditions through which no soil can pass. Contact has a check of its own (contact/checks.py)."""
 
 MAXIMUM_SAMPLES = 64
 """Greatest number of sampled positions on the paths of the points in a step."""
@@ -125,7 +128,7 @@ def find_passage(
 
     moved: positions of the points at the end of the step [length], shape (n, dim).
     """
-    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
+    if boundary.declared.kind not in HOLDING_CONDITIONS:
         return None
     path = moved - points.position
     samples = 1
@@ -179,7 +182,7 @@ def depth_behind(
 
     Also 0 if soil can pass through the boundary.
     """
-    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
+    if boundary.declared.kind not in IMPERMEABLE_CONDITIONS:
         return 0.0
     _, distance, _ = _distances(boundary, points.position, points, time, cell_size)
     return float(-distance.min(initial=0.0))
@@ -193,7 +196,7 @@ def points_behind(
     Those by more than `PASSAGE_TOLERANCE` cells, with their depths [length]; none if soil can pass
     through the boundary.
     """
-    if boundary.declared.condition not in IMPERMEABLE_CONDITIONS:
+    if boundary.declared.kind not in IMPERMEABLE_CONDITIONS:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     if isinstance(boundary.geometry, RoundGeometry):  # all points face it
         chosen = np.arange(len(points))

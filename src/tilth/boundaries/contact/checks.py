@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Checks of surfaces in contact before the first step and after each step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tilth.arrays import Floats, Integers
+from tilth.boundaries.contact.overlap import soil_inside
+from tilth.boundaries.contact.surface import ContactSurface
+from tilth.errors import BadInput, StepFailed
+from tilth.mpm.points import MaterialPoints
+
+INSIDE = 0.1
+"""Depth in cells from which a material point counts as inside a rigid body at the start."""
+
+LARGEST_DEPTH = 0.5
+"""Depth in cells that no material point may newly have behind a surface after a step."""
+
+
+def require_outside(surfaces: Sequence[ContactSurface], points: MaterialPoints) -> None:
+    """Checks that no soil begins inside a rigid body.
+
+    Raises:
+        BadInput: material points are inside one.
+    """
+    for surface in surfaces:
+        if surface.body is None:
+            continue
+        inside, depth = soil_inside(
+            lambda x, own=surface: own.distance(x, own.body.time),  # type: ignore[misc]
+            points,
+            INSIDE * surface.cell,
+        )
+        if len(inside) == 0:
+            continue
+        name = surface.body.name
+        first = ", ".join(f"{x:g}" for x in points.position[inside[0]])
+        raise BadInput(
+            f"{len(inside)} material points begin inside the rigid body {name!r}, up to "
+            f"{depth:.3g} deep, such as number {points.point_id[inside[0]]} at ({first})",
+            f"lift the body by {depth:.3g} or more, so that it comes down on the soil, or cut its "
+            "shape out of the soil body and give `wished_in_place = true`",
+            key=surface.key,
+        )
+
+
+def require_not_passed(
+    surfaces: Sequence[ContactSurface],
+    points: MaterialPoints,
+    moved: Floats,
+    before: float,
+    after: float,
+) -> None:
+    """Checks that a step takes no material point through a surface.
+
+    Contact holds soil that is within a cell of a surface at the start of a step. moved: positions
+    at the end [length], shape (n, dim).
+
+    Raises:
+        StepFailed: a point is behind the surface that was not before.
+    """
+    for surface in surfaces:
+        if surface.quadrature is None:
+            continue
+        near = _near(surface, moved, after)
+        limit = -LARGEST_DEPTH * surface.cell
+        deep = near[surface.distance(moved[near], after) < limit]
+        if len(deep) == 0:
+            continue
+        new = deep[surface.distance(points.position[deep], before) >= limit]
+        if len(new):
+            raise StepFailed(
+                f"soil passes through the surface of {surface.name!r} in one step",
+                point=int(points.point_id[new[0]]),
+                share=0.5,
+            )
+
+
+def _near(surface: ContactSurface, position: Floats, time: float) -> Integers:
+    place, _, _ = surface.surface_points(time)
+    if len(place) == 0:
+        return np.zeros(0, dtype=np.int64)
+    low, high = place.min(axis=0) - surface.cell, place.max(axis=0) + surface.cell
+    return np.flatnonzero(((position >= low) & (position <= high)).all(axis=1))
