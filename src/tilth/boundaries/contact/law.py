@@ -127,7 +127,7 @@ def respond(law: ContactLaw, trial: Floats, stiffness: Floats, slip: Floats) -> 
     strength, slope = law.strength(-trial[:, 0])
     shear = trial[:, 1:]
     size = np.linalg.norm(shear, axis=1)
-    turns_round = np.einsum("mi,mi->m", shear, slip) < 0.0
+    turns_round = (strength > 0.0) & (np.einsum("mi,mi->m", shear, slip) < 0.0)
     sliding = closed & (size > strength) & ~turns_round
     direction = np.where(sliding, 1.0 / np.where(sliding, size, 1.0), 0.0)[:, None] * shear
     factor = np.where(sliding, strength, size) / np.where(size > 0.0, size, 1.0)
