@@ -243,6 +243,25 @@ def test_a_turned_body_is_met_on_its_surface(kind, angle):
                 assert error.mean() == pytest.approx(teeth, abs=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_distorted_domains_of_neighbours_have_one_surface(kind):
+    """Corners that neighbours share are moved, those of the top in it."""
+    dim = dimension(kind)
+    soil = SoilAtRest(box([0.0] * dim, [4.0] * dim, "cpdi2"), kind=kind)
+    points = soil.points
+    corner = points.position[:, None] + points.corner
+    moved = corner + 0.15 * np.sin(3.0 * np.roll(corner, 1, axis=2) + corner)
+    moved[..., 1] = np.where(corner[..., 1] == 4.0, 4.0, np.minimum(moved[..., 1], 3.9))
+    points.corner[:] = moved - points.position[:, None]
+    points.update_bounding_boxes()
+    x = above(kind, 4.2, 2000, 0.9, 3.1)
+    gap, _ = soil.gap(x, -np.eye(dim)[1])
+    np.testing.assert_allclose(gap, 0.2, atol=1e-12)
+    x[:, 1] = 1.5
+    gap, _ = soil.gap(x, unit([0.1, -1.0, 0.3][:dim]), reach=1.0)
+    assert (gap == -np.inf).all()
+
+
 @pytest.mark.parametrize("shift", [0.1, 0.3, 0.45])
 def test_a_staircase_of_domains_is_met_where_its_volume_ends(shift):
     """A slope of 1 : 2: over whole periods the mean is that of the columns' tops, not the slope's.
