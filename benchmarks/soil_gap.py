@@ -121,8 +121,12 @@ def errors(
     per_cell: int,
     basis: str,
     on_grid: bool = False,
+    width: float = 0.0,
 ) -> Floats:
-    """Returns the errors of the gap in point spacings, (parts, points on each)."""
+    """Returns the errors of the gap in point spacings, (parts, points on each).
+
+    width: the error is the mean over parallel lines across so many point spacings; in the plane.
+    """
     random = np.random.default_rng(1)
     axis = (np.arange(50 if dim == 2 else 12) + 0.5) / (50 if dim == 2 else 12) - 0.5
     part = np.stack(np.meshgrid(*[axis] * (dim - 1)), axis=-1).reshape(-1, dim - 1)
@@ -132,9 +136,15 @@ def errors(
         points = body_points(shape, per_cell, basis)
         for _ in range(PARTS):
             x, outward = surface(random, part)
-            gap, point = measure_gap(points, grid, {}, x + clearance * outward, -outward, 2.0, 1.0)
-            assert (point >= 0).all()
-            found.append((gap - clearance) * per_cell)
+            along = width / per_cell * np.roll(outward, 1, axis=1)
+            along[:, 0] *= -1.0  # in the plane: the tangent
+            lines = []
+            for offset in np.linspace(-0.5, 0.5, 9) if width else (0.0,):
+                begin = x + clearance * outward + offset * along
+                gap, point = measure_gap(points, grid, {}, begin, -outward, 2.0, 1.0)
+                assert (point >= 0).all()
+                lines.append(gap)
+            found.append((np.mean(lines, axis=0) - clearance) * per_cell)
     return np.array(found)
 
 
@@ -182,6 +192,10 @@ def main() -> None:
                     show(f"{dim}D plane, {kind}, {basis}, {angle:g} degrees, {label}", error)
             error = errors(ball(dim), dim, per_cell, "gimp")
             show(f"{dim}D {'circle' if dim == 2 else 'sphere'}, cut, gimp, {label}", error)
+    for width in (0.0, 1.0, 2.0):
+        for angle in (15.0, 30.0):
+            error = errors(slope("cut", 2, angle), 2, 2, "gimp", width=width)
+            show(f"cut, {angle:g} degrees, mean over a width of {width:g}", error)
     time_large()
 
 

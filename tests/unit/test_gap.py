@@ -74,6 +74,15 @@ def test_only_the_first_entry_counts(basis):
     np.testing.assert_allclose(gap, [0.5, 1.5, 1.1, 0.2, 0.7], atol=1e-12)
 
 
+def test_bodies_of_any_bases_are_measured_together():
+    bodies = [box([i, 0], [i + 1, 2 + 0.1 * i], basis) for i, basis in enumerate(BASES)]
+    soil = SoilAtRest(*bodies)
+    at = np.arange(len(BASES))
+    gap, point = soil.gap(np.stack([at + 0.4, np.full(len(at), 2.5)], axis=1), [0.0, -1.0])
+    np.testing.assert_allclose(gap, 0.5 - 0.1 * at, atol=1e-12)
+    np.testing.assert_array_equal(soil.points.body_id[point], at)
+
+
 @pytest.mark.parametrize("thickness", [1e-3, 0.05, 0.4])
 @pytest.mark.parametrize("kind", KINDS)
 def test_soil_on_the_other_side_of_a_plate_does_not_count(kind, thickness):
@@ -229,6 +238,28 @@ def test_a_turned_body_is_met_on_its_surface(kind, angle):
         else:
             assert abs(error.mean()) < 0.05
             assert error.std() < 0.15
+            if angle == 45.0:  # triangular teeth of height 1/2 / (1 + widening) in front of 1/2
+                teeth = 0.5 - np.sqrt(0.5) + 0.25 / (1.0 + WIDENING)
+                assert error.mean() == pytest.approx(teeth, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_distorted_domains_of_neighbours_have_one_surface(kind):
+    """Corners that neighbours share are moved, those of the top in it."""
+    dim = dimension(kind)
+    soil = SoilAtRest(box([0.0] * dim, [4.0] * dim, "cpdi2"), kind=kind)
+    points = soil.points
+    corner = points.position[:, None] + points.corner
+    moved = corner + 0.15 * np.sin(3.0 * np.roll(corner, 1, axis=2) + corner)
+    moved[..., 1] = np.where(corner[..., 1] == 4.0, 4.0, np.minimum(moved[..., 1], 3.9))
+    points.corner[:] = moved - points.position[:, None]
+    points.update_bounding_boxes()
+    x = above(kind, 4.2, 2000, 0.9, 3.1)
+    gap, _ = soil.gap(x, -np.eye(dim)[1])
+    np.testing.assert_allclose(gap, 0.2, atol=1e-12)
+    x[:, 1] = 1.5
+    gap, _ = soil.gap(x, unit([0.1, -1.0, 0.3][:dim]), reach=1.0)
+    assert (gap == -np.inf).all()
 
 
 @pytest.mark.parametrize("shift", [0.1, 0.3, 0.45])

@@ -13,6 +13,8 @@ from tilth.surface.protocol import BodySurface
 
 LINES_PER_BATCH = 1 << 12
 """Lines whose crossings are computed together; it bounds the memory."""
+MOST_PARTS = 64
+"""A line's window is searched in at most so many parts."""
 SAME_DISTANCE = 1e-9
 """Crossings of a line nearer than this, relative to the window's length, are one: on an edge."""
 
@@ -133,20 +135,28 @@ def joined(parts: list[AlongLines]) -> AlongLines:
 
 
 def candidate_pairs(
-    tree_centres: Floats, radius: Floats, centres: Floats, reach: Floats
+    centre: Floats, radius: Floats, position: Floats, normal: Floats, window: Window
 ) -> tuple[Integers, Integers]:
-    """Returns pairs (line, piece) whose bounding balls meet, shape (m,) each.
+    """Returns pairs (line, piece) of which the line may cross the piece, (m,) each; some twice.
 
     Args:
-        tree_centres, radius: balls of the pieces of a surface [length], (k, dim) and (k,).
-        centres, reach: balls of the lines' windows [length], (n, dim) and (n,).
+        centre, radius: balls around the pieces of a surface [length], (k, dim) and (k,).
+        position, normal: of the lines, shape (n, dim) each.
+        window: of the lines.
     """
     from scipy.spatial import cKDTree
 
-    lists = cKDTree(tree_centres).query_ball_point(centres, reach + float(radius.max(initial=0.0)))
-    count = np.array([len(found) for found in lists], dtype=np.int64)
-    line = np.repeat(np.arange(len(centres)), count)
-    piece = np.concatenate([np.zeros(0, dtype=np.int64), *map(np.asarray, lists)]).astype(np.int64)
-    distance = np.linalg.norm(centres[line] - tree_centres[piece], axis=1)
-    near = distance <= reach[line] + radius[piece]
-    return line[near], piece[near]
+    largest = float(radius.max())
+    half = float(window.half_length.max(initial=0.0))
+    parts = min(max(int(np.ceil(half / largest)), 1), MOST_PARTS)
+    # balls around equal parts of the lines, compared with those of the pieces
+    share = (2.0 * np.arange(parts) + 1.0) / parts - 1.0
+    along = window.middle[:, None] + window.half_length[:, None] * share
+    ball = (position[:, None] + along[..., None] * normal[:, None]).reshape(-1, position.shape[1])
+    reach = (half / parts + largest) * (1.0 + SAME_DISTANCE)
+    pairs = cKDTree(ball).sparse_distance_matrix(cKDTree(centre), reach, output_type="ndarray")
+    line, piece = pairs["i"] // parts, pairs["j"]
+    offset = centre[piece] - position[line]
+    across = offset - (offset * normal[line]).sum(axis=1)[:, None] * normal[line]
+    near = (across**2).sum(axis=1) <= (radius[piece] * (1.0 + SAME_DISTANCE)) ** 2
+    return line[near].astype(np.int64), piece[near].astype(np.int64)

@@ -13,6 +13,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
+from tilth.bodies.corners import corner_signs
 from tilth.boundaries.contact.crossings import SoilSurface, Window, soil_surface
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
@@ -70,8 +71,7 @@ def measure_gap(
     others = np.ones(len(points), dtype=bool)
     for name in tracked:
         others[points.of_body(name)] = False
-    everything = slice(None) if others.all() else np.flatnonzero(others)
-    gap, point = _gap_to_domains(points, everything, grid, position, normal, window)
+    gap, point = _gap_to_domains(points, others, grid, position, normal, window)
     for name, surface in tracked.items():
         own = points.of_body(name)
         other, of_body = _gap_to_surface(points, own, surface, grid, position, normal, window)
@@ -82,27 +82,47 @@ def measure_gap(
 
 def _gap_to_domains(
     points: MaterialPoints,
-    chosen: Integers | slice,
+    chosen: Flags,
     grid: Grid,
     position: Floats,
     normal: Floats,
     window: Window,
 ) -> tuple[Floats, Integers]:
     """Returns gap and material point of the union of the `chosen` points' domains, (n,) each."""
-    dim = position.shape[1]
-    corners = points.all_corners()
+    near = np.flatnonzero(chosen & _near_lines(points, position, normal, window))
     gap, point = _core.measure_gap(
-        position, normal, window.behind, window.reach, points.position[chosen],
-        points.half_length[chosen],
-        np.zeros((0, 2**dim, dim)) if corners is None else corners[chosen],
-        grid.origin, grid.cell_size,
+        position, normal, window.behind, window.reach, points.position[near],
+        points.half_length[near], _corners(points, near), grid.origin, grid.cell_size,
     )  # fmt: skip
-    if not isinstance(chosen, slice):
-        found = point >= 0
-        point[found] = chosen[point[found]]
-    elif chosen.start:
-        point[point >= 0] += chosen.start
+    found = point >= 0
+    point[found] = near[point[found]]
     return gap, point
+
+
+def _near_lines(points: MaterialPoints, position: Floats, normal: Floats, window: Window) -> Flags:
+    """Returns which points' domains may meet the lines, by the box around all lines, (points,)."""
+    with np.errstate(invalid="ignore"):  # the core refuses numbers that are not finite
+        begin = position - 2.0 * window.behind[:, None] * normal
+        ends = np.concatenate([begin, position + window.reach * normal])
+    near = np.ones(len(points), dtype=bool)
+    largest = [half.max(initial=0.0) for half in points.half_length.T]
+    margin = 1.1 * float(np.linalg.norm(largest))  # domains count as slightly wider
+    for x, end in zip(points.position.T, ends.T, strict=False):
+        near &= (x >= end.min(initial=np.inf) - margin) & (x <= end.max(initial=-np.inf) + margin)
+    return near
+
+
+def _corners(points: MaterialPoints, chosen: Integers) -> Floats:
+    """Returns the corners of the chosen domains (k, 2^dim, dim) [length]; (0, ...) for boxes."""
+    dim = points.position.shape[1]
+    if points.corner.shape[1] == 0:
+        return np.zeros((0, 2**dim, dim))
+    corners = points.corner[chosen]
+    for body in points.bodies:
+        if not body.has_corners:
+            own = (chosen >= body.start) & (chosen < body.stop)
+            corners[own] = corner_signs(dim) * points.half_length[chosen[own], None]
+    return corners
 
 
 def _gap_to_surface(
@@ -133,8 +153,10 @@ def _gap_to_surface(
     point = _nearest(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
                      np.isfinite(gap) & ~by_domains)  # fmt: skip
     if by_domains.any():
+        of_body = np.zeros(len(points), dtype=bool)
+        of_body[own] = True
         gap[by_domains], point[by_domains] = _gap_to_domains(
-            points, own, grid, position[by_domains], normal[by_domains], window.of(by_domains)
+            points, of_body, grid, position[by_domains], normal[by_domains], window.of(by_domains)
         )
     return gap, point
 

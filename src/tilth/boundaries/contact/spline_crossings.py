@@ -47,12 +47,11 @@ class SplineSurface:
 
     def _cross(self, position: Floats, normal: Floats, window: Window) -> AlongLines:
         found = []
-        middle = position + window.middle[:, None] * normal
         for spline, vertices in zip(self._splines, self._lines, strict=True):
             start, end = vertices[:-1], vertices[1:]
             # the curve bulges from a piece by less than the piece's length
             radius = 1.5 * np.linalg.norm(end - start, axis=1)
-            line, piece = candidate_pairs(0.5 * (start + end), radius, middle, window.half_length)
+            line, piece = candidate_pairs(0.5 * (start + end), radius, position, normal, window)
             across = normal[line][:, ::-1] * [1.0, -1.0]  # f = (C - x) . across changes sign
             at_start = ((start[piece] - position[line]) * across).sum(axis=1)
             at_end = ((end[piece] - position[line]) * across).sum(axis=1)

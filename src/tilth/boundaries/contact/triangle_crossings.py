@@ -41,8 +41,7 @@ class TriangleSurface:
         return joined(parts)
 
     def _cross(self, position: Floats, normal: Floats, window: Window) -> AlongLines:
-        middle = position + window.middle[:, None] * normal
-        line, number = candidate_pairs(self._centre, self._radius, middle, window.half_length)
+        line, number = candidate_pairs(self._centre, self._radius, position, normal, window)
         # Cramer's rule for x + s n = first corner + u first edge + v second edge
         first, second = self._tangent[number, 0], self._tangent[number, 1]
         offset, direction = position[line] - self._corner[number, 0], normal[line]
