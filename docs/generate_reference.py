@@ -137,7 +137,7 @@ without running it.
   passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
   points per cell and direction. A cell's edges differ by at most 10,000 times.
 * A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 1,000
-  each of bodies, boundaries, loads and tracked quantities. The file has at most 4 MB.
+  each of bodies, boundaries, rigid bodies, loads and tracked quantities. The file has at most 4 MB.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
 * A *factor* table holds rows (time, factor) with increasing times, the first of them 0; between
   its rows the factor is linear in time, beyond the last row it is constant.

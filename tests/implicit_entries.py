@@ -105,3 +105,11 @@ def refused(given: dict[str, Any]) -> BadInput:
     with pytest.raises(BadInput) as caught:
         Model.from_dict(given)
     return caught.value
+
+
+def taken_or_refused(given: dict[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """Returns the model of `given` as a dictionary, or the message; anything else is raised."""
+    try:
+        return Model.from_dict(given).to_dict(), ""
+    except BadInput as error:
+        return None, str(error)

@@ -31,9 +31,9 @@ from implicit_entries import (
     boundary,
     entries,
     refused,
+    taken_or_refused,
 )
 
-from tilth.errors import BadInput
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.geometry import GEOMETRIES, BoxGeometry, CylinderGeometry, unit
 
@@ -51,14 +51,6 @@ SOLID += [FUNCTION, STL]
 
 TURN = {"angle": 30.0, "centre": [0.0, 1.0]}
 RAMP = [[0, 0], [1, 1]]
-
-
-def taken_or_refused(given: dict[str, Any]) -> tuple[dict[str, Any] | None, str]:
-    """Returns the model of `given` as a dictionary, or the message; anything else is raised."""
-    try:
-        return Model.from_dict(given).to_dict(), ""
-    except BadInput as error:
-        return None, str(error)
 
 
 def test_a_model_with_every_geometry_survives_json_to_the_bit() -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.passage import points_behind
@@ -71,6 +72,7 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _far_positions(model, points)
     yield from _long_parts(simulation)
     yield from _locking(model, points)
+    yield from contact_warnings(model)
     yield from _small_radii(model)
     yield from _thin_or_sparse(model, points)
     yield from _one_step(model)

@@ -53,8 +53,8 @@ class Contact(Declared):
     opens: suction holds it).
     """
     tensile_strength: Positive | None = None
-    """With normal = "unilateral": tension at which the contact opens [stress], > 0; without it none
-    is possible. What has opened has no tensile strength any more.
+    """With normal = "unilateral": tension at which the contact opens [stress], > 0; it bears none
+    if not given.
     """
     tangential: Literal["smooth", "friction", "adhesion", "rough", "bonded"]
     """Shear resistance r against sliding: "smooth" (none), "friction" (r = `friction` p, up to a

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact and rigid bodies that can be computed, but are probably not meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tilth.model import (
+    Contact,
+    FootingGeometry,
+    ImplicitBoundary,
+    Model,
+    PolylineGeometry,
+    RigidBody,
+)
+
+STEEPEST = 2.0
+"""Coefficient of friction above which it is probably an angle: the tangent of 63 degrees."""
+
+
+def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
+    """Yields coefficients that look like angles, and rigid surfaces with soil on one side only."""
+    for key, law in _laws(model):
+        if law.friction is not None and law.friction > STEEPEST:
+            angle = math.degrees(math.atan(law.friction))
+            tangent = math.tan(math.radians(min(law.friction, 89.0)))
+            yield (
+                f"friction of {key}",
+                f"{key}.friction = {law.friction:g} is the tangent of {angle:.0f} degrees; an "
+                f"angle of {law.friction:g} degrees would be friction = {tangent:.3g}",
+            )
+    for body in model.rigid_bodies:
+        for key, shape in model.shapes_of(body):
+            line = isinstance(shape, PolylineGeometry) and not shape.closed
+            if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
+                yield (
+                    f"one side of {key}",
+                    f"{key}: the rigid body {body.name!r} has soil on one side of this "
+                    f"{shape.type} only, and passes through soil on the other; give "
+                    'soil = "both", a plate, or the whole outline, unless this is meant',
+                )
+
+
+def _laws(model: Model) -> Iterator[tuple[str, Contact]]:
+    """Yields every law of contact with its place in the case file."""
+    keys = model.boundary_keys() | model.rigid_body_keys()
+    entries: list[ImplicitBoundary | RigidBody] = [*model.rigid_bodies]
+    entries += [each for each in model.boundaries if isinstance(each, ImplicitBoundary)]
+    for entry in entries:
+        if entry.contact is not None:
+            yield f"{keys[entry.name]}.contact", entry.contact
+        for name, law in (entry.contact_with or {}).items():
+            yield f"{keys[entry.name]}.contact_with.{name}", law
