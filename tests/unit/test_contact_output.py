@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contact_shapes import PRESSURE, RADIUS, SHEAR, ball, lower_half, on_circle, with_contact
+from contact_shapes import PRESSURE, RADIUS, SHEAR, ball, lower_half, with_contact
 from report_setups import UNITS, snapshot
 from result_snapshots import assert_same, make_snapshot, opened_by_vtk
 from small_problems import block_entries, rollers
