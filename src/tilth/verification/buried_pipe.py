@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.limit_loads import LIFTED_PIPE_BOUNDS
@@ -62,7 +62,7 @@ def in_contact(long: bool) -> Iterator[Comparison]:
             yield at_least("held by suction, over it", held / factor, 1.0, 0.0, "a gap weakens")
 
 
-def lift_in_contact(file: str, h: float, law: dict[str, object]) -> Curve:
+def lift_in_contact(file: str, h: float, law: Mapping[str, object]) -> Curve:
     """Lifts the rigid body of a case file on cells of `h` [m]; returns F / (c D) and the lift."""
     changes = {f"rigid_bodies.0.contact.{key}": value for key, value in law.items()}
     model = varied(example(PROBLEM, file), {"grid.cell_size": h, **changes})
