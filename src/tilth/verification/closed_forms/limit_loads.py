@@ -52,7 +52,9 @@ LIFTED_PIPE_BOUNDS: Mapping[tuple[float, str], tuple[float, float]] = MappingPro
 )
 """(depth of the centre over D, face) -> bounds of F / (D s_u) of a pipe that is lifted.
 
-The soil separates from the pipe without tension.
+The soil separates from the pipe without tension. Limit analysis needs associated flow, in which a
+rough face has its full shear strength at zero pressure, and dissipates where it slides as it opens.
+A contact has no shear where it is open, so that its rough load is below these bounds.
 """
 
 
