@@ -37,7 +37,7 @@ from tilth.boundaries import (
 from tilth.boundaries.axis import Axis
 from tilth.boundaries.contact.checks import require_not_passed
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
-from tilth.boundaries.contact.gather import TouchingSoil, bring_into_contact
+from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.passage import PassageCheck
@@ -292,23 +292,15 @@ class Simulation:
             body.begin(after)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
-        constrained = on_axis.conditions.constrained
         with self.timers.measure("boundaries"):
-            constraints = self._constraints(active, before, after, constrained)
-            if bring_into_contact(self.bodies, constraints.contacts, after):
-                constraints = self._constraints(active, before, after, constrained)
+            constraints = ImplicitConstraints.gather(
+                self.implicit, self.points, active, self.kind, before, after,
+                on_axis.conditions.constrained, self._touching,
+            )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
         )
         return PreparedStep(before, after, active, on_axis, constraints)
-
-    def _constraints(
-        self, active: ActiveGrid, before: float, after: float, constrained: Flags
-    ) -> ImplicitConstraints:
-        return ImplicitConstraints.gather(
-            self.implicit, self.points, active, self.kind, before, after, constrained,
-            self._touching,
-        )  # fmt: skip
 
     def advance(
         self,

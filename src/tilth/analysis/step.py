@@ -135,7 +135,7 @@ def _first_state(
     """
     constrained = conditions.constrained
     zero = np.zeros_like(conditions.increment)
-    unknowns = np.zeros_like(balance.global_scale)
+    unknowns = balance.first_unknowns()
     moving = bool(balance.comm.max(float(conditions.increment.any())))
     initial_reaction = np.zeros_like(zero)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed

@@ -114,6 +114,11 @@ class Balance:
         for term in self.terms:
             term.add_stiffness(displacement, blocks)
 
+    def first_unknowns(self) -> Floats:
+        """Returns where the iteration for the global unknowns begins, shape (m,)."""
+        parts = [t.first_unknowns() for t in self.terms if isinstance(t, GlobalUnknowns)]
+        return np.concatenate([np.zeros(0), *parts])
+
     def restart(self) -> None:
         """Undoes what `adapt` and `revise` changed, before the step is solved once more."""
         for term in self.terms:

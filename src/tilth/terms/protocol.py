@@ -145,6 +145,10 @@ class GlobalUnknowns(AssembledTerm):
 
     scale: Floats
 
+    def first_unknowns(self) -> Floats:
+        """Returns where the iteration for its unknowns begins, shape (m,); zero by default."""
+        return np.zeros_like(self.scale)
+
     @abstractmethod
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """Returns its part of the nodal residual, and the residual of its own equations.

@@ -27,10 +27,16 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.supports import without_small
+from tilth.boundaries.contact.supports import surrounded, without_small
 from tilth.boundaries.contact.surface import ContactSurface, Touch
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.motion import rotation_part
+
+SURROUNDING = 0.75
+"""Distance in cells within which points in contact decide whether they surround another one."""
+
+NEAR = 0.01
+"""Gap in cells beyond the smallest one up to which soil takes part in contact from the start."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +103,14 @@ class ContactConstraint(ImplicitConstraint):
             return self.pose.weight
         return self.pose.weight / (2.0 * np.pi * np.abs(self.pose.position[:, 0]))
 
+    def at_hole(self, holes: Flags, touching: Flags) -> Integers:
+        """Returns those of the points `holes`, (n,), that points `touching`, (n,), surround."""
+        found = np.flatnonzero(holes)
+        if len(found) == 0 or not touching.any():
+            return found[:0]
+        reach = SURROUNDING * self.boundary.cell
+        return found[surrounded(self.pose.position[found], self.pose.position[touching], reach)]
+
     def of(self, kept: Flags) -> ContactConstraint:
         """Returns the same with only the points `kept`, (n,), before multipliers are chosen."""
         return replace(
@@ -119,10 +133,10 @@ class ContactConstraint(ImplicitConstraint):
         """Not used: see `store`."""
         raise NotImplementedError
 
-    def store(self, traction: Floats, closed: Flags) -> None:
-        """Stores the tractions (n, dim) of points that are in contact at the end, (n,)."""
+    def store(self, traction: Floats, closed: Flags, gap: Floats) -> None:
+        """Stores tractions (n, dim) and gaps (n,) of points in contact at the end, (n,)."""
         reference = np.einsum("nji,nj->ni", self._frame, traction)
-        self.boundary.store(self.chosen, reference, closed, self.measured, self.touch.offset)
+        self.boundary.store(self.chosen, reference, closed, self.measured, self.touch, gap)
 
 
 class Supports:
@@ -138,6 +152,7 @@ class Supports:
         node_start, node: nodes of each multiplier, ragged, shapes (m + 1,), (entries,).
         row: integrals of N f over the supports, shape (dim, entries, dim), normal first.
         frame: normal and tangents at the points, shape (dim, n, dim).
+        first_gap: gaps of the points at the start of the step [length], shape (n,).
         before: carried mean tractions [stress], shape (m, dim).
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         law: of each multiplier.
@@ -164,7 +179,10 @@ class Supports:
     def restart(self) -> None:
         """Sets the state at the start of the step."""
         self.added = np.zeros((self.count, len(self.frame)))
-        self.activate(self.part.touch.closed)
+        self.first_gap = self.part.touch.gap.copy()
+        touch, cell = self.part.touch, self.part.boundary.cell
+        nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
+        self.activate(touch.closed | (touch.gap < nearest + NEAR * cell))
         self.slip = first_slip(self.law, self.before)
 
     def activate(self, active: Flags) -> None:
@@ -181,7 +199,7 @@ class Supports:
                 self.row[a, :, j] = np.bincount(
                     self._entry.ravel(), value.ravel(), minlength=len(self.node)
                 )
-        self.gap = self._sum(part.touch.gap) / self._divisor
+        self.gap = self._sum(self.first_gap) / self._divisor
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
         self.stiffness = self._divisor[:, None] / np.where(soft > 0.0, soft, 1.0)
@@ -240,6 +258,10 @@ class Supports:
         """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""
         self.added[:, 0] += np.where(chosen, self.stiffness[:, 0] * slip[:, 0], 0.0)
 
+    def close(self, chosen: Integers, gap: Floats) -> None:
+        """Takes the gaps (k,) of the chosen points, (k,), for inexact knowledge of the surface."""
+        self.first_gap[chosen] -= gap
+
     def entry_force(self, traction: Floats) -> Floats:
         """Returns the internal force of mean tractions (m, dim) on each entry, (entries, dim)."""
         return np.asarray(np.einsum("aei,ea->ei", self.row, traction[self.entry_owner]))
@@ -252,7 +274,7 @@ class Supports:
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
         slip = self.part.at.interpolate(displacement) - moved
-        return np.asarray(self.part.touch.gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
+        return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 
 def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:

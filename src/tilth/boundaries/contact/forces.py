@@ -34,7 +34,18 @@ LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
 
 OVERLAP = 2e-3
-"""Depth in the surface, in cells, from which soil takes part in the contact of a step."""
+"""Depth in the surface, in cells, from which soil takes part in the contact of a step; where the
+support of its multiplier is in contact, gap up to which it does."""
+
+LARGEST_HOLE = 0.05
+"""Gap in cells up to which a point in the middle of the area in contact is in contact as well: the
+soil's surface is not known more exactly there."""
+
+LEAST_COSINE = 0.1
+"""Least cosine between the force on a body and the normal where the body can come down on soil."""
+
+FIRST_OVERLAP = 0.01
+"""Depth in the soil, in cells, of the first guess for a free body that nothing holds."""
 
 MAXIMUM_REVISIONS = 20
 """Number of times that a step's contact is determined anew before the step counts as failed."""
@@ -130,6 +141,28 @@ class AssembledContact(GlobalUnknowns):
             slip = support.slips(displacement, moved)
             found.append(_Evaluated(slip, support.respond(slip), moved))
         return found
+
+    def first_unknowns(self) -> Floats:
+        """As `GlobalUnknowns.first_unknowns`: a free body without contact moves to the soil.
+
+        Along the force on it, until it would overlap the nearest soil a little.
+        """
+        zero = np.zeros_like(self.scale)
+        direction = None if self.body is None else self.body.falls_along(self._after)
+        if self.body is None or direction is None:
+            return zero
+        dim, nearest = self._active.grid.dim, np.inf
+        still = np.zeros((self._active.nodes, dim))
+        for support, each in zip(self._supports, self._evaluate(still, zero), strict=True):
+            if (each.response.closed & (support.area > 0.0)).any():
+                return zero
+            towards = support.part.pose.normal @ direction
+            faces = (towards > LEAST_COSINE) & support.active
+            distance = support.part.touch.gap[faces] / towards[faces]
+            nearest = min(nearest, float(distance.max(initial=-np.inf)))
+        if not np.isfinite(nearest):
+            return zero
+        return self.body.moved_by((nearest + FIRST_OVERLAP * self._cell) * direction)
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
@@ -236,9 +269,16 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.adapt`: soil that came into contact takes part."""
         changed = False
         for support, _, each in self._each():
-            overlaps = support.gaps(displacement, each.moved) < -OVERLAP * self._cell
-            if (overlaps & ~support.active).any():
-                support.activate(support.active | overlaps)
+            held = (each.response.closed & (support.area > 0.0))[support.part.owner]
+            gaps = support.gaps(displacement, each.moved)
+            touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
+            new = touches & ~support.active
+            holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
+            among = support.part.at_hole(holes, held & (support.active | touches))
+            if new.any() or len(among):
+                support.close(among, gaps[among])
+                new[among] = True
+                support.activate(support.active | new)
                 changed = True
         return changed
 
@@ -279,7 +319,7 @@ class AssembledContact(GlobalUnknowns):
         for support, _, each in self._each():
             closed = each.response.closed[support.part.owner] & support.active
             traction = support.distribute(each.response.traction)
-            support.part.store(traction, closed)
+            support.part.store(traction, closed, support.gaps(displacement, each.moved))
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)

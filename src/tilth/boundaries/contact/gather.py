@@ -12,7 +12,6 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.measure import Measured, measure
-from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
@@ -20,12 +19,6 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import locate_in_cells, near_soil
 from tilth.surface.protocol import BodySurface
-
-LEAST_COSINE = 0.1
-"""Least cosine between the force on a body and the normal where the body can come down on soil."""
-
-OVERLAP_OF_TOUCH = 1e-6
-"""Depth in the soil, in cells, to which a free body is lowered."""
 
 REACH = 1.0
 """Gap, in cells, up to which soil can come into contact in a step."""
@@ -102,33 +95,6 @@ def _pose(surface: ContactSurface, before: float, after: float, chosen: Integers
         return pose
     identity = np.eye(pose.normal.shape[1])
     return replace(pose, projector=np.broadcast_to(identity, pose.projector.shape))
-
-
-def bring_into_contact(
-    bodies: Sequence[RigidBody], contacts: Sequence[ContactConstraint], after: float
-) -> bool:
-    """Lowers free bodies that nothing holds until they touch soil; returns whether any moved.
-
-    A body moves along the force on it, to the soil nearest in this direction. after: time at the
-    end of the step.
-    """
-    moved = False
-    for body in bodies:
-        direction = body.falls_along(after)
-        own = [part for part in contacts if part.boundary.body is body]
-        if direction is None or any(part.touch.closed.any() for part in own):
-            continue
-        nearest = np.inf
-        for part in own:
-            towards = part.pose.normal @ direction
-            faces = towards > LEAST_COSINE
-            distance = part.touch.gap[faces] / towards[faces]
-            nearest = min(nearest, float(distance.min(initial=np.inf)))
-        if np.isfinite(nearest):
-            cell = own[0].boundary.cell
-            body.lower((nearest + OVERLAP_OF_TOUCH * cell) * direction)
-            moved = True
-    return moved
 
 
 def _measured(

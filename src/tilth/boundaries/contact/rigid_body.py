@@ -124,9 +124,10 @@ class RigidBody:
         size = float(np.linalg.norm(force))
         return force / size if size > 0.0 else None
 
-    def lower(self, by: Floats) -> None:
-        """Moves the body before a step [length], shape (dim,), such as into contact with soil."""
-        self.displacement = self.displacement + by
+    def moved_by(self, translation: Floats) -> Floats:
+        """Returns the free components of a translation (dim,) [length], shape (m,)."""
+        whole = np.concatenate([translation, np.zeros_like(self.turn)])
+        return np.asarray(whole[self._axis[self.free]])
 
     def increments(self, unknowns: Floats) -> Floats:
         """Returns all translations and rotations of the step, shape (dim + 1 or 3,).

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 
 LEAST_AREA = 0.3
 """Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
@@ -15,6 +15,22 @@ LEAST_COSINE = 0.5
 
 FARTHEST = 1.5
 """Greatest distance in cells of the point through which a support joins another one."""
+
+
+def surrounded(position: Floats, others: Floats, reach: float) -> Flags:
+    """Returns which positions (n, dim) have others (m, dim) within reach on all sides, shape (n,).
+
+    The unit vectors to them cancel at least by half.
+    """
+    from scipy.spatial import cKDTree
+
+    found = np.zeros(len(position), dtype=bool)
+    for number, near in enumerate(cKDTree(others).query_ball_point(position, reach)):
+        vectors = others[near] - position[number]
+        length = np.linalg.norm(vectors, axis=1)
+        units = vectors[length > 0.0] / length[length > 0.0, None]
+        found[number] = len(units) > 1 and np.linalg.norm(units.sum(axis=0)) <= 0.5 * len(units)
+    return found
 
 
 def without_small(

@@ -2,8 +2,9 @@
 """The surface of a boundary or rigid body that soil can separate from and slide on.
 
 Its quadrature points are those of an implicit boundary. Each stores its traction for the next step,
-whether it is in contact, and the gap that was measured there when it last was: where the soil's
-surface is known only to a part of the points' spacing, this is the zero of later gaps.
+whether it is in contact, its gap at the end of the step if it is, and the gap that was measured
+there when it last was: where the soil's surface is known only to a part of the points' spacing,
+this is the zero of later gaps.
 """
 
 from __future__ import annotations
@@ -25,11 +26,17 @@ from tilth.model import Contact, ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.points import MaterialPoints
 
+ROUND_OFF = 1e-9
+"""Gap in cells that is round-off: soil touches the surface."""
+
 LARGEST_OFFSET = 0.3
 """Greatest gap in cells, measured in contact, that counts as inexact knowledge of the surface."""
 
 BEHIND, BEHIND_PLATE = 1.0, 0.1
 """Depth behind a surface, in cells, up to which soil belongs to it: of a body, of a thin plate."""
+
+LARGEST_CARRIED_GAP = 0.1
+"""Greatest gap in cells that a point in contact carries to the next step."""
 
 LOST = 0.25
 """Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
@@ -42,7 +49,8 @@ class Touch:
 
     Attributes:
         closed: whether there is contact, shape (n,).
-        gap: distance to the soil's surface, 0 in contact [length], shape (n,).
+        gap: distance to the soil's surface [length], shape (n,); in contact that of the last step,
+            which is zero in the mean over a support.
         offset: zero of the measured gaps [length], shape (n,).
     """
 
@@ -88,7 +96,7 @@ class ContactSurface(Implicit):
         self.body = body
         self._shapes = shapes
         self._full = full
-        self._columns = len(grid.origin) + 2
+        self._columns = len(grid.origin) + 3
         self.carried = np.zeros((0, self._columns))
 
     @property
@@ -124,20 +132,24 @@ class ContactSurface(Implicit):
         """Returns the contact of chosen points at the start of a step.
 
         measured: gaps [length], shape (n,); infinite where there is no soil, -inf inside of it.
-        scatter: how inexact they are [length], shape (n,).
+        scatter: how inexact they are [length], shape (n,). Soil counts as touching a boundary from
+            the start up to this gap, but not a rigid body.
         """
-        dim = self._columns - 2
+        dim = self._columns - 3
         stored = self.carried[chosen]
         was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
         never = stored[:, dim] == 0.0
         known = np.isfinite(measured)
-        near = never & known & (np.abs(measured) <= (LOST * self.cell if self._full else scatter))
+        tolerance = LOST * self.cell if self._full else scatter * (self.body is None)
+        near = never & known & (np.abs(measured) <= tolerance)
         offset[near] = measured[near]
         limit = LARGEST_OFFSET * self.cell
         gap = np.where(known, measured, 0.0) - np.clip(offset, -limit, limit)
-        closed = np.where(was_closed, measured < LOST * self.cell, gap <= 0.0) | near
+        closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
+        closed |= near
         closed |= np.isneginf(measured)
-        return Touch(closed, np.where(closed, 0.0, gap), offset)
+        carried = np.where(was_closed, stored[:, dim + 2], 0.0)
+        return Touch(closed, np.where(closed, carried, gap), offset)
 
     def store(
         self,
@@ -145,22 +157,25 @@ class ContactSurface(Implicit):
         traction: Floats,
         closed: Flags,
         measured: Floats,
-        offset: Floats,
+        touch: Touch,
+        gap: Floats,
     ) -> None:
         """Stores tractions (n, dim) of points in contact, in the reference configuration's frame.
 
         closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
-        [length], shape (n,). offset: their zero at its start, shape (n,).
+        [length], shape (n,). touch: contact at its start. gap: at its end [length], shape (n,).
         """
-        dim = self._columns - 2
+        dim = self._columns - 3
         stored = np.zeros_like(self.carried)
         stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
         limit = LARGEST_OFFSET * self.cell
         now = np.where(np.isfinite(measured), np.clip(measured, -limit, limit), 0.0)
-        kept = np.where(measured < 2.0 * limit, offset, 0.0)
+        kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
         stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
         stored[chosen, dim] = np.where(closed, 1.0, -1.0)
-        stored[chosen, dim + 1] = np.where(closed, now, kept)
+        stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
+        largest = LARGEST_CARRIED_GAP * self.cell
+        stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), 0.0)
         self.carried = stored
 
     def law(
