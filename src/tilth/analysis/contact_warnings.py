@@ -53,7 +53,7 @@ def _thin(model: Model, body: RigidBody) -> Iterator[tuple[str, str]]:
         yield (
             f"thin sides of {body.name}",
             f"{thin[0]}: soil that presses alike on both sides of a thin shape does not press on "
-            f"the rigid body {body.name!r}, so that with normal = \"unilateral\" nearly no shear "
+            f'the rigid body {body.name!r}, so that with normal = "unilateral" nearly no shear '
             'stress acts on these sides; give normal = "bilateral" with adhesion, a shape at '
             "least two cells thick, or ignore this where only one side is pressed",
         )
