@@ -8,6 +8,7 @@ from small_problems import block_entries, rollers
 
 from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
+from tilth.errors import StepFailed
 
 
 def simulation(height: float, force: float) -> Simulation:
@@ -25,6 +26,11 @@ def simulation(height: float, force: float) -> Simulation:
 def test_a_loaded_body_far_above_the_soil_is_refused() -> None:
     with pytest.raises(BadInput, match="no soil is within 1 cell of the rigid body 'ball'"):
         simulation(3.5, -1.0).check()
+
+
+def test_a_loaded_body_that_has_left_the_soil_fails_the_step() -> None:
+    with pytest.raises(StepFailed, match="no soil is near the rigid body 'ball'"):
+        simulation(3.5, -1.0).advance(0.0, 1.0)
 
 
 def test_a_loaded_body_near_the_soil_comes_down_on_it() -> None:

@@ -356,10 +356,15 @@ def contact_terms(
     """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
 
     Args: see `ContactForces`.
+
+    Raises:
+        StepFailed: no soil is near a free body that nothing else holds against the force on it.
     """
     terms = []
     for body in bodies:
         own = [part for part in contacts if part.boundary.body is body]
+        if not own and body.falls_along(after) is not None:
+            raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
         terms.append(ContactForces(body.name, own, body, after, modulus, nodes))
     terms += [
         ContactForces(part.boundary.name, [part], None, after, modulus, nodes)

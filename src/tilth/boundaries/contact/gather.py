@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NoReturn
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from tilth.boundaries.contact.measure import Measured, measure
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import Pose
-from tilth.errors import BadInput, StepFailed
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
@@ -113,9 +111,6 @@ def bring_into_contact(
 
     A body moves along the force on it, to the soil nearest in this direction. after: time at the
     end of the step.
-
-    Raises:
-        BadInput, StepFailed: no soil is near enough, at the start or later.
     """
     moved = False
     for body in bodies:
@@ -129,24 +124,11 @@ def bring_into_contact(
             faces = towards > LEAST_COSINE
             distance = part.touch.gap[faces] / towards[faces]
             nearest = min(nearest, float(distance.min(initial=np.inf)))
-        if not np.isfinite(nearest):
-            _refuse_without_soil(body)
-        cell = own[0].boundary.cell
-        body.lower((nearest + OVERLAP_OF_TOUCH * cell) * direction)
-        moved = True
+        if np.isfinite(nearest):
+            cell = own[0].boundary.cell
+            body.lower((nearest + OVERLAP_OF_TOUCH * cell) * direction)
+            moved = True
     return moved
-
-
-def _refuse_without_soil(body: RigidBody) -> NoReturn:
-    problem = (
-        f"no soil is within {REACH:g} cell of the rigid body {body.name!r} in the direction of the "
-        "force on it, and nothing else holds it there"
-    )
-    if body.displacement.any():
-        raise StepFailed(problem)
-    raise BadInput(
-        problem, "place it closer to the soil, or prescribe its motion", key="rigid_bodies"
-    )
 
 
 def _measured(
