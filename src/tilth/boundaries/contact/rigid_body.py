@@ -21,6 +21,7 @@ from tilth.boundaries.contact.rotation import (
     rotated_by,
     rotation_by,
     second_derivative,
+    vector_near,
 )
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.model import RigidBody as DeclaredBody
@@ -81,7 +82,6 @@ class RigidBody:
         self.force: Floats = np.zeros(dim)
         self.moment: Floats = np.zeros(turns)
         self._increments: Floats = np.zeros(dim + turns)
-        self._offset: Floats = np.zeros(dim)
 
     @staticmethod
     def _slot(name: str, dim: int) -> int:
@@ -227,9 +227,11 @@ class RigidBody:
 
     def result(self) -> RigidBodyState:
         """Returns its motion since the start, and the soil's force and moment on it."""
-        turns = slice(2, 3) if self.dim == 2 else slice(0, 3)
         rotation, moment = np.zeros(3), np.zeros(3)
-        rotation[turns], moment[turns] = self.turn, self.moment
+        if self.dim == 2:
+            rotation[2:], moment[2:] = self.turn, self.moment
+        else:
+            rotation, moment = vector_near(self.rotation, self.turn), self.moment
         return RigidBodyState(self.displacement, rotation, self.force, moment)
 
     def commit(self, unknowns: Floats, force: Floats, moment: Floats) -> None:

@@ -39,6 +39,20 @@ def vector_of(rotation: Floats) -> Floats:
     return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
 
 
+def vector_near(rotation: Floats, vector: Floats) -> Floats:
+    """Returns the rotation vector [rad] of a matrix (3, 3) that is nearest to a vector, (3,).
+
+    Rotation vectors that differ by whole turns about their axis belong to the same matrix.
+    """
+    found = vector_of(rotation)
+    angle = float(np.linalg.norm(found))
+    if angle == 0.0:
+        return found
+    axis = found / angle
+    turns = round((float(vector @ axis) - angle) / (2.0 * math.pi))
+    return np.asarray(axis * (angle + 2.0 * math.pi * turns))
+
+
 def rotated_by(vector: Floats, arm: Floats) -> Floats:
     """Returns the displacements (R - I) arm [length], shape (n, dim), of arms of this shape."""
     return np.asarray(arm @ (rotation_by(vector) - np.eye(arm.shape[1])).T)
