@@ -38,3 +38,12 @@ def test_a_loaded_body_near_the_soil_comes_down_on_it() -> None:
     near.check()
     # its lowest quadrature point is a little higher than its lowest point
     assert near.rigid_bodies["ball"].displacement[1] == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_a_body_of_few_cells_is_warned_of() -> None:
+    """Contact was compared with other results for radii of 4 cells and more."""
+    near = simulation(2.5, -1e-3)
+    near.check()
+    assert any(
+        "radius of the rigid body 'ball' is only 0.5 cells" in text for text in near.warnings
+    )

@@ -63,10 +63,12 @@ def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
             continue
         behind, depth = points_behind(boundary, simulation.points, clock.time, cell_size)
         if len(behind):
+            stays = ", and nothing pushes them out: begin with all soil in front of it; near it"
             yield (
                 f"{len(behind)} material points are behind the boundary {boundary.name!r} "
-                f"({boundary.key}), up to {depth.max():.3g} deep, and nothing pushes them out: "
-                "begin with all soil in front of it; near it choose smaller cells or steps"
+                f"({boundary.key}), up to {depth.max():.3g} deep"
+                f"{': near it' if boundary.declared.kind == 'contact' else stays} "
+                "choose smaller cells or steps"
             )
 
 
