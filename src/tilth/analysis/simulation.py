@@ -144,9 +144,11 @@ class Simulation:
         given = None if stage is None else stage.release
         self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
-        self._young = float(self.points.elastic_moduli().young.max())
-        face = float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
-        self.round_off = ROUND_OFF * self._young * face
+        self.round_off = (
+            ROUND_OFF
+            * float(self.points.elastic_moduli().young.max())
+            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
+        )
         plain = Newton(
             tolerance=model.analysis.tolerance,
             maximum_iterations=model.analysis.maximum_iterations,
@@ -461,8 +463,8 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
-        contacts, count = constraints.contacts, active.nodes
-        terms += contact_terms(contacts, self.bodies, after, self._young, count)
+        modulus = self.round_off / ROUND_OFF
+        terms += contact_terms(constraints.contacts, self.bodies, after, modulus, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:
