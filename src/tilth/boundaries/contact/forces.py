@@ -39,6 +39,15 @@ OVERLAP = 2e-3
 MAXIMUM_REVISIONS = 20
 """Number of times that a step's contact is determined anew before the step counts as failed."""
 
+PATIENCE = 18
+"""Linearisations without equilibrium after which the shear strength is that of the pressure at the
+start of the step.
+
+Strength that increases with the pressure couples both: there may be no equilibrium, and Newton's
+iteration can alternate between open, sliding and sticking multipliers. With a given strength the
+balance is that of a minimum (of an elastic soil's energy) and has a solution.
+"""
+
 
 @dataclass
 class _Evaluated:
@@ -108,7 +117,7 @@ class AssembledContact(GlobalUnknowns):
         self._weak = np.zeros(0)
         if body is not None:
             self._weak = WEAK_SPRING * modulus * body.size ** (body.dim - 2) * self.scale**2
-        self._revisions = 0
+        self._revisions = self._linearisations = 0
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -163,8 +172,10 @@ class AssembledContact(GlobalUnknowns):
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
+        self._linearisations += 1
         for support, elements, each in self._each():
             support.slip = each.response.slip
+            support.given |= self._linearisations >= PATIENCE
             for column, row in zip(self._columns(support, each), support.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
 
@@ -244,7 +255,7 @@ class AssembledContact(GlobalUnknowns):
 
     def restart(self) -> None:
         """As `AssembledTerm.restart`."""
-        self._revisions = 0
+        self._revisions = self._linearisations = 0
         for support in self._supports:
             support.restart()
 
@@ -258,6 +269,7 @@ class AssembledContact(GlobalUnknowns):
                 changed = True
         if changed:
             self._revisions += 1
+            self._linearisations = 0
             if self._revisions > MAXIMUM_REVISIONS:
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
