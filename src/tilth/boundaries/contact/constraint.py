@@ -218,10 +218,13 @@ class Supports:
         trial[self.area <= 0.0] = 0.0
         return trial
 
-    def respond(self, slip: Floats) -> ContactResponse:
-        """Returns the response to mean gaps and slips [length], shape (m, dim)."""
+    def respond(self, slip: Floats, held: Flags | None = None) -> ContactResponse:
+        """Returns the response to mean gaps and slips [length], shape (m, dim).
+
+        held: which multipliers are not to open now, shape (m,).
+        """
         given = self.law.strength(-self.before[:, 0])[0] if self.given else None
-        return respond(self.law, self.trial(slip), self.stiffness, self.slip, given)
+        return respond(self.law, self.trial(slip), self.stiffness, self.slip, given, held)
 
     def augment(self, slip: Floats, chosen: Flags) -> None:
         """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""

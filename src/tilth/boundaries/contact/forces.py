@@ -39,7 +39,7 @@ OVERLAP = 2e-3
 MAXIMUM_REVISIONS = 20
 """Number of times that a step's contact is determined anew before the step counts as failed."""
 
-PATIENCE = 18
+PATIENCE = 10
 """Linearisations without equilibrium after which the shear strength is that of the pressure at the
 start of the step.
 
@@ -47,6 +47,9 @@ Strength that increases with the pressure couples both: there may be no equilibr
 iteration can alternate between open, sliding and sticking multipliers. With a given strength the
 balance is that of a minimum (of an elastic soil's energy) and has a solution.
 """
+
+RESTARTS = 2
+"""Attempts at a step after which the shear strength is that one from the first iteration on."""
 
 
 @dataclass
@@ -117,7 +120,8 @@ class AssembledContact(GlobalUnknowns):
         self._weak = np.zeros(0)
         if body is not None:
             self._weak = WEAK_SPRING * modulus * body.size ** (body.dim - 2) * self.scale**2
-        self._revisions = self._linearisations = 0
+        self._held = False
+        self._revisions = self._linearisations = self._restarts = 0
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -138,7 +142,31 @@ class AssembledContact(GlobalUnknowns):
             moved = self._moved(support, unknowns)
             slip = support.slips(displacement, moved)
             found.append(_Evaluated(slip, support.respond(slip), moved))
+        if self.body is not None and self.body.needs_contact:
+            self._hold(found)
         return found
+
+    def _hold(self, found: list[_Evaluated]) -> None:
+        """Keeps the multiplier with the least tension closed if all others have opened.
+
+        Without contact nothing would hold the body, and it would be lost in one iteration.
+        """
+        best, least = None, np.inf
+        self._held = False
+        for i, (support, each) in enumerate(zip(self._supports, found, strict=True)):
+            present = support.area > 0.0
+            if (each.response.closed & present).any():
+                return
+            tension = np.where(present, support.trial(each.slip)[:, 0], np.inf)
+            if tension.min(initial=np.inf) < least:
+                best, least = (i, int(tension.argmin())), float(tension.min())
+        if best is None:
+            return
+        self._held = True
+        number, multiplier = best
+        held = np.arange(self._supports[number].count) == multiplier
+        slip = found[number].slip
+        found[number].response = self._supports[number].respond(slip, held)
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
@@ -256,12 +284,16 @@ class AssembledContact(GlobalUnknowns):
     def restart(self) -> None:
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
+        self._restarts += 1
         for support in self._supports:
             support.restart()
+            support.given = self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
         changed = self.adapt(displacement)
+        if self._held and not changed:
+            raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
         for support, _, each in self._each():
             wide = self._too_wide(support, each)
             if wide.any():

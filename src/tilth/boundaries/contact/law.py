@@ -118,6 +118,7 @@ def respond(
     stiffness: Floats,
     slip: Floats,
     given: Floats | None = None,
+    held: Flags | None = None,
 ) -> ContactResponse:
     """Returns the response to trial tractions.
 
@@ -127,10 +128,13 @@ def respond(
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         slip: of the response at the last linearisation, shape (m, dim - 1).
         given: shear strength [stress], shape (m,), in place of that of the pressure.
+        held: which multipliers are not to open now, shape (m,); none if not given.
     """
     count, dim = trial.shape
     stiff_n, stiff_t = stiffness.T
     closed = law.bilateral | (trial[:, 0] <= law.tension)
+    if held is not None:
+        closed = closed | held
     strength, slope = law.strength(-trial[:, 0])
     if given is not None:
         strength, slope = given, np.zeros(count)

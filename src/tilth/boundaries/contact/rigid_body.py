@@ -110,6 +110,11 @@ class RigidBody:
         self._end = after
         self._increments = self._prescribed(self.time, after)
 
+    @property
+    def needs_contact(self) -> bool:
+        """Whether a translation is free that no spring holds."""
+        return bool((self.free & (self._axis < self.dim) & (self.springs == 0.0)).any())
+
     def falls_along(self, time: float) -> Floats | None:
         """Returns the direction of the force on it if only soil can hold it there, unit, (dim,).
 

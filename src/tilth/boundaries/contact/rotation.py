@@ -12,8 +12,8 @@ import numpy as np
 
 from tilth.arrays import Floats
 
-SMALL_ANGLE = 1e-4
-"""Angle [rad] below which series replace the quotients of sines and cosines."""
+SMALL_ANGLE = 0.1
+"""Angle [rad] below which series replace the quotients of sines and cosines, which cancel there."""
 
 DIFFERENCE = 1e-5
 """Step of the central differences for the second derivatives in space [rad]."""
@@ -82,12 +82,16 @@ def cross_matrix(vector: Floats) -> Floats:
 
 def _quotients(angle: float) -> tuple[float, float, float]:
     """Returns sin(a)/a, (1 - cos(a))/a^2 and (a - sin(a))/a^3."""
-    if angle < SMALL_ANGLE:
-        square = angle * angle
-        return 1.0 - square / 6.0, 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
     square = angle * angle
+    if angle < SMALL_ANGLE:
+        return _series(1, square), _series(2, square), _series(3, square)
     return (
         math.sin(angle) / angle,
         (1.0 - math.cos(angle)) / square,
         (angle - math.sin(angle)) / (square * angle),
     )
+
+
+def _series(first: int, square: float) -> float:
+    """Returns the sum of (-a^2)^k / (first + 2 k)! to round-off, for a square a^2 [-]."""
+    return sum((-square) ** k / math.factorial(first + 2 * k) for k in range(6))
