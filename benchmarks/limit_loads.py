@@ -161,7 +161,7 @@ def problems() -> dict[str, tuple[Callable[[], Problem], float]]:
     for a in (0.0, 0.25, 0.5, 0.75, 1.0):
         found[f"deep pipe, adhesion {a:g}"] = (lambda a=a: deep_pipe(a), bearing_factor(a))
     found["deep plate, rough"] = (lambda: deep_plate(True), 2.0 + 3.0 * math.pi)
-    found["deep plate, smooth"] = (lambda: deep_plate(False), 2.0 * prandtl)
+    found["deep plate, smooth"] = (lambda: deep_plate(False), unknown)
     for depth in (1.0, 2.0, 3.0):
         for rough, face in ((False, "smooth"), (True, "rough")):
             of = f"centre {depth:g} D deep, {face}, separates"

@@ -27,6 +27,7 @@ TYPE_DESCRIPTIONS = {
     "CellName": "text",
     "Label": "text",
     "FileName": "text",
+    "bool": "true or false",
     "Real": "number",
     "Positive": "number > 0",
     "NotNegative": "number >= 0",

@@ -205,6 +205,8 @@ def dense_calls(scaled: list[Call]) -> Iterator[Call]:
         vectors = [np.zeros((int(elements.node.max(initial=0)) + 1, components)) for _ in range(2)]
         yield Call("add_dense_blocks", [elements, matrix, blocks])
         yield Call("add_dense_products", [elements, matrix, vectors[0], False, vectors[1]])
+        row = np.ones((len(elements.node), components))
+        yield Call("add_outer_blocks", [elements, row, row.copy(), blocks])
 
 
 def direct_calls() -> Iterator[Call]:

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import dblquad, quad
 
 from tilth.model import HenckyElastic
+from tilth.verification.buried_pipe import bearing_factor
 from tilth.verification.closed_forms.cavity import CavityInClay
 from tilth.verification.closed_forms.elastic_contact import (
     Cattaneo,
@@ -18,6 +19,7 @@ from tilth.verification.closed_forms.elastic_contact import (
     sphere_depth,
 )
 from tilth.verification.closed_forms.limit_loads import (
+    DEEP_PIPE_BOUNDS,
     LIFTED_PIPE_BOUNDS,
     SEABED_PIPE_BOUNDS,
     cone_factor,
@@ -126,7 +128,7 @@ def test_the_cone_needs_more_than_its_cavity():
     assert cone_factor(300.0) - cone_factor(100.0) == pytest.approx(1.758, abs=1e-3)
 
 
-@pytest.mark.parametrize("bounds", [SEABED_PIPE_BOUNDS, LIFTED_PIPE_BOUNDS])
+@pytest.mark.parametrize("bounds", [SEABED_PIPE_BOUNDS, LIFTED_PIPE_BOUNDS, DEEP_PIPE_BOUNDS])
 def test_bounds_are_in_order_and_close(bounds):
     assert bounds
     for lower, upper in bounds.values():
@@ -138,3 +140,8 @@ def test_bounds_are_in_order_and_close(bounds):
 def test_the_fits_for_the_seabed_pipe_are_near_its_bounds(embedment, face):
     lower, upper = SEABED_PIPE_BOUNDS[embedment, face]
     assert 0.97 * lower < seabed_pipe(embedment, face) < 1.03 * upper
+
+
+def test_the_closed_form_of_the_deep_pipe_is_a_lower_bound_near_the_exact_load():
+    for adhesion, (lower, upper) in DEEP_PIPE_BOUNDS.items():
+        assert 0.99 * lower < bearing_factor(adhesion) < upper

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.limit_loads import LIFTED_PIPE_BOUNDS
@@ -50,19 +50,17 @@ def in_contact(long: bool) -> Iterator[Comparison]:
         yield relative(quantity, factor, exact, 0.06 if adhesion == 1.0 else 0.05, "exact at 1")
         yield at_least(f"the same over {exact:.3f}", factor / exact, 0.99, 0.0, "lower bound")
     if long:
-        for face in ("smooth", "rough"):
-            lower, upper = LIFTED_PIPE_BOUNDS[2.0, face]
-            law = {"tangential": face}
-            factor = lift_in_contact("separation.toml", FINE, law).force.max()
-            middle, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
-            quantity = f"greatest F / (c D), gap below, 2 D deep, {face}, {at(FINE)}"
-            source = f"limit analysis {lower:g} to {upper:g}"
-            yield relative(quantity, factor, middle, 0.05 + width / middle, source)
-            held = bearing_factor(1.0 if face == "rough" else 0.0)
-            yield at_least("held by suction, over it", held / factor, 1.0, 0.0, "a gap weakens")
+        lower, upper = LIFTED_PIPE_BOUNDS[2.0, "smooth"]
+        factor = lift_in_contact("separation.toml", FINE, {}).force.max()
+        middle, width = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        quantity = f"greatest F / (c D), gap below, 2 D deep, smooth, {at(FINE)}"
+        source = f"limit analysis {lower:g} to {upper:g}"
+        yield relative(quantity, factor, middle, 0.05 + width / middle, source)
+        held = bearing_factor(0.0) / factor
+        yield at_least("held by suction, over it", held, 1.0, 0.0, "a gap weakens")
 
 
-def lift_in_contact(file: str, h: float, law: dict[str, object]) -> Curve:
+def lift_in_contact(file: str, h: float, law: Mapping[str, object]) -> Curve:
     """Lifts the rigid body of a case file on cells of `h` [m]; returns F / (c D) and the lift."""
     changes = {f"rigid_bodies.0.contact.{key}": value for key, value in law.items()}
     model = varied(example(PROBLEM, file), {"grid.cell_size": h, **changes})

@@ -17,6 +17,8 @@ from tilth.verification.convergence import log_slope
 PROBLEM = "contact_patch"
 PRESSURE, SHEAR = 1000.0, 300.0
 """On the floor [Pa]."""
+LATERAL = PRESSURE * 0.3 / (1.0 - 0.3)
+"""Pressure on the sides [Pa] with which the block, nu 0.3, does not widen: the floor holds it."""
 SOURCE = "uniform stress"
 
 
@@ -71,7 +73,8 @@ def turned(model: Model, angle: float, shift: float, cell: float) -> Model:
     normal, tangent = directions(angle)
     corner = np.array([0.43, 0.17]) + shift * cell
     a, b, c, d = corner, corner + tangent, corner + tangent + normal, corner + normal
-    top, right = -PRESSURE * normal + SHEAR * tangent, SHEAR * normal
+    top = -PRESSURE * normal + SHEAR * tangent
+    right = SHEAR * normal - LATERAL * tangent
     changes = {
         "grid.cell_size": cell,
         "bodies.0.shape.lower": a.tolist(),

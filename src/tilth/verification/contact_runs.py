@@ -80,7 +80,8 @@ def run_contact(model: Model, *, may_fail: bool = False) -> ContactRun:
 def fitted_ellipse(state: ContactState, distance: Floats) -> tuple[float, float]:
     """Returns p0 [stress] and a [length] of the pressure p0 sqrt(1 - (x / a)^2) that fits best.
 
-    By least squares of p^2 = p0^2 - (p0 / a)^2 x^2 over the points in contact, weighted by area.
+    By least squares of p^2 = p0^2 - (p0 / a)^2 x^2 over the points in contact, weighted by area;
+    NaN if the pressure does not fall from the middle to the rim.
 
     Args:
         distance: of the points from the middle [length], shape (n,).
@@ -90,6 +91,8 @@ def fitted_ellipse(state: ContactState, distance: Floats) -> tuple[float, float]
     columns = np.column_stack([np.ones(touching.sum()), -(distance[touching] ** 2)])
     squares = state.normal_stress[touching] ** 2
     (peak, slope), *_ = np.linalg.lstsq(columns * weight[:, None], squares * weight, rcond=None)
+    if not (peak > 0.0 and slope > 0.0):
+        return np.nan, np.nan
     return float(np.sqrt(peak)), float(np.sqrt(peak / slope))
 
 

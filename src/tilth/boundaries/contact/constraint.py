@@ -27,6 +27,7 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
+from tilth.boundaries.contact.supports import without_small
 from tilth.boundaries.contact.surface import ContactSurface, Touch
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.motion import rotation_part
@@ -79,6 +80,22 @@ class ContactConstraint(ImplicitConstraint):
         """e_n and e_t of the points [stress/length], shape (n, 2)."""
         assert self.boundary.quadrature is not None
         return self.boundary.quadrature.square[self.chosen, None] * self.moduli
+
+    def with_owner(self, owner: Integers) -> ContactConstraint:
+        """Returns the same with the multiplier of each point, shape (n,).
+
+        Small supports join their neighbours.
+        """
+        pose, cell_size = self.pose, self.at.cell_size
+        joined = without_small(owner, pose.position, pose.normal, self.area, cell_size)
+        return replace(self, owner=joined)
+
+    @property
+    def area(self) -> Floats:
+        """Area of each point's part that can touch soil [length^(dim - 1)], shape (n,)."""
+        if not self.axisymmetric:
+            return self.pose.weight
+        return self.pose.weight / (2.0 * np.pi * np.abs(self.pose.position[:, 0]))
 
     def of(self, kept: Flags) -> ContactConstraint:
         """Returns the same with only the points `kept`, (n,), before multipliers are chosen."""

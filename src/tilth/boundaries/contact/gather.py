@@ -11,6 +11,7 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.contact.measure import Measured, measure
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import Pose
@@ -64,9 +65,10 @@ def gather_contacts(
     cohesion, slope = soil.strength(points)
     for surface in surfaces:
         position, normal, _ = surface.surface_points(before)
-        measured, point = measure_surface(surface, soil.tracked, points, active, position, normal)
+        measured = _measured(surface, soil, points, active, before)
+        gap, point = measured.gap, measured.point
         near = np.flatnonzero(point >= 0)
-        touch = surface.touch(near, measured[near], scatter_of(points, point[near], normal[near]))
+        touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
         foot = position[near] + np.maximum(touch.gap, 0.0)[:, None] * normal[near]
         inside = np.flatnonzero(near_soil(active, foot))
         if len(inside) == 0:
@@ -74,17 +76,18 @@ def gather_contacts(
         order, at = locate_in_cells(active, foot[inside])
         order = inside[order]
         chosen = near[order]
+        pose = _pose(surface, before, after, chosen)
         found.append(
             ContactConstraint(
                 boundary=surface,
                 chosen=chosen,
                 at=at,
-                pose=_pose(surface, before, after, chosen),
+                pose=replace(pose, weight=pose.weight * measured.share[chosen]),
                 moduli=moduli[point[chosen]],
                 axisymmetric=kind == "axisymmetric",
                 elastic_share=points.elastic_share[point[chosen]],
                 touch=touch.of(order),
-                measured=measured[chosen],
+                measured=gap[chosen],
                 law=surface.law(points, point[chosen], cohesion, slope),
                 start=before,
             )
@@ -128,17 +131,20 @@ def bring_into_contact(
     return moved
 
 
-def measure_surface(
+def _measured(
     surface: ContactSurface,
-    tracked: Mapping[str, BodySurface],
+    soil: TouchingSoil,
     points: MaterialPoints,
     active: ActiveGrid,
-    position: Floats,
-    normal: Floats,
-) -> tuple[Floats, Integers]:
-    """Returns gaps of points of a surface and the material points there, see `measure_gap`."""
-    reach = REACH * surface.cell
-    return measure_gap(points, active.grid, tracked, position, normal, reach, surface.behind)
+    time: float,
+) -> Measured:
+    """Returns the soil opposite to a surface at a time."""
+    reach, behind = REACH * surface.cell, surface.behind
+
+    def measure_gap_at(position: Floats, normal: Floats) -> tuple[Floats, Integers]:
+        return measure_gap(points, active.grid, soil.tracked, position, normal, reach, behind)
+
+    return measure(*surface.surface_points(time), measure_gap_at)
 
 
 def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Floats:

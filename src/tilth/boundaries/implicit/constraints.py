@@ -105,7 +105,7 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            replace(part, owner=each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
+            part.with_owner(each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
 

@@ -36,12 +36,25 @@ SEABED_PIPE_BOUNDS: Mapping[tuple[float, str], tuple[float, float]] = MappingPro
 The soil is in contact up to its level surface and may separate.
 """
 
+DEEP_PIPE_BOUNDS: Mapping[float, tuple[float, float]] = MappingProxyType(
+    {
+        0.0: (9.193, 9.246),
+        0.25: (10.079, 10.128),
+        0.5: (10.777, 10.878),
+        0.75: (11.364, 11.502),
+        1.0: (11.782, 11.999),
+    }
+)
+"""Adhesion over s_u -> bounds of F / (D s_u) of a pipe in deep clay that does not separate."""
+
 LIFTED_PIPE_BOUNDS: Mapping[tuple[float, str], tuple[float, float]] = MappingProxyType(
     {(2.0, "smooth"): (3.163, 3.238), (2.0, "rough"): (4.659, 4.776)}
 )
 """(depth of the centre over D, face) -> bounds of F / (D s_u) of a pipe that is lifted.
 
-The soil separates from the pipe without tension.
+The soil separates from the pipe without tension. Limit analysis needs associated flow, in which a
+rough face has its full shear strength at zero pressure, and dissipates where it slides as it opens.
+A contact has no shear where it is open, so that its rough load is below these bounds.
 """
 
 

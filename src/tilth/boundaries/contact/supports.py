@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Supports of the multipliers that are hardly covered by soil join their neighbours."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilth.arrays import Floats, Integers
+
+LEAST_AREA = 0.3
+"""Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
+
+LEAST_COSINE = 0.5
+"""Least cosine between the normals of points in one support, as in `vertices.hpp`."""
+
+FARTHEST = 1.5
+"""Greatest distance in cells of the point through which a support joins another one."""
+
+
+def without_small(
+    owner: Integers, position: Floats, normal: Floats, weight: Floats, cell_size: Floats
+) -> Integers:
+    """Returns the multiplier of each point, without those of small supports, numbered anew, (n,).
+
+    A small support joins that of the nearest point beyond it with a similar normal; it stays if
+    there is none near.
+
+    Args:
+        owner: multiplier of each point, shape (n,).
+        position: [length], shape (n, dim).
+        normal: unit, shape (n, dim).
+        weight: area of each point's part opposite soil [length^(dim - 1)], shape (n,).
+        cell_size: [length], shape (dim,).
+    """
+    if len(owner) == 0:
+        return owner
+    from scipy.spatial import cKDTree
+
+    dim = position.shape[1]
+    owner = owner.copy()
+    area = np.bincount(owner, weight)
+    least = LEAST_AREA * float(cell_size.min()) ** (dim - 1)
+    small = np.argsort(area, kind="stable")
+    for number in small[area[small] < least]:
+        if area[number] >= least:  # it has grown
+            continue
+        own, others = np.flatnonzero(owner == number), np.flatnonzero(owner != number)
+        if len(own) == 0 or len(others) == 0:
+            continue
+        reach = FARTHEST * float(cell_size.max())
+        near = cKDTree(position[others]).query_ball_point(position[own], reach)
+        best, nearest = -1, np.inf
+        for point, found in zip(own, near, strict=True):
+            candidates = others[found]
+            alike = candidates[normal[candidates] @ normal[point] >= LEAST_COSINE]
+            if len(alike) == 0:
+                continue
+            distance = np.linalg.norm(position[alike] - position[point], axis=1)
+            if distance.min() < nearest:
+                nearest, best = float(distance.min()), int(owner[alike[distance.argmin()]])
+        if best >= 0:
+            owner[own] = best
+            area[best] += area[number]
+    return np.asarray(np.unique(owner, return_inverse=True)[1])
