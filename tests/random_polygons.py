@@ -9,7 +9,7 @@ import numpy as np
 
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries.contact.gather import measure_surface
+from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.surface import ContactSurface
 
 WAYS = ("pressed", "pushed", "turned", "dropped", "resting")
@@ -144,9 +144,10 @@ def mean_depth(simulation: Simulation) -> float:
     (surface,) = simulation.contact_surfaces
     time = simulation.bodies[0].time
     position, normal, _ = surface.surface_points(time)
-    gap, point = measure_surface(
-        surface, simulation.surfaces, simulation.points, simulation.locate(time), position, normal
-    )
+    gap, point = measure_gap(
+        simulation.points, simulation.grid, simulation.surfaces, position, normal,
+        surface.cell, surface.behind,
+    )  # fmt: skip
     touching = np.flatnonzero((surface.carried[:, 2] == 1.0) & (point >= 0))
     weight = surface.weights(time, touching)
     depth = np.minimum(-gap, thickness(surface, position, normal, time))[touching]
