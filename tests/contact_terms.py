@@ -44,7 +44,7 @@ LAWS: dict[str, dict[str, Any]] = {
 def shapes(kind: str, length: float) -> dict[str, Any]:
     """One round shape; in plane strain it is joined with a box."""
     if kind == "3d":
-        centre = (np.array([0.7, 0.8, 1.98]) * length).tolist()
+        centre = (np.array([0.7, 0.8, 2.0]) * length).tolist()
         return {
             "geometry": {
                 "type": "sphere", "centre": centre, "radius": 0.48 * length, "soil": "outside"
@@ -52,19 +52,21 @@ def shapes(kind: str, length: float) -> dict[str, Any]:
         }  # fmt: skip
     x = 0.0 if kind == "axisymmetric" else 0.8
     circle = {
-        "type": "circle", "centre": [x * length, 1.98 * length], "radius": 0.48 * length,
+        "type": "circle", "centre": [x * length, 2.0 * length], "radius": 0.48 * length,
         "soil": "outside",
     }  # fmt: skip
     if kind == "axisymmetric":
         return {"geometry": circle}
     box = {
-        "type": "box", "lower": [1.1 * length, 1.5 * length], "upper": [1.7 * length, 2.1 * length],
+        "type": "box", "lower": [1.13 * length, 1.51 * length], "upper": [1.71 * length, 2.1 * length],
         "soil": "outside",
     }  # fmt: skip
     return {"geometries": [circle, box]}
 
 
-def motion(kind: str, way: str, force: float, length: float) -> dict[str, Any]:
+def motion(
+    kind: str, way: str, force: float, length: float, stress: float
+) -> dict[str, Any]:
     """Free with springs against everything, or driven down, aside and round."""
     dim = 3 if kind == "3d" else 2
     up = "xyz"[dim - 1]
@@ -85,19 +87,19 @@ def motion(kind: str, way: str, force: float, length: float) -> dict[str, Any]:
         moment = {"x": 0.05 * force * length, "y": -0.02 * force * length, "z": moment}
     return {
         "force": {up: -force, "x": 0.1 * force}, "moment": moment, "springs": springs,
-        "mass": 0.1 * force,
+        "mass": 0.1 * force * length / stress,
     }  # fmt: skip
 
 
 def pressed(
     kind: str, law: str, way: str = FREE, length: float = 1.0, stress: float = 1.0, steps: int = 4
 ) -> Simulation:
-    """A block of 2 by 1.5 (in space 1.5 by 1.5 by 1.5) with a body on it, before its first step.
+    """A block of 2 by 1.53 (in space 1.5 by 1.5 by 1.53) with a body on it, before its first step.
 
     `length` and `stress` are units: how often the ones of the numbers below go into them.
     """
     dim = 3 if kind == "3d" else 2
-    upper = [1.5] * 3 if dim == 3 else [2.0, 1.5]
+    upper = [1.5, 1.5, 1.53] if dim == 3 else [2.0, 1.53]
     axes = "xyz"[:dim]
     force = 4.0 * stress * length ** (1 if kind == "plane_strain" else 2)
     sides = [
@@ -110,10 +112,10 @@ def pressed(
     body = {
         "name": "body", "contact": LAWS[law] | _limits(law, stress), **shapes(kind, length),
         "centre": [length * x for x in CENTRE[kind]],
-        **motion(kind, way, force, length),
+        **motion(kind, way, force, length, stress),
     }  # fmt: skip
     entries: dict[str, Any] = {
-        "analysis": {"kind": kind, "tolerance": 1e-11},
+        "analysis": {"kind": kind, "tolerance": 1e-11, "ghost_stabilisation": 0.005},
         "grid": {"cell_size": CELL * length},
         "materials": {
             "soil": {"model": "von_mises", "young_modulus": YOUNG * stress, "poisson_ratio": 0.3,
@@ -165,6 +167,7 @@ def next_contact(
 def linearised(term: AssembledContact, balance: Balance, u: Floats, g: Floats) -> Floats:
     """The blocks of the term's stiffness; twice, so that what turned round has its direction."""
     dim = balance.active.grid.dim
+    term._linearisations = 0  # never so many that the shear strength is a given one
     for _ in range(2):
         term.forces(u, g)
         blocks = np.zeros((len(balance.active.column), dim, dim))
@@ -179,6 +182,15 @@ def product(balance: Balance, blocks: Floats, direction: Floats) -> Floats:
     rows = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
     found = np.zeros_like(direction)
     np.add.at(found, rows, np.einsum("nij,nj->ni", blocks, direction[active.column]))
+    return found
+
+
+def states(term: AssembledContact) -> list[tuple[bool, bool]]:
+    """Whether each multiplier is closed, and slides, at the last forces."""
+    found = []
+    for _, _, each in term._each():
+        response = each.response
+        found += zip(response.closed.tolist(), response.sliding.tolist(), strict=True)
     return found
 
 

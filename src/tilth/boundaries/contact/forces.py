@@ -33,6 +33,10 @@ from tilth.terms.protocol import GlobalUnknowns, NodeLists, Term
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
 
+LEAST_SUPPORT = 0.05
+"""Least area of a support, in faces of a cell, whose mean gap counts: where soil covers a surface's
+edge only just, the supports on both sides can be more than the nodes there satisfy."""
+
 OVERLAP = 2e-3
 """Depth in the surface, in cells, from which soil takes part in the contact of a step."""
 
@@ -69,7 +73,8 @@ class ContactForces(Term):
         parts: its surfaces near soil, with their multipliers.
         body: the rigid body, if it is one.
         after: time at the end of the step.
-        modulus: of the soil [stress], for the scale of the springs that hold free bodies.
+        force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
+            scale of the springs that hold free bodies.
         nodes: number of nodes of the grid.
     """
 
@@ -79,11 +84,11 @@ class ContactForces(Term):
         parts: Sequence[ContactConstraint],
         body: RigidBody | None,
         after: float,
-        modulus: float,
+        force: float,
         nodes: int,
     ) -> None:
         self._name, self._body, self._after = name, body, after
-        self._modulus = modulus
+        self._force = force
         self._supports = [Supports(part, nodes) for part in parts]
 
     @property
@@ -94,7 +99,7 @@ class ContactForces(Term):
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
         """As `Term.assembled`."""
         return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._modulus, active
+            self._name, self._supports, elements, self._body, self._after, self._force, active
         )
 
 
@@ -108,7 +113,7 @@ class AssembledContact(GlobalUnknowns):
         elements: Sequence[Elements],
         body: RigidBody | None,
         after: float,
-        modulus: float,
+        force: float,
         active: ActiveGrid,
     ) -> None:
         self.name = name
@@ -119,8 +124,8 @@ class AssembledContact(GlobalUnknowns):
         self._cell = float(active.grid.cell_size.min())
         self._weak = np.zeros(0)
         if body is not None:
-            self._weak = WEAK_SPRING * modulus * body.size ** (body.dim - 2) * self.scale**2
-        self._held = False
+            self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
+        self._held, self._may_hold = False, len(self.scale) > 0
         self._revisions = self._linearisations = self._restarts = 0
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
@@ -142,14 +147,15 @@ class AssembledContact(GlobalUnknowns):
             moved = self._moved(support, unknowns)
             slip = support.slips(displacement, moved)
             found.append(_Evaluated(slip, support.respond(slip), moved))
-        if self.body is not None and self.body.needs_contact:
+        if self._may_hold:
             self._hold(found)
         return found
 
     def _hold(self, found: list[_Evaluated]) -> None:
         """Keeps the multiplier with the least tension closed if all others have opened.
 
-        Without contact nothing would hold the body, and it would be lost in one iteration.
+        Without contact nothing but springs would hold a free body: it would be lost in one
+        iteration, or jump to and fro.
         """
         best, least = None, np.inf
         self._held = False
@@ -225,8 +231,8 @@ class AssembledContact(GlobalUnknowns):
         corner = np.diag(self._weak)
         if self.body is None or count == 0:
             return Border(columns, rows, corner, self.scale)
-        corner = corner + np.diag(self.body.springs[self.body.free])
         increments = self._increments(unknowns)
+        corner = corner + self.body.load_stiffness(increments, self._after)
         for support, elements, each in self._each():
             lever = self._levers(support, unknowns)
             derivative = each.response.derivative
@@ -285,6 +291,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._restarts += 1
+        self._may_hold = len(self.scale) > 0
         for support in self._supports:
             support.restart()
             support.given = self._restarts >= RESTARTS
@@ -293,7 +300,11 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
         changed = self.adapt(displacement)
         if self._held and not changed:
-            raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
+            assert self.body is not None
+            if self.body.needs_contact:
+                raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
+            self._may_hold = False
+            changed = True
         for support, _, each in self._each():
             wide = self._too_wide(support, each)
             if wide.any():
@@ -308,7 +319,10 @@ class AssembledContact(GlobalUnknowns):
 
     def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
-        held = each.response.closed & (support.area > 0.0)
+        part = support.part
+        extent = np.bincount(part.owner, np.where(support.active, part.area, 0.0), support.count)
+        face = self._cell ** (self._active.grid.dim - 1)
+        held = each.response.closed & (extent > LEAST_SUPPORT * face)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
 
     def require_acceptable(self, displacement: Floats) -> None:
@@ -394,7 +408,7 @@ def contact_terms(
     contacts: Sequence[ContactConstraint],
     bodies: Sequence[RigidBody],
     after: float,
-    modulus: float,
+    force: float,
     nodes: int,
 ) -> list[ContactForces]:
     """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
@@ -404,9 +418,9 @@ def contact_terms(
     terms = []
     for body in bodies:
         own = [part for part in contacts if part.boundary.body is body]
-        terms.append(ContactForces(body.name, own, body, after, modulus, nodes))
+        terms.append(ContactForces(body.name, own, body, after, force, nodes))
     terms += [
-        ContactForces(part.boundary.name, [part], None, after, modulus, nodes)
+        ContactForces(part.boundary.name, [part], None, after, force, nodes)
         for part in contacts
         if part.boundary.body is None
     ]

@@ -16,7 +16,7 @@ SMALL_ANGLE = 0.1
 """Angle [rad] below which series replace the quotients of sines and cosines, which cancel there."""
 
 DIFFERENCE = 1e-5
-"""Step of the central differences for the second derivatives in space [rad]."""
+"""Step of the central differences for second derivatives in space [rad]."""
 
 
 def rotation_by(vector: Floats) -> Floats:
@@ -72,6 +72,18 @@ def left_jacobian(vector: Floats) -> Floats:
     spin = cross_matrix(vector)
     _, second, third = _quotients(float(np.linalg.norm(vector)))
     return np.eye(3) + second * spin + third * spin @ spin
+
+
+def left_jacobian_derivative(vector: Floats, moment: Floats) -> Floats:
+    """Returns the derivative of J^T times a moment by the vector, shape (1, 1) or (3, 3)."""
+    if len(vector) == 1:
+        return np.zeros((1, 1))
+    columns = []
+    for unit in np.eye(3):
+        forward = left_jacobian(vector + DIFFERENCE * unit)
+        backward = left_jacobian(vector - DIFFERENCE * unit)
+        columns.append((forward - backward).T @ moment / (2.0 * DIFFERENCE))
+    return np.stack(columns, axis=1)
 
 
 def cross_matrix(vector: Floats) -> Floats:
