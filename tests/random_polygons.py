@@ -135,8 +135,8 @@ def problem(seed: int) -> dict[str, Any]:
     return entries
 
 
-def mean_depth(simulation: Simulation) -> float:
-    """Mean overlap of soil and the polygon where they are in contact, as measured anew [length].
+def mean_depth(simulation: Simulation) -> tuple[float, float]:
+    """Mean overlap of soil and polygon where they are in contact, measured anew, and length of it.
 
     The scatter of the material points' domains around the soil's surface has no mean. In a corner
     the overlap is no deeper than the polygon is thick.
@@ -151,7 +151,8 @@ def mean_depth(simulation: Simulation) -> float:
     touching = np.flatnonzero((surface.carried[:, 2] == 1.0) & (point >= 0))
     weight = surface.weights(time, touching)
     depth = np.minimum(-gap, thickness(surface, position, normal, time))[touching]
-    return float(weight @ depth / weight.sum()) if len(touching) else 0.0
+    length = float(weight.sum())
+    return (float(weight @ depth) / length if length > 0.0 else 0.0), length
 
 
 def thickness(surface: ContactSurface, position: Floats, normal: Floats, time: float) -> Floats:
