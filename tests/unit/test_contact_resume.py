@@ -20,9 +20,7 @@ def model_of(kind: str, law: str, way: str) -> Model:
     entries = pressed(kind, law, way, steps=8).model.to_dict()
     entries["analysis"]["tolerance"] = 1e-8
     entries["output"] = {"report": False}
-    entries["track"] = [
-        {"name": "F", "quantity": "reaction", "boundary": "body", "component": "y"}
-    ]
+    entries["track"] = [{"name": "F", "quantity": "reaction", "boundary": "body", "component": "y"}]
     return Model.from_dict(entries)
 
 
