@@ -73,7 +73,7 @@ def motion(kind: str, way: str, force: float, length: float, stress: float) -> d
         if kind == "axisymmetric":
             return {"displacement": down}
         turned: Any = {"x": 2.0, "y": 3.0, "z": -2.0} if dim == 3 else 3.0
-        aside = dict.fromkeys("xyz"[:dim - 1], 0.01 * length)
+        aside = dict.fromkeys("xyz"[: dim - 1], 0.01 * length)
         return {"displacement": down | aside, "rotation": turned}
     if kind == "axisymmetric":
         return {"force": {"y": -force}, "springs": {"y": 10.0 * force / length}}
