@@ -58,15 +58,13 @@ def shapes(kind: str, length: float) -> dict[str, Any]:
     if kind == "axisymmetric":
         return {"geometry": circle}
     box = {
-        "type": "box", "lower": [1.13 * length, 1.51 * length], "upper": [1.71 * length, 2.1 * length],
-        "soil": "outside",
+        "type": "box", "lower": [1.13 * length, 1.51 * length],
+        "upper": [1.71 * length, 2.1 * length], "soil": "outside",
     }  # fmt: skip
     return {"geometries": [circle, box]}
 
 
-def motion(
-    kind: str, way: str, force: float, length: float, stress: float
-) -> dict[str, Any]:
+def motion(kind: str, way: str, force: float, length: float, stress: float) -> dict[str, Any]:
     """Free with springs against everything, or driven down, aside and round."""
     dim = 3 if kind == "3d" else 2
     up = "xyz"[dim - 1]
@@ -75,13 +73,13 @@ def motion(
         if kind == "axisymmetric":
             return {"displacement": down}
         turned: Any = {"x": 2.0, "y": 3.0, "z": -2.0} if dim == 3 else 3.0
-        aside = {axis: 0.01 * length for axis in "xyz"[: dim - 1]}
+        aside = dict.fromkeys("xyz"[: dim - 1], 0.01 * length)
         return {"displacement": down | aside, "rotation": turned}
     if kind == "axisymmetric":
         return {"force": {"y": -force}, "springs": {"y": 10.0 * force / length}}
     turns = ["rotation"] if dim == 2 else ["rotation_x", "rotation_y", "rotation_z"]
-    springs = {axis: 10.0 * force / length for axis in "xyz"[:dim]}
-    springs |= {turn: 5.0 * force * length for turn in turns}
+    springs = dict.fromkeys("xyz"[:dim], 10.0 * force / length)
+    springs |= dict.fromkeys(turns, 5.0 * force * length)
     moment: Any = 0.1 * force * length
     if dim == 3:
         moment = {"x": 0.05 * force * length, "y": -0.02 * force * length, "z": moment}

@@ -32,7 +32,9 @@ def law(
     return ContactLaw(*numbers, np.array([bilateral]))
 
 
-def respond_to(given: ContactLaw, trial: list[float], slip: Floats | None = None) -> ContactResponse:
+def respond_to(
+    given: ContactLaw, trial: list[float], slip: Floats | None = None
+) -> ContactResponse:
     """The response of one multiplier to s_n and s_t."""
     array = np.array([trial])
     last = np.zeros((1, len(trial) - 1)) if slip is None else slip

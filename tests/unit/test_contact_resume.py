@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""State of rigid bodies and contact surfaces: checkpoints, and runs that are stopped and resumed."""
+"""Rigid bodies and contact surfaces in checkpoints, and runs that are stopped and resumed."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ def model_of(kind: str, law: str, way: str) -> Model:
     entries = pressed(kind, law, way, steps=8).model.to_dict()
     entries["analysis"]["tolerance"] = 1e-8
     entries["output"] = {"report": False}
-    entries["track"] = [
-        {"name": "F", "quantity": "reaction", "boundary": "body", "component": "y"}
-    ]
+    entries["track"] = [{"name": "F", "quantity": "reaction", "boundary": "body", "component": "y"}]
     return Model.from_dict(entries)
 
 
