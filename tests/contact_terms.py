@@ -58,8 +58,8 @@ def shapes(kind: str, length: float) -> dict[str, Any]:
     if kind == "axisymmetric":
         return {"geometry": circle}
     box = {
-        "type": "box", "lower": [1.13 * length, 1.51 * length], "upper": [1.71 * length, 2.1 * length],
-        "soil": "outside",
+        "type": "box", "lower": [1.13 * length, 1.51 * length],
+        "upper": [1.71 * length, 2.1 * length], "soil": "outside",
     }  # fmt: skip
     return {"geometries": [circle, box]}
 
@@ -202,3 +202,37 @@ def branches(term: AssembledContact) -> set[str]:
         found |= {"slip"} if (closed & sliding).any() else set()
         found |= {"stick"} if (closed & ~sliding).any() else set()
     return found
+
+
+def quarter_turn(simulation: Simulation, shift: tuple[float, float]) -> Simulation:
+    """The same problem in the plane turned by 90 degrees about the origin, then shifted."""
+
+    def place(point: Any) -> list[float]:
+        return [shift[0] - point[1], shift[1] + point[0]]
+
+    def turned(by_axis: dict[str, float]) -> dict[str, float]:
+        return {"x": -by_axis["y"], "y": by_axis["x"]}
+
+    def box(shape: dict[str, Any]) -> dict[str, Any]:
+        ends = np.array([place(shape["lower"]), place(shape["upper"])])
+        return shape | {"lower": ends.min(axis=0).tolist(), "upper": ends.max(axis=0).tolist()}
+
+    entries = simulation.model.to_dict()
+    for boundary in entries["boundaries"]:
+        along_x = boundary["axis"] == "x"
+        boundary["at"] = shift[1] + boundary["at"] if along_x else shift[0] - boundary["at"]
+        boundary["axis"] = "y" if along_x else "x"
+    (soil,), (body,) = entries["bodies"], entries["rigid_bodies"]
+    soil["shape"] = box(soil["shape"])
+    circle, brick = body["geometries"]
+    body["geometries"] = [circle | {"centre": place(circle["centre"])}, box(brick)]
+    body["centre"] = place(body["centre"])
+    for key in ("displacement", "force"):
+        if body.get(key):
+            body[key] = turned(body[key])
+    if body.get("springs"):
+        body["springs"] |= {"x": body["springs"]["y"], "y": body["springs"]["x"]}
+    (load,) = entries["loads"]
+    x, y = load["acceleration"]
+    load["acceleration"] = [-y, x]
+    return Simulation(Model.from_dict(entries))

@@ -40,7 +40,8 @@ def material(random: np.random.Generator) -> dict[str, Any]:
         },
         "tresca": {"poisson_ratio": 0.49, "undrained_shear_strength": STRENGTH},
         "mohr_coulomb": {
-            "poisson_ratio": 0.3, "cohesion": STRENGTH, "friction_angle": random.uniform(10.0, 35.0),
+            "poisson_ratio": 0.3, "cohesion": STRENGTH,
+            "friction_angle": random.uniform(10.0, 35.0),
             "dilation_angle": random.uniform(0.0, 10.0),
         },
     }[name]  # fmt: skip
@@ -112,7 +113,8 @@ def problem(seed: int) -> dict[str, Any]:
         "bodies": [
             {"name": "soil", "material": "soil", "basis": basis,
              "points_per_cell": int(random.integers(2, 4)),
-             "shape": {"type": "box", "lower": [-0.5 * width, -height], "upper": [0.5 * width, 0.0]}}
+             "shape": {"type": "box", "lower": [-0.5 * width, -height],
+                       "upper": [0.5 * width, 0.0]}}
         ],
         "boundaries": [
             {"name": "base", "type": "implicit", "condition": "fixed",

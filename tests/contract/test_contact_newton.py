@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ def test_quadratic_with_the_active_set_fixed(
         seen.clear()
         simulation.advance(0.1 * step, 0.1 * (step + 1), note)
         seen.append((last[0], seen[-1][1]))
-        for (before, branches), (after, others) in zip(seen[:-1], seen[1:], strict=True):
+        for (before, branches), (after, others) in pairwise(seen):
             if branches == others and before < 2e-3:
                 pairs.append((before, after))
     assert len([before for before, _ in pairs if before > 1e-8]) >= 2, "there is something to see"

@@ -14,6 +14,7 @@ from contact_terms import (
     next_contact,
     pressed,
     product,
+    quarter_turn,
     states,
 )
 from small_problems import KINDS
@@ -177,3 +178,24 @@ def test_action_is_reaction(kind: str, law: str, way: str) -> None:
             total = np.concatenate([moving.displacement, moving.turn])
             held = moving.springs * total[moving._axis]
             np.testing.assert_allclose(left[moving._axis], held, rtol=0, atol=1e-8 * size)
+
+
+@every_law
+@pytest.mark.parametrize("way", [FREE, DRIVEN])
+def test_forces_turn_with_soil_and_body(law: str, way: str) -> None:
+    """By a quarter of a turn about the origin, with a shift by whole cells."""
+    one = pressed("plane_strain", law, way)
+    other = quarter_turn(one, (1.5, -2.0))
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    for step in range(2):
+        for simulation in (one, other):
+            simulation.advance(0.0625 * step, 0.0625 * (step + 1))
+        (body,), (turned,) = one.rigid_bodies.values(), other.rigid_bodies.values()
+        size = np.abs(body.force).max()
+        assert size > 0.0
+        np.testing.assert_allclose(turned.force, turn @ body.force, rtol=0, atol=1e-6 * size)
+        np.testing.assert_allclose(turned.moment, body.moment, rtol=0, atol=1e-6 * size)
+        moved = np.abs(body.displacement).max()
+        expected = turn @ body.displacement
+        np.testing.assert_allclose(turned.displacement, expected, rtol=0, atol=1e-6 * moved)
+        np.testing.assert_allclose(turned.rotation, body.rotation, rtol=0, atol=1e-6 * moved)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""State of rigid bodies and contact surfaces: checkpoints, and runs that are stopped and resumed."""
+"""Rigid bodies and contact surfaces in checkpoints, and runs that are stopped and resumed."""
 
 from __future__ import annotations
 

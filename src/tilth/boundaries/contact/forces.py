@@ -155,7 +155,7 @@ class AssembledContact(GlobalUnknowns):
         """Keeps the multiplier with the least tension closed if all others have opened.
 
         Without contact nothing but springs would hold a free body: it would be lost in one
-        iteration, or jump back and forth.
+        iteration, or jump from side to side.
         """
         best, least = None, np.inf
         self._held = False
