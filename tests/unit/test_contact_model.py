@@ -356,6 +356,7 @@ def test_what_is_probably_not_meant_is_warned_of() -> None:
     found = dict(contact_warnings(Model.from_dict(entries(*walls, rigid_bodies=bodies))))
     assert list(found) == [
         "friction of rigid_bodies[0].contact", "friction of boundaries[0].contact_with.b",
+        f"thin sides of {bodies[0]['name']}",
         "one side of rigid_bodies[0].geometries[1]", "one side of rigid_bodies[0].geometries[2]",
     ]  # fmt: skip
     assert "friction = 0.364" in found["friction of rigid_bodies[0].contact"]

@@ -16,6 +16,7 @@ from result_snapshots import assert_same, make_snapshot, opened_by_vtk
 from small_problems import block_entries, rollers
 
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.rigid_shapes import rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
 from tilth.boundaries.contact.state import ContactState, RigidBodyState
@@ -109,6 +110,20 @@ def test_body_is_turned_about_its_centre_then_moved() -> None:
     assert line[0] == line[-1]
     x, y = shape.position[line].T
     assert 0.5 * float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum()) < -3.0  # the soil on the left
+
+
+def test_the_outline_of_a_box_is_one_chain() -> None:
+    """Its facets come side by side, in any order."""
+    box = {"name": "box", "geometry": {"type": "box", "lower": [0.0, 2.0], "upper": [2.0, 3.0],
+                                       "soil": "outside"},
+           "contact": BALL["contact"], "centre": [1.0, 2.5],
+           "displacement": {"x": 0.0, "y": -0.2}, "rotation": 0.0}  # fmt: skip
+    entries = block_entries("plane_strain", "gimp", rigid_bodies=[box])
+    model = Model.from_dict({**entries, "boundaries": rollers("plane_strain")})
+    shape = rigid_shapes(model, Simulation(model).points)["box"]
+    (line,) = shape.at(np.zeros(2), np.zeros(3)).polylines
+    assert line[0] == line[-1]
+    assert len(line) == 13  # facets of half a cell
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -97,6 +97,26 @@ def test_a_motion_that_nothing_holds_any_more_is_named() -> None:
     assert "lost the boundaries that held it" in text
 
 
+def test_what_only_contact_holds_is_named() -> None:
+    """A block on its smooth base, under a ball that is pushed to the side."""
+    base = {
+        "name": "base", "type": "implicit",
+        "geometry": {"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]},
+        "contact": {"normal": "unilateral", "tangential": "friction", "friction": 0.1},
+    }  # fmt: skip
+    ball = {
+        "name": "ball", "centre": [2.0, 4.5], "displacement": {"y": -0.01},
+        "geometry": {"type": "circle", "centre": [2.0, 4.5], "radius": 0.5, "soil": "outside"},
+        "contact": {"normal": "unilateral", "tangential": "rough"},
+        "force": {"x": 1.0}, "springs": {"rotation": 1.0},
+    }  # fmt: skip
+    text = causes_of(clay_block(1.0, boundaries=[base], rigid_bodies=[ball]))
+    assert "only contact holds the rigid body 'ball' in x: " in text
+    assert "only contact holds some of the soil" in text
+    held = causes_of(clay_block(1.0))
+    assert "contact" not in held
+
+
 def test_soil_behind_a_boundary_is_named() -> None:
     wall = implicit("wall", flat([1.0, 0.0], [1.0, 0.0]), "roller")
     entries = clay_block(0.1, boundaries=[plane("base", "y", 0.0), wall])

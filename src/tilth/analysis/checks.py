@@ -9,7 +9,7 @@ from tilth.analysis.model_warnings import warnings_of
 from tilth.boundaries.axis_consistency import require_no_radial_motion
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.consistency import require_consistency, table_times
-from tilth.boundaries.contact.checks import require_outside
+from tilth.boundaries.contact.checks import require_outside, require_soil_in_reach
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.wet_mass import require_wet_densities
@@ -29,14 +29,16 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     model = simulation.model
     require_wet_densities(model, simulation.points)
     require_outside(simulation.contact_surfaces, simulation.points)
+    first = model.schedule.regular_time(1)
     try:
-        step = simulation.prepare(0.0, model.schedule.regular_time(1))
+        step = simulation.prepare(0.0, first)
     except StepFailed as failure:
         raise BadInput(
             f"{failure.reason} before the first step (point {failure.point})",
             "move the body, or widen grid.limits",
             key="bodies",
         ) from failure
+    require_soil_in_reach(simulation.bodies, step.constraints.contacts, first)
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
     times = table_times(model)

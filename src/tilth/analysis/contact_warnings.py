@@ -31,6 +31,7 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                 f"angle of {law.friction:g} degrees would be friction = {tangent:.3g}",
             )
     for body in model.rigid_bodies:
+        yield from _thin(model, body)
         for key, shape in model.shapes_of(body):
             line = isinstance(shape, PolylineGeometry) and not shape.closed
             if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
@@ -40,6 +41,22 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     f"{shape.type} only, and passes through soil on the other; give "
                     'soil = "both", a plate, or the whole outline, unless this is meant',
                 )
+
+
+def _thin(model: Model, body: RigidBody) -> Iterator[tuple[str, str]]:
+    """Yields thin shapes whose sides feel no pressure that would let friction or adhesion act."""
+    laws = [body.contact, *(body.contact_with or {}).values()]
+    if not any(law.normal == "unilateral" and law.tangential != "smooth" for law in laws):
+        return
+    thin = [key for key, shape in model.shapes_of(body) if shape.has_two_sides]
+    if thin:
+        yield (
+            f"thin sides of {body.name}",
+            f"{thin[0]}: soil that presses alike on both sides of a thin shape does not press on "
+            f'the rigid body {body.name!r}, so that with normal = "unilateral" nearly no shear '
+            'stress acts on these sides; give normal = "bilateral" with adhesion, a shape at '
+            "least two cells thick, or ignore this where only one side is pressed",
+        )
 
 
 def _laws(model: Model) -> Iterator[tuple[str, Contact]]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,6 +36,7 @@ def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> 
         *_left_limits(simulation, failure),
         *_behind(simulation, clock),
         *_not_constrained(simulation, clock),
+        *_held_by_contact(simulation, clock),
         *_limit_load(simulation, clock),
         *_domains(simulation),
         *_locking(simulation),
@@ -61,10 +63,12 @@ def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
             continue
         behind, depth = points_behind(boundary, simulation.points, clock.time, cell_size)
         if len(behind):
+            stays = ", and nothing pushes them out: begin with all soil in front of it; near it"
             yield (
                 f"{len(behind)} material points are behind the boundary {boundary.name!r} "
-                f"({boundary.key}), up to {depth.max():.3g} deep, and nothing pushes them out: "
-                "begin with all soil in front of it; near it choose smaller cells or steps"
+                f"({boundary.key}), up to {depth.max():.3g} deep"
+                f"{': near it' if boundary.declared.kind == 'contact' else stays} "
+                "choose smaller cells or steps"
             )
 
 
@@ -82,6 +86,37 @@ def _not_constrained(simulation: Simulation, clock: Clock) -> Iterator[str]:
         yield (
             f"{free}, since it has lost the boundaries that held it: add a boundary that acts on "
             "it throughout, or end the schedule before"
+        )
+
+
+def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
+    """Soil and rigid bodies that slide or come off where contact alone holds them."""
+    beyond = "what friction and soil cannot resist has no equilibrium"
+    for body in simulation.bodies:
+        loose = body.free & (body.springs == 0.0)
+        names = ", ".join(name for name, free in zip(body.components, loose, strict=True) if free)
+        if names:
+            yield (
+                f"only contact holds the rigid body {body.name!r} in {names}: {beyond}; prescribe "
+                "these components instead of the forces on them, or give springs"
+            )
+    try:
+        step = simulation.prepare(clock.time, clock.next_time())
+    except (StepFailed, BadInput):
+        return
+    if not step.constraints.contacts:
+        return
+    try:
+        require_no_rigid_motion(
+            step.active,
+            simulation.kind,
+            step.conditions.constrained,
+            replace(step.constraints, contacts=()),
+        )
+    except BadInput:
+        yield (
+            f"only contact holds some of the soil: {beyond}, and it slides or comes off; add a "
+            "boundary that stops it, or more friction"
         )
 
 

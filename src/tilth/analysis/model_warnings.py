@@ -255,6 +255,16 @@ def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
                 f"smooth boundary and more on a rough one; cells of {radius / LEAST_RADIUS:.3g} or "
                 "less resolve it",
             )
+    for body in model.rigid_bodies:
+        for key, shape in model.shapes_of(body):
+            radius = shape.radius_at_rest
+            if radius is not None and radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
+                yield (
+                    f"radius of {key}",
+                    f"{key}.radius: the radius of the rigid body {body.name!r} is only "
+                    f"{radius / edge:.2g} cells; contact averages its stresses over about a cell; "
+                    f"cells of {radius / LEAST_RADIUS:.3g} or less resolve it",
+                )
 
 
 def _least_radius(boundary: Boundary, model: Model) -> float | None:

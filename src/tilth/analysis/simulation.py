@@ -422,7 +422,8 @@ class Simulation:
         warnings.bounds(bound_domains(self.points, self.grid))
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
-            if np.array_equal(balance.load_before, equilibrium.load):
+            forced = any(body.free.any() for body in self.bodies)
+            if not forced and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )

@@ -102,10 +102,24 @@ def _joined(corner: Floats, normal: Floats) -> tuple[Floats, Integers]:
     wrong = side < 0.0
     order = np.where(wrong[:, None], np.arange(dim)[::-1], np.arange(dim))
     corner = np.take_along_axis(corner, order[:, :, None], axis=1)
-    if dim == 2 and wrong.all():
-        corner = corner[::-1]  # each segment begins where the one before it ends
     size = float(np.ptp(corner.reshape(-1, dim), axis=0).max()) or 1.0
     key = np.round(corner.reshape(-1, dim) / (_SAME_PLACE * size) + 0.123)
     _, chosen, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
     cells = number.reshape(-1, dim).astype(np.int64)
-    return corner.reshape(-1, dim)[chosen], cells
+    return corner.reshape(-1, dim)[chosen], _in_chains(cells) if dim == 2 else cells
+
+
+def _in_chains(segment: Integers) -> Integers:
+    """Returns segments (m, 2) in such an order that each begins where the last one ends."""
+    from_vertex: dict[int, list[int]] = {}
+    for number, begin in enumerate(segment[:, 0].tolist()):
+        from_vertex.setdefault(begin, []).append(number)
+    ends = set(segment[:, 1].tolist())
+    open_ones = [k for k, begin in enumerate(segment[:, 0].tolist()) if begin not in ends]
+    order: dict[int, None] = {}
+    for first in [*open_ones, *range(len(segment))]:
+        following = [first]
+        while following := [k for k in following if k not in order]:
+            order[following[0]] = None
+            following = from_vertex.get(int(segment[following[0], 1]), [])
+    return segment[list(order)]

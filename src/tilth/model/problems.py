@@ -27,6 +27,7 @@ _PLAIN_WORDS = {
     "model_type": "must be a table of keys",
     "model_attributes_type": "must be a table of keys",
     "mapping_type": "must be a table of keys",
+    "dict_type": "must be a table of keys, such as { x = 0 }",
     "union_tag_not_found": "must be a table of keys",
     "sequence_str": "must be a list, not a text",
     "is_instance_of": "must be a list",

@@ -191,6 +191,7 @@ def _draw_soil(
     axes.set_xlabel(with_unit("r" if axisymmetric else "x", unit), fontsize=9, **AS_IT_IS)
     axes.set_ylabel(with_unit("y", unit), fontsize=9, **AS_IT_IS)
     axes.tick_params(labelsize=8)
+    axes.locator_params(axis="x", nbins=5)  # it is narrow where the surface is high
     axes.set_facecolor("0.97")
     text = f"longest bar: {greatest:.4g} {units.get('stress', '')}".rstrip()
     axes.set_title(text, fontsize=8.5, color=PRESSURE, **AS_IT_IS)

@@ -8,7 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.boundaries.contact.constraint import ContactConstraint
+from tilth.boundaries.contact.gather import REACH
 from tilth.boundaries.contact.overlap import soil_inside
+from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.points import MaterialPoints
@@ -44,6 +47,27 @@ def require_outside(surfaces: Sequence[ContactSurface], points: MaterialPoints) 
             f"lift the body by {depth:.3g} or more, so that it comes down on the soil, or cut its "
             "shape out of the soil body and give `wished_in_place = true`",
             key=surface.key,
+        )
+
+
+def require_soil_in_reach(
+    bodies: Sequence[RigidBody], contacts: Sequence[ContactConstraint], after: float
+) -> None:
+    """Checks that free bodies that fall in the first step, to time `after`, can come down on soil.
+
+    Raises:
+        BadInput: no soil is within reach of one.
+    """
+    for number, body in enumerate(bodies):
+        direction = body.falls_along(after)
+        own = [part for part in contacts if part.boundary.body is body]
+        if direction is None or any((part.pose.normal @ direction > 0.0).any() for part in own):
+            continue
+        raise BadInput(
+            f"no soil is within {REACH:g} cell of the rigid body {body.name!r} in the direction of "
+            "the force on it, and nothing else holds it there",
+            "place it closer to the soil, prescribe its motion, or give springs",
+            key=f"rigid_bodies[{number}]",
         )
 
 

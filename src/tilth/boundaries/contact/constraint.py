@@ -157,9 +157,11 @@ class Supports:
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         law: of each multiplier.
         slip: directions in which they slide at the last linearisation, shape (m, dim - 1).
+        given: whether the shear strength is that of the pressure at the start of the step.
     """
 
     slip: Floats
+    given: bool
     node_start: Integers
     node: npt.NDArray[np.int32]
 
@@ -178,6 +180,7 @@ class Supports:
 
     def restart(self) -> None:
         """Sets the state at the start of the step."""
+        self.given = False
         self.added = np.zeros((self.count, len(self.frame)))
         self.first_gap = self.part.touch.gap.copy()
         touch, cell = self.part.touch, self.part.boundary.cell
@@ -250,9 +253,13 @@ class Supports:
         trial[self.area <= 0.0] = 0.0
         return trial
 
-    def respond(self, slip: Floats) -> ContactResponse:
-        """Returns the response to mean gaps and slips [length], shape (m, dim)."""
-        return respond(self.law, self.trial(slip), self.stiffness, self.slip)
+    def respond(self, slip: Floats, held: Flags | None = None) -> ContactResponse:
+        """Returns the response to mean gaps and slips [length], shape (m, dim).
+
+        held: which multipliers are not to open now, shape (m,).
+        """
+        given = self.law.strength(-self.before[:, 0])[0] if self.given else None
+        return respond(self.law, self.trial(slip), self.stiffness, self.slip, given, held)
 
     def augment(self, slip: Floats, chosen: Flags) -> None:
         """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""

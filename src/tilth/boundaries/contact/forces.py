@@ -33,6 +33,10 @@ from tilth.terms.protocol import GlobalUnknowns, NodeLists, Term
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
 
+LEAST_SUPPORT = 0.05
+"""Least area of a support, in faces of a cell, whose mean gap counts: where soil covers a surface's
+edge only just, the supports on both sides can be more than the nodes there satisfy."""
+
 OVERLAP = 2e-3
 """Depth in the surface, in cells, from which soil takes part in the contact of a step; where the
 support of its multiplier is in contact, gap up to which it does."""
@@ -49,6 +53,18 @@ FIRST_OVERLAP = 0.01
 
 MAXIMUM_REVISIONS = 20
 """Number of times that a step's contact is determined anew before the step counts as failed."""
+
+PATIENCE = 10
+"""Linearisations without equilibrium after which the shear strength is that of the pressure at the
+start of the step.
+
+Strength that increases with the pressure couples both: there may be no equilibrium, and Newton's
+iteration can alternate between open, sliding and sticking multipliers. With a given strength the
+balance is that of a minimum (of an elastic soil's energy) and has a solution.
+"""
+
+RESTARTS = 2
+"""Attempts at a step after which the shear strength is that one from the first iteration on."""
 
 
 @dataclass
@@ -68,7 +84,8 @@ class ContactForces(Term):
         parts: its surfaces near soil, with their multipliers.
         body: the rigid body, if it is one.
         after: time at the end of the step.
-        modulus: of the soil [stress], for the scale of the springs that hold free bodies.
+        force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
+            scale of the springs that hold free bodies.
         nodes: number of nodes of the grid.
     """
 
@@ -78,11 +95,11 @@ class ContactForces(Term):
         parts: Sequence[ContactConstraint],
         body: RigidBody | None,
         after: float,
-        modulus: float,
+        force: float,
         nodes: int,
     ) -> None:
         self._name, self._body, self._after = name, body, after
-        self._modulus = modulus
+        self._force = force
         self._supports = [Supports(part, nodes) for part in parts]
 
     @property
@@ -93,7 +110,7 @@ class ContactForces(Term):
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
         """As `Term.assembled`."""
         return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._modulus, active
+            self._name, self._supports, elements, self._body, self._after, self._force, active
         )
 
 
@@ -107,7 +124,7 @@ class AssembledContact(GlobalUnknowns):
         elements: Sequence[Elements],
         body: RigidBody | None,
         after: float,
-        modulus: float,
+        force: float,
         active: ActiveGrid,
     ) -> None:
         self.name = name
@@ -118,8 +135,9 @@ class AssembledContact(GlobalUnknowns):
         self._cell = float(active.grid.cell_size.min())
         self._weak = np.zeros(0)
         if body is not None:
-            self._weak = WEAK_SPRING * modulus * body.size ** (body.dim - 2) * self.scale**2
-        self._revisions = 0
+            self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
+        self._held, self._may_hold = False, len(self.scale) > 0
+        self._revisions = self._linearisations = self._restarts = 0
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -140,7 +158,32 @@ class AssembledContact(GlobalUnknowns):
             moved = self._moved(support, unknowns)
             slip = support.slips(displacement, moved)
             found.append(_Evaluated(slip, support.respond(slip), moved))
+        if self._may_hold:
+            self._hold(found)
         return found
+
+    def _hold(self, found: list[_Evaluated]) -> None:
+        """Keeps the multiplier with the least tension closed if all others have opened.
+
+        Without contact nothing but springs would hold a free body: it would be lost in one
+        iteration, or jump from side to side.
+        """
+        best, least = None, np.inf
+        self._held = False
+        for i, (support, each) in enumerate(zip(self._supports, found, strict=True)):
+            present = support.area > 0.0
+            if (each.response.closed & present).any():
+                return
+            tension = np.where(present, support.trial(each.slip)[:, 0], np.inf)
+            if tension.min(initial=np.inf) < least:
+                best, least = (i, int(tension.argmin())), float(tension.min())
+        if best is None:
+            return
+        self._held = True
+        number, multiplier = best
+        held = np.arange(self._supports[number].count) == multiplier
+        slip = found[number].slip
+        found[number].response = self._supports[number].respond(slip, held)
 
     def first_unknowns(self) -> Floats:
         """As `GlobalUnknowns.first_unknowns`: a free body without contact moves to the soil.
@@ -153,8 +196,9 @@ class AssembledContact(GlobalUnknowns):
             return zero
         dim, nearest = self._active.grid.dim, np.inf
         still = np.zeros((self._active.nodes, dim))
-        for support, each in zip(self._supports, self._evaluate(still, zero), strict=True):
-            if (each.response.closed & (support.area > 0.0)).any():
+        for support in self._supports:
+            response = support.respond(support.slips(still, self._moved(support, zero)))
+            if (response.closed & (support.area > 0.0)).any():
                 return zero
             towards = support.part.pose.normal @ direction
             faces = (towards > LEAST_COSINE) & support.active
@@ -196,8 +240,10 @@ class AssembledContact(GlobalUnknowns):
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
+        self._linearisations += 1
         for support, elements, each in self._each():
             support.slip = each.response.slip
+            support.given |= self._linearisations >= PATIENCE
             for column, row in zip(self._columns(support, each), support.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
 
@@ -219,8 +265,8 @@ class AssembledContact(GlobalUnknowns):
         corner = np.diag(self._weak)
         if self.body is None or count == 0:
             return Border(columns, rows, corner, self.scale)
-        corner = corner + np.diag(self.body.springs[self.body.free])
         increments = self._increments(unknowns)
+        corner = corner + self.body.load_stiffness(increments, self._after)
         for support, elements, each in self._each():
             lever = self._levers(support, unknowns)
             derivative = each.response.derivative
@@ -284,13 +330,22 @@ class AssembledContact(GlobalUnknowns):
 
     def restart(self) -> None:
         """As `AssembledTerm.restart`."""
-        self._revisions = 0
+        self._revisions = self._linearisations = 0
+        self._restarts += 1
+        self._may_hold = len(self.scale) > 0
         for support in self._supports:
             support.restart()
+            support.given = self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
         changed = self.adapt(displacement)
+        if self._held and not changed:
+            assert self.body is not None
+            if self.body.needs_contact:
+                raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
+            self._may_hold = False
+            changed = True
         for support, _, each in self._each():
             wide = self._too_wide(support, each)
             if wide.any():
@@ -298,13 +353,17 @@ class AssembledContact(GlobalUnknowns):
                 changed = True
         if changed:
             self._revisions += 1
+            self._linearisations = 0
             if self._revisions > MAXIMUM_REVISIONS:
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
 
     def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
-        held = each.response.closed & (support.area > 0.0)
+        part = support.part
+        extent = np.bincount(part.owner, np.where(support.active, part.area, 0.0), support.count)
+        face = self._cell ** (self._active.grid.dim - 1)
+        held = each.response.closed & (extent > LEAST_SUPPORT * face)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
 
     def require_acceptable(self, displacement: Floats) -> None:
@@ -390,19 +449,24 @@ def contact_terms(
     contacts: Sequence[ContactConstraint],
     bodies: Sequence[RigidBody],
     after: float,
-    modulus: float,
+    force: float,
     nodes: int,
 ) -> list[ContactForces]:
     """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
 
     Args: see `ContactForces`.
+
+    Raises:
+        StepFailed: no soil is near a free body that nothing else holds against the force on it.
     """
     terms = []
     for body in bodies:
         own = [part for part in contacts if part.boundary.body is body]
-        terms.append(ContactForces(body.name, own, body, after, modulus, nodes))
+        if not own and body.falls_along(after) is not None:
+            raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
+        terms.append(ContactForces(body.name, own, body, after, force, nodes))
     terms += [
-        ContactForces(part.boundary.name, [part], None, after, modulus, nodes)
+        ContactForces(part.boundary.name, [part], None, after, force, nodes)
         for part in contacts
         if part.boundary.body is None
     ]

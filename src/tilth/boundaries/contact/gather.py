@@ -108,9 +108,26 @@ def _measured(
     reach, behind = REACH * surface.cell, surface.behind
 
     def measure_gap_at(position: Floats, normal: Floats) -> tuple[Floats, Integers]:
-        return measure_gap(points, active.grid, soil.tracked, position, normal, reach, behind)
+        found = measure_gap(points, active.grid, soil.tracked, position, normal, reach, behind)
+        return _closed_on_plate(*found, points, position) if surface.is_thin else found
 
     return measure(*surface.surface_points(time), measure_gap_at)
+
+
+def _closed_on_plate(
+    gap: Floats, point: Integers, points: MaterialPoints, position: Floats
+) -> tuple[Floats, Integers]:
+    """Returns gaps and material points of a thin plate, those in intact soil with a gap of 0.
+
+    The plate has cut this soil without moving it. Gaps are -inf there; the material point is the
+    nearest one.
+    """
+    cut = np.flatnonzero(np.isneginf(gap))
+    if len(cut):
+        from scipy.spatial import cKDTree
+
+        gap[cut], point[cut] = 0.0, cKDTree(points.position).query(position[cut])[1]
+    return gap, point
 
 
 def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Floats:

@@ -112,7 +112,14 @@ def first_slip(law: ContactLaw, carried: Floats) -> Floats:
     return np.where(sliding, 1.0 / np.where(sliding, size, 1.0), 0.0)[:, None] * carried[:, 1:]
 
 
-def respond(law: ContactLaw, trial: Floats, stiffness: Floats, slip: Floats) -> ContactResponse:
+def respond(
+    law: ContactLaw,
+    trial: Floats,
+    stiffness: Floats,
+    slip: Floats,
+    given: Floats | None = None,
+    held: Flags | None = None,
+) -> ContactResponse:
     """Returns the response to trial tractions.
 
     Args:
@@ -120,11 +127,17 @@ def respond(law: ContactLaw, trial: Floats, stiffness: Floats, slip: Floats) -> 
         trial: s_n and s_t [stress], shape (m, dim).
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         slip: of the response at the last linearisation, shape (m, dim - 1).
+        given: shear strength [stress], shape (m,), in place of that of the pressure.
+        held: which multipliers are not to open now, shape (m,); none if not given.
     """
     count, dim = trial.shape
     stiff_n, stiff_t = stiffness.T
     closed = law.bilateral | (trial[:, 0] <= law.tension)
+    if held is not None:
+        closed = closed | held
     strength, slope = law.strength(-trial[:, 0])
+    if given is not None:
+        strength, slope = given, np.zeros(count)
     shear = trial[:, 1:]
     size = np.linalg.norm(shear, axis=1)
     turns_round = (strength > 0.0) & (np.einsum("mi,mi->m", shear, slip) < 0.0)

@@ -18,16 +18,19 @@ from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.rotation import (
     derivative,
     left_jacobian,
+    left_jacobian_derivative,
     rotated_by,
     rotation_by,
     second_derivative,
+    vector_near,
 )
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.model import RigidBody as DeclaredBody
 
 WEAK_SPRING = 1e-10
 """Stiffness of the springs that hold a free body against the step's start, relative to the soil's
-modulus times the size of the body: they make the system regular where nothing else holds it."""
+modulus times a cell's face over the size of the body: they make the system regular where nothing
+else holds it."""
 
 
 class RigidBody:
@@ -81,7 +84,6 @@ class RigidBody:
         self.force: Floats = np.zeros(dim)
         self.moment: Floats = np.zeros(turns)
         self._increments: Floats = np.zeros(dim + turns)
-        self._offset: Floats = np.zeros(dim)
 
     @staticmethod
     def _slot(name: str, dim: int) -> int:
@@ -105,10 +107,20 @@ class RigidBody:
         """Factors of the free components for comparison with displacements, shape (m,)."""
         return np.where(self._axis[self.free] < self.dim, 1.0, self.size)
 
+    @property
+    def weak_share(self) -> float:
+        """Factor of those springs: 1/size [1/length], in axisymmetry for the circumference 2 pi."""
+        return 2.0 * np.pi if len(self.components) == 1 else 1.0 / self.size
+
     def begin(self, after: float) -> None:
         """Begins a step to the time `after`, with the free components at rest."""
         self._end = after
         self._increments = self._prescribed(self.time, after)
+
+    @property
+    def needs_contact(self) -> bool:
+        """Whether a translation is free that no spring holds."""
+        return bool((self.free & (self._axis < self.dim) & (self.springs == 0.0)).any())
 
     def falls_along(self, time: float) -> Floats | None:
         """Returns the direction of the force on it if only soil can hold it there, unit, (dim,).
@@ -210,16 +222,31 @@ class RigidBody:
 
         increments: of the step so far. Forces in [force], moments in [force length].
         """
+        load = self._declared_load(time)
+        load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
+        total = np.concatenate([self.displacement, self.turn]) + increments
+        load[self._axis] -= self.springs * total[self._axis]
+        return np.asarray(load[self._axis[self.free]])
+
+    def load_stiffness(self, increments: Floats, time: float) -> Floats:
+        """Returns the derivative of -`applied` by the free components, shape (m, m)."""
+        dim, turns = self.dim, len(self.turn)
+        whole = np.zeros((dim + turns, dim + turns))
+        whole[self._axis, self._axis] = self.springs
+        moment = self._declared_load(time)[dim:]
+        whole[dim:, dim:] -= left_jacobian_derivative(increments[dim:], moment)
+        slots = self._axis[self.free]
+        return np.asarray(whole[np.ix_(slots, slots)])
+
+    def _declared_load(self, time: float) -> Floats:
+        """Returns force and moment with the weight, without springs, shape (dim + 1 or 3,)."""
         declared = self.declared
         load = np.zeros(self.dim + len(self.turn))
         for name, slot in zip(self.components, self._axis, strict=True):
             load[slot] = declared.applied(name, time, self._schedule_end)
         if declared.mass:
             load[: self.dim] += declared.mass * self._acceleration(time)
-        load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
-        total = np.concatenate([self.displacement, self.turn]) + increments
-        load[self._axis] -= self.springs * total[self._axis]
-        return np.asarray(load[self._axis[self.free]])
+        return load
 
     @property
     def springs(self) -> Floats:
@@ -228,9 +255,11 @@ class RigidBody:
 
     def result(self) -> RigidBodyState:
         """Returns its motion since the start, and the soil's force and moment on it."""
-        turns = slice(2, 3) if self.dim == 2 else slice(0, 3)
         rotation, moment = np.zeros(3), np.zeros(3)
-        rotation[turns], moment[turns] = self.turn, self.moment
+        if self.dim == 2:
+            rotation[2:], moment[2:] = self.turn, self.moment
+        else:
+            rotation, moment = vector_near(self.rotation, self.turn), self.moment
         return RigidBodyState(self.displacement, rotation, self.force, moment)
 
     def commit(self, unknowns: Floats, force: Floats, moment: Floats) -> None:

@@ -12,11 +12,11 @@ import numpy as np
 
 from tilth.arrays import Floats
 
-SMALL_ANGLE = 1e-4
-"""Angle [rad] below which series replace the quotients of sines and cosines."""
+SMALL_ANGLE = 0.1
+"""Angle [rad] below which series replace the quotients of sines and cosines, which cancel there."""
 
 DIFFERENCE = 1e-5
-"""Step of the central differences for the second derivatives in space [rad]."""
+"""Step of the central differences for second derivatives in space [rad]."""
 
 
 def rotation_by(vector: Floats) -> Floats:
@@ -37,6 +37,20 @@ def vector_of(rotation: Floats) -> Floats:
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
+
+
+def vector_near(rotation: Floats, vector: Floats) -> Floats:
+    """Returns the rotation vector [rad] of a matrix (3, 3) that is nearest to a vector, (3,).
+
+    Rotation vectors that differ by whole turns about their axis belong to the same matrix.
+    """
+    found = vector_of(rotation)
+    angle = float(np.linalg.norm(found))
+    if angle == 0.0:
+        return found
+    axis = found / angle
+    turns = round((float(vector @ axis) - angle) / (2.0 * math.pi))
+    return np.asarray(axis * (angle + 2.0 * math.pi * turns))
 
 
 def rotated_by(vector: Floats, arm: Floats) -> Floats:
@@ -74,6 +88,18 @@ def left_jacobian(vector: Floats) -> Floats:
     return np.eye(3) + second * spin + third * spin @ spin
 
 
+def left_jacobian_derivative(vector: Floats, moment: Floats) -> Floats:
+    """Returns the derivative of J^T times a moment by the vector, shape (1, 1) or (3, 3)."""
+    if len(vector) == 1:
+        return np.zeros((1, 1))
+    columns = []
+    for unit in np.eye(3):
+        forward = left_jacobian(vector + DIFFERENCE * unit)
+        backward = left_jacobian(vector - DIFFERENCE * unit)
+        columns.append((forward - backward).T @ moment / (2.0 * DIFFERENCE))
+    return np.stack(columns, axis=1)
+
+
 def cross_matrix(vector: Floats) -> Floats:
     """Returns the matrix of the cross product with a vector (3,), shape (3, 3)."""
     x, y, z = vector
@@ -82,12 +108,16 @@ def cross_matrix(vector: Floats) -> Floats:
 
 def _quotients(angle: float) -> tuple[float, float, float]:
     """Returns sin(a)/a, (1 - cos(a))/a^2 and (a - sin(a))/a^3."""
-    if angle < SMALL_ANGLE:
-        square = angle * angle
-        return 1.0 - square / 6.0, 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
     square = angle * angle
+    if angle < SMALL_ANGLE:
+        return _series(1, square), _series(2, square), _series(3, square)
     return (
         math.sin(angle) / angle,
         (1.0 - math.cos(angle)) / square,
         (angle - math.sin(angle)) / (square * angle),
     )
+
+
+def _series(first: int, square: float) -> float:
+    """Returns the sum of (-a^2)^k / (first + 2 k)! to round-off, for a square a^2 [-]."""
+    return sum((-square) ** k / math.factorial(first + 2 * k) for k in range(6))

@@ -110,7 +110,12 @@ class ContactSurface(Implicit):
 
         With soil on both sides little more than round-off and the scatter of gaps.
         """
-        return (BEHIND_PLATE if isinstance(self.geometry, BothSides) else BEHIND) * self.cell
+        return (BEHIND_PLATE if self.is_thin else BEHIND) * self.cell
+
+    @property
+    def is_thin(self) -> bool:
+        """Whether soil is on both sides."""
+        return isinstance(self.geometry, BothSides)
 
     @property
     def cell(self) -> float:
@@ -131,7 +136,7 @@ class ContactSurface(Implicit):
     def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
         """Returns the contact of chosen points at the start of a step.
 
-        measured: gaps [length], shape (n,); infinite where there is no soil, -inf inside of it.
+        measured: gaps [length], shape (n,), finite.
         scatter: how inexact they are [length], shape (n,). Soil counts as touching a boundary from
             the start up to this gap, but not a rigid body.
         """
@@ -139,15 +144,13 @@ class ContactSurface(Implicit):
         stored = self.carried[chosen]
         was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
         never = stored[:, dim] == 0.0
-        known = np.isfinite(measured)
         tolerance = LOST * self.cell if self._full else scatter * (self.body is None)
-        near = never & known & (np.abs(measured) <= tolerance)
+        near = never & (np.abs(measured) <= tolerance)
         offset[near] = measured[near]
         limit = LARGEST_OFFSET * self.cell
-        gap = np.where(known, measured, 0.0) - np.clip(offset, -limit, limit)
+        gap = measured - np.clip(offset, -limit, limit)
         closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
         closed |= near
-        closed |= np.isneginf(measured)
         carried = np.where(was_closed, stored[:, dim + 2], 0.0)
         return Touch(closed, np.where(closed, carried, gap), offset)
 
@@ -169,7 +172,7 @@ class ContactSurface(Implicit):
         stored = np.zeros_like(self.carried)
         stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
         limit = LARGEST_OFFSET * self.cell
-        now = np.where(np.isfinite(measured), np.clip(measured, -limit, limit), 0.0)
+        now = np.clip(measured, -limit, limit)
         kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
         stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
         stored[chosen, dim] = np.where(closed, 1.0, -1.0)

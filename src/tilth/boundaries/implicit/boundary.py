@@ -349,14 +349,22 @@ class Implicit:
         return float(-distance[behind].min(initial=0.0))
 
     def carry_from(self, other: Implicit) -> None:
-        """Takes over the tractions of the same boundary on another grid, by nearest points."""
+        """Takes over the tractions of the same boundary on another grid, by nearest points.
+
+        Of points at one place, as on both sides of a thin plate, that with the same normal counts.
+        """
         assert other.quadrature is not None
         from scipy.spatial import cKDTree
 
         self._lower, self._upper = other._lower, other._upper
         self._make_points()
         assert self.quadrature is not None
-        _, nearest = cKDTree(other.quadrature.reference).query(self.quadrature.reference)
+        cell = float(self._grid.cell_size.min())
+        place = [
+            np.concatenate([each.reference, cell * each.normal], axis=1)
+            for each in (other.quadrature, self.quadrature)
+        ]
+        _, nearest = cKDTree(place[0]).query(place[1])
         self.carried = other.carried[nearest]
 
     def state(self) -> dict[str, npt.NDArray[Any]]:

@@ -230,7 +230,10 @@ class ImplicitConstraints:
     def largest_increment(self) -> float:
         """Returns the largest prescribed displacement at points in contact with soil [length]."""
         return max(
-            (float(np.linalg.norm(part.pose.increment, axis=1).max()) for part in self.parts),
+            (
+                float(np.linalg.norm(part.pose.increment, axis=1).max())
+                for part in (*self.parts, *self.contacts)
+            ),
             default=0.0,
         )
 

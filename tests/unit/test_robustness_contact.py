@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Random rigid polygons pressed, pushed, turned and dropped on random soil: none stops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from random_polygons import mean_depth, problem
+
+import tilth.analysis.simulation
+from tilth import AnalysisFailed, Model, run
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import StepResult
+from tilth.terms.balance import Balance
+from tilth.terms.linear import AssembledLinearForces
+
+FEW, MANY = 20, 200
+BALANCE = 1e-8
+MEAN_DEPTH = 0.01
+
+
+class Watched:
+    """The largest errors of the balance in all steps of a run [force], and the largest forces."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.force, self.moment, self.reaction, self.size = 0.0, 0.0, 0.0, 0.0
+        self.simulation: Simulation | None = None
+        self._own = np.zeros(3)
+        solve, advance = tilth.analysis.simulation.solve_step, Simulation.advance
+
+        def watched_solve(balance: Balance, *rest: Any, **more: Any) -> Equilibrium:
+            found = solve(balance, *rest, **more)
+            # ghost forces have no resultant, but a couple of the second order: they are not turned
+            others = [t for t in balance.terms if isinstance(t, AssembledLinearForces)][1:]
+            others += [balance.terms[-1]]
+            place = balance.active.position + found.displacement
+            self._own = resultants(place, sum(t.force(found.displacement) for t in others))
+            return found
+
+        def watched_advance(simulation: Simulation, *rest: Any, **more: Any) -> StepResult:
+            result = advance(simulation, *rest, **more)
+            self.note(simulation, result)
+            return result
+
+        patch.setattr(tilth.analysis.simulation, "solve_step", watched_solve)
+        patch.setattr(Simulation, "advance", watched_advance)
+
+    def note(self, simulation: Simulation, result: StepResult) -> None:
+        self.simulation = simulation
+        place = result.active.position + result.equilibrium.displacement
+        total = resultants(place, result.reaction + result.equilibrium.load) - self._own
+        self.size = max(self.size, *(np.abs(each).sum() for each in result.forces.values()))
+        (body,) = simulation.rigid_bodies.values()
+        of_soil = np.abs(result.resultant("polygon") + body.force).max()
+        self.force = max(self.force, np.abs(total[:2]).max())
+        self.moment = max(self.moment, abs(total[2]) / np.abs(place).max())
+        self.reaction = max(self.reaction, of_soil)
+
+
+def resultants(place: Any, force: Any) -> Any:
+    """Force and moment about the origin, shape (3,)."""
+    moment = (place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0]).sum()
+    return np.append(force.sum(axis=0), moment)
+
+
+@pytest.fixture
+def patch() -> Iterator[pytest.MonkeyPatch]:
+    with pytest.MonkeyPatch.context() as context:
+        yield context
+
+
+def check(seeds: range, folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Runs the problems; the overlap is a mean over all of them, weighted by what is in contact."""
+    stopped, unbalanced, overlap, area = [], [], 0.0, 0.0
+    watched = Watched(patch)
+    for seed in seeds:
+        watched.force = watched.moment = watched.reaction = watched.size = 0.0
+        entries = problem(seed)
+        try:
+            run(Model.from_dict(entries), folder, overwrite=True, quiet=True)
+        except AnalysisFailed as failure:
+            stopped.append(f"{entries['title']}: {failure}")
+            continue
+        errors = (watched.force, watched.moment, watched.reaction)
+        if max(errors) > BALANCE * watched.size:
+            unbalanced.append((seed, errors))
+        assert watched.simulation is not None
+        depth, touching = mean_depth(watched.simulation)
+        cell = entries["grid"]["cell_size"]
+        overlap += depth * touching / cell**2
+        area += touching / cell
+    assert not stopped, f"{len(stopped)} of {len(seeds)} stop: {stopped}"
+    assert not unbalanced
+    assert overlap / area < MEAN_DEPTH
+
+
+@pytest.mark.slow
+def test_no_random_polygon_stops(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    check(range(FEW), tmp_path / "run", patch)
+
+
+@pytest.mark.long
+def test_none_of_many_random_polygons_stops(tmp_path: Path, patch: pytest.MonkeyPatch) -> None:
+    check(range(MANY), tmp_path / "run", patch)
