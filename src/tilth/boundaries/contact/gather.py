@@ -62,7 +62,8 @@ def gather_contacts(
         gap, point = measured.gap, measured.point
         near = np.flatnonzero(point >= 0)
         touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
-        foot = position[near] + np.maximum(touch.gap, 0.0)[:, None] * normal[near]
+        apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
+        foot = position[near] + apart[:, None] * normal[near]
         inside = np.flatnonzero(near_soil(active, foot))
         if len(inside) == 0:
             continue
