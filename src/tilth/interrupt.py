@@ -6,18 +6,24 @@ All three raise KeyboardInterrupt, in the main thread only, since Python has sig
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 from contextlib import ContextDecorator
 from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from typing_extensions import Self
 
 SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
+
+REPEAT_AFTER = 0.01  # [s]
 
 
 class StopSignals(ContextDecorator):
@@ -36,6 +42,7 @@ class StopSignals(ContextDecorator):
     def __init__(self) -> None:
         self.requested = False
         self._before: dict[int, Any] = {}
+        self._hook_before: Callable[[sys.UnraisableHookArgs], Any] | None = None
 
     def _recreate_cm(self) -> Self:
         return type(self)()
@@ -47,6 +54,7 @@ class StopSignals(ContextDecorator):
                 if _can_be_replaced(before):
                     self._before[number] = before
                     signal.signal(number, self._receive)
+            self._hook_before, sys.unraisablehook = sys.unraisablehook, self._repeat
         return self
 
     def __exit__(
@@ -55,6 +63,8 @@ class StopSignals(ContextDecorator):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        if self._hook_before is not None:
+            sys.unraisablehook = self._hook_before
         for number, before in self._before.items():
             signal.signal(number, before)
             outer = getattr(before, "__self__", None)
@@ -64,6 +74,18 @@ class StopSignals(ContextDecorator):
     def _receive(self, number: int, frame: FrameType | None) -> None:
         self.requested = True
         raise _interrupt(number)
+
+    def _repeat(self, ignored: sys.UnraisableHookArgs) -> None:
+        """Repeats a request whose KeyboardInterrupt came where Python ignores exceptions.
+
+        Such places are finalizers and callbacks of weak references, which libraries have.
+        """
+        if isinstance(ignored.exc_value, KeyboardInterrupt):
+            name = str(ignored.exc_value) or "SIGINT"
+            number = signal.Signals[name]
+            threading.Timer(REPEAT_AFTER, _thread.interrupt_main, (number,)).start()
+        elif self._hook_before is not None:
+            self._hook_before(ignored)
 
 
 class DeferredStop(StopSignals):

@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
+import weakref
 from collections.abc import Iterator
 from typing import Any
 
@@ -116,3 +118,15 @@ def test_a_request_is_known_where_a_library_hides_it(inner: type[StopSignals]) -
                 raise RuntimeError("in a library") from interrupt
         assert stop.requested
     assert not StopSignals().requested
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_request_in_a_callback_of_a_library_is_not_lost(number: int) -> None:
+    """Python ignores what is raised in callbacks of weak references, as matplotlib has them."""
+    with pytest.raises(KeyboardInterrupt) as error, StopSignals():
+        watched = threading.Event()
+        keep = weakref.ref(watched, lambda _: send(number))
+        del watched
+        assert keep() is None
+        time.sleep(10)
+    assert str(error.value) == ("" if number == signal.SIGINT else signal.Signals(number).name)
