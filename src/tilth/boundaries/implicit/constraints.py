@@ -168,6 +168,7 @@ class ImplicitConstraints:
                     moduli=moduli[point[chosen]],
                     axisymmetric=kind == "axisymmetric",
                     elastic_share=points.elastic_share[point[chosen]],
+                    square=boundary.quadrature.square[chosen],
                 )
             )
         return parts
