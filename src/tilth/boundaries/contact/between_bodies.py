@@ -34,7 +34,7 @@ from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
 from tilth.surface.quadrature import area_vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BodyContact(ContactConstraint):
     """The points of the first body's surface that the second body can touch in a step.
 
