@@ -105,7 +105,8 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            part.with_owner(each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
+            part.with_owner(each.owner[0], active.field)
+            for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
 
@@ -153,7 +154,8 @@ class ImplicitConstraints:
             if len(chosen) == 0:
                 without_contact.append(boundary)
                 continue
-            order, at = locate_in_cells(active, boundary.positions(before, chosen))
+            field = points.fields_of(point[chosen])
+            order, at = locate_in_cells(active, boundary.positions(before, chosen), field)
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
@@ -183,11 +185,12 @@ class ImplicitConstraints:
         bands = [part for part in self.parts if isinstance(part, BandConstraint)]
         others = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
         touching = [part.of(part.touch.closed) for part in self.contacts if part.touch.closed.any()]
+        lattice = np.asarray(_core.lattice(self.active.key))  # shifted by the nodes' fields
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
             key, depth = _core.exterior_nodes(
-                *concatenated_cells(parts), self.active.lattice, self.active.grid.cell_size
+                *concatenated_cells(parts), lattice, self.active.grid.cell_size
             )
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
