@@ -339,9 +339,10 @@ def moved_with_grid(
     Raises:
         StepFailed: a point is more than a cell away from the soil.
     """
-    if not near_soil(active, position).all():
+    field = active.points.field_of_body(name)
+    if not near_soil(active, position, field).all():
         raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, position)
+    order, at = locate_in_cells(active, position, field)
     moved = position.copy()
     moved[order] += at.interpolate(displacement)
     return moved

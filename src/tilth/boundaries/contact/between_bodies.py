@@ -137,16 +137,17 @@ def _contact(
     )
     apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
     foot = position[near] + apart[:, None] * normal[near]
-    fields = points.fields
-    inside = near_soil(active, foot, fields[surface.second])
-    inside &= near_soil(active, position[near], fields[surface.first])
+    own_field = points.field_of_body(surface.first)
+    other_field = points.field_of_body(surface.second)
+    inside = near_soil(active, foot, other_field)
+    inside &= near_soil(active, position[near], own_field)
     kept = np.flatnonzero(inside)
     if len(kept) == 0:
         return None
-    order, at = locate_in_cells(active, foot[kept], fields[surface.second])
+    order, at = locate_in_cells(active, foot[kept], other_field)
     order = kept[order]
     chosen = near[order]
-    own_order, own = locate_in_cells(active, position[chosen], fields[surface.first])
+    own_order, own = locate_in_cells(active, position[chosen], own_field)
     here = nearest_points(points, first, position[chosen], np.ones(len(chosen), dtype=bool))
     there = measured.point[chosen]
     area = np.linalg.norm(area_vector(quadrature.edges[chosen]), axis=1) * measured.share[chosen]

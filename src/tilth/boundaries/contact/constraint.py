@@ -96,13 +96,23 @@ class ContactConstraint(PointsNearSoil):
         """Returns its points in the cells of the soil that they act on."""
         return [self]
 
-    def with_owner(self, owner: Integers) -> ContactConstraint:
+    def with_owner(self, owner: Integers, field: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours.
+        Small supports join their neighbours on soil of the same displacement field.
+
+        field: of the nodes, shape (nodes,).
         """
         pose, cell_size = self.pose, self.at.cell_size
-        joined = without_small(owner, pose.position, pose.normal, self.area, cell_size)
+        own = field[self.at.node[:, 0]][self.at.cell]
+        joined = owner.copy()
+        for number in np.unique(own):
+            of = own == number
+            first = int(owner[of].min())
+            joined[of] = first + without_small(
+                owner[of] - first, pose.position[of], pose.normal[of], self.area[of], cell_size
+            )
+        joined = np.unique(joined, return_inverse=True)[1]
         return replace(self, owner=joined)
 
     @property

@@ -64,10 +64,11 @@ def gather_contacts(
         touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
         apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
         foot = position[near] + apart[:, None] * normal[near]
-        inside = np.flatnonzero(near_soil(active, foot))
+        field = np.broadcast_to(points.fields_of(point[near]), len(near))
+        inside = np.flatnonzero(near_soil(active, foot, field))
         if len(inside) == 0:
             continue
-        order, at = locate_in_cells(active, foot[inside])
+        order, at = locate_in_cells(active, foot[inside], field[inside])
         order = inside[order]
         chosen = near[order]
         pose = _pose(surface, before, after, chosen)

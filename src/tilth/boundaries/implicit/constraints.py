@@ -111,7 +111,8 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            part.with_owner(each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
+            part.with_owner(each.owner[0], active.field)
+            for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
 
@@ -159,7 +160,8 @@ class ImplicitConstraints:
             if len(chosen) == 0:
                 without_contact.append(boundary)
                 continue
-            order, at = locate_in_cells(active, boundary.positions(before, chosen))
+            field = points.fields_of(point[chosen])
+            order, at = locate_in_cells(active, boundary.positions(before, chosen), field)
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
@@ -195,11 +197,12 @@ class ImplicitConstraints:
             if part.touch.closed.any()
             for each in part.in_cells()
         ]
+        lattice = np.asarray(_core.lattice(self.active.key))  # shifted by the nodes' fields
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
             key, depth = _core.exterior_nodes(
-                *concatenated_cells(parts), self.active.lattice, self.active.grid.cell_size
+                *concatenated_cells(parts), lattice, self.active.grid.cell_size
             )
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
