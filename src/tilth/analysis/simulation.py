@@ -348,6 +348,8 @@ class Simulation:
         self._move_surfaces(balance.active, displacement, moved)
         result = self.result(step, balance, equilibrium)
         balance.commit(displacement)
+        for pair in self.body_contacts:
+            pair.begin()
         self._predictor.commit(balance.active, displacement, after - before)
         self._warn(step, balance, equilibrium, moved)
         return result

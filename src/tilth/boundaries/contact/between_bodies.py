@@ -19,7 +19,8 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth.arrays import Floats, Integers
+from tilth import _core
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.body_surface import BodyContactSurface, frames_of, tributary_parts
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap, nearest_points
@@ -32,6 +33,9 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
 from tilth.surface.quadrature import area_vector
+
+LEAST_COSINE = 0.5
+"""Least cosine between the normal of the first body and the direction into the second one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +150,11 @@ def _contact(
         return None
     order, at = locate_in_cells(active, foot[kept], other_field)
     order = kept[order]
+    faces = _faces(points, active, surface.second, at, normal[near[order]])
+    order, at = order[faces], at.of(faces)
     chosen = near[order]
+    if len(chosen) == 0:
+        return None
     own_order, own = locate_in_cells(active, position[chosen], own_field)
     here = nearest_points(points, first, position[chosen], np.ones(len(chosen), dtype=bool))
     there = measured.point[chosen]
@@ -170,6 +178,25 @@ def _contact(
         own=own,
         own_order=own_order,
     )
+
+
+def _faces(
+    points: MaterialPoints, active: ActiveGrid, name: str, at: PointsInCells, normal: Floats
+) -> Flags:
+    """Returns which surface points face the surface of the body `name`, shape (n,).
+
+    They do where their normal and the gradient of this body's volume on the grid, which points into
+    the body, are at an angle of at most 60 degrees. Without this a side of the first body, at an
+    edge that has sunk in by a trifle, would touch the steps between the second body's domains.
+    """
+    volume = np.zeros((active.nodes, 1))
+    for body, stencil in zip(points.bodies, active.stencils, strict=True):
+        if body.name == name:
+            part = points.part(body)
+            _core.scatter(stencil, part.volume[:, None], volume)
+    gradient = np.einsum("nki,nk->ni", at.gradient, volume[at.node[at.cell], 0])
+    length = np.linalg.norm(gradient, axis=1)
+    return np.asarray(np.einsum("ni,ni->n", normal, gradient) >= LEAST_COSINE * length)
 
 
 def _pose(position: Floats, normal: Floats, weight: Floats) -> Pose:

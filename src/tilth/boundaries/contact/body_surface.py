@@ -50,11 +50,17 @@ class BodyContactSurface(CarriedContact):
         dim = len(cell_size)
         self.carried = np.zeros((0, dim + 3))
         self._reference = np.zeros((0, dim))
+        self._has_begun = False
 
     @property
     def cell(self) -> float:
         """As `CarriedContact.cell`."""
         return self._cell
+
+    @property
+    def touches_nearly(self) -> bool:
+        """As `CarriedContact.touches_nearly`: in the first step, as the bodies are declared."""
+        return not self._has_begun
 
     def quadrature(self) -> SurfaceQuadrature:
         """Returns the points at the start of a step.
@@ -72,6 +78,10 @@ class BodyContactSurface(CarriedContact):
         self._reference = reference
         return points
 
+    def begin(self) -> None:
+        """Ends the first step: from now on bodies touch where their gap is closed."""
+        self._has_begun = True
+
     def law(self, cohesion: Floats, slope: Floats) -> ContactLaw:
         """Returns the law of points between soils of these strengths, the lesser of both bodies.
 
@@ -85,15 +95,18 @@ class BodyContactSurface(CarriedContact):
     def carry_from(self, other: BodyContactSurface) -> None:
         """Takes over what the same surface carries in the last stage."""
         self.carried, self._reference = other.carried, other._reference
+        self._has_begun = other._has_begun
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"carried": self.carried, "reference": self._reference}
+        begun = np.array([self._has_begun])
+        return {"carried": self.carried, "reference": self._reference, "begun": begun}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         require_table({name: state[name] for name in ("carried", "reference")})
         self.carried, self._reference = state["carried"], state["reference"]
+        self._has_begun = bool(state["begun"][0])
 
 
 def frames_of(edges: Floats) -> Floats:

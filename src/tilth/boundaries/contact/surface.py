@@ -85,18 +85,23 @@ class CarriedContact:
         """The smallest edge of a cell [length]."""
         raise NotImplementedError
 
+    @property
+    def touches_nearly(self) -> bool:
+        """Whether soil that never was in contact is if its gap is not more than inexact."""
+        raise NotImplementedError
+
     def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
         """Returns the contact of chosen points at the start of a step.
 
         measured: gaps [length], shape (n,), finite.
-        scatter: how inexact they are [length], shape (n,). Soil counts as touching a boundary or
-            another body from the start up to this gap, but not a rigid body.
+        scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never was
+            in contact counts as touching up to this gap.
         """
         dim = self.carried.shape[1] - 3
         stored = self.carried[chosen]
         was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
         never = stored[:, dim] == 0.0
-        tolerance = LOST * self.cell if self.full else scatter * (self.body is None)
+        tolerance = LOST * self.cell if self.full else scatter * self.touches_nearly
         near = never & (np.abs(measured) <= tolerance)
         offset[near] = measured[near]
         limit = LARGEST_OFFSET * self.cell
@@ -192,6 +197,11 @@ class ContactSurface(CarriedContact, Implicit):
     def cell(self) -> float:
         """The smallest edge of a cell [length]."""
         return float(self._grid.cell_size.min())
+
+    @property
+    def touches_nearly(self) -> bool:
+        """As `CarriedContact.touches_nearly`: with boundaries."""
+        return self.body is None
 
     def factor(self, time: float) -> float:
         """As `Implicit.factor`; the motion of a rigid body has the time for its factor."""
