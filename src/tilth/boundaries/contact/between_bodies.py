@@ -34,7 +34,7 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
 from tilth.surface.quadrature import area_vector
 
-LEAST_COSINE = 0.5
+LEAST_COSINE = 0.2
 """Least cosine between the normal of the first body and the direction into the second one."""
 
 
@@ -186,7 +186,7 @@ def _faces(
     """Returns which surface points face the surface of the body `name`, shape (n,).
 
     They do where their normal and the gradient of this body's volume on the grid, which points into
-    the body, are at an angle of at most 60 degrees. Without this a side of the first body, at an
+    the body, are at an angle of at most 78 degrees; at the edges of that body it may be large. Without this a side of the first body, at an
     edge that has sunk in by a trifle, would touch the steps between the second body's domains.
     """
     volume = np.zeros((active.nodes, 1))
