@@ -29,6 +29,7 @@ from tilth.boundaries.contact.law import (
 )
 from tilth.boundaries.contact.supports import surrounded, without_small
 from tilth.boundaries.contact.surface import ContactSurface, Touch
+from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.motion import rotation_part
 
@@ -53,6 +54,7 @@ class ContactConstraint(ImplicitConstraint):
 
     boundary: ContactSurface
     touch: Touch
+    trace: Trace
     measured: Floats
     law: ContactLaw
     start: float
@@ -121,6 +123,7 @@ class ContactConstraint(ImplicitConstraint):
             moduli=self.moduli[kept],
             elastic_share=self.elastic_share[kept],
             touch=self.touch.of(np.flatnonzero(kept)),
+            trace=self.trace.of(kept),
             measured=self.measured[kept],
             law=self.law.of(kept),
         )
@@ -170,9 +173,9 @@ class Supports:
         owner, normal = part.owner, part.pose.normal
         self.count = int(owner.max(initial=-1)) + 1
         self.frame = frames(normal, part.pose.weight, owner, self.count)
-        code = owner[:, None] * np.int64(nodes) + part.at.node[part.at.cell]
-        found, entry = np.unique(code, return_inverse=True)
-        self._entry = entry.reshape(code.shape)
+        trace = part.trace
+        code = owner[trace.place] * np.int64(nodes) + trace.node
+        found, self._entry = np.unique(code, return_inverse=True)
         self.entry_owner = found // nodes
         self.node = (found % nodes).astype(np.int32)
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
@@ -198,10 +201,8 @@ class Supports:
         self.row = np.zeros((dim, len(self.node), dim))
         for a in range(dim):
             for j in range(dim):
-                value = (self.weight * self.frame[a, :, j])[:, None] * part.at.value
-                self.row[a, :, j] = np.bincount(
-                    self._entry.ravel(), value.ravel(), minlength=len(self.node)
-                )
+                value = (self.weight * self.frame[a, :, j])[part.trace.place] * part.trace.value
+                self.row[a, :, j] = np.bincount(self._entry, value, minlength=len(self.node))
         self.gap = self._sum(self.first_gap) / self._divisor
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
@@ -280,7 +281,7 @@ class Supports:
 
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
-        slip = self.part.at.interpolate(displacement) - moved
+        slip = self.part.trace.interpolate(displacement) - moved
         return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 
