@@ -27,7 +27,7 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.supports import surrounded, without_small
+from tilth.boundaries.contact.supports import is_sliver, surrounded, without_small
 from tilth.boundaries.contact.surface import ContactSurface, Touch
 from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
@@ -92,11 +92,13 @@ class ContactConstraint(ImplicitConstraint):
     def with_owner(self, owner: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours.
+        Small supports join their neighbours; slivers without neighbours have no weight.
         """
         pose, cell_size = self.pose, self.at.cell_size
         joined = without_small(owner, pose.position, pose.normal, self.area, cell_size)
-        return replace(self, owner=joined)
+        sliver = is_sliver(joined, self.area, cell_size)
+        pose = replace(pose, weight=np.where(sliver, 0.0, pose.weight))
+        return replace(self, owner=joined, pose=pose)
 
     @property
     def area(self) -> Floats:
