@@ -14,7 +14,7 @@ from tilth.arrays import Flags, Floats, Integers, require_table, require_within
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
 from tilth.curves.nearest import NearestPoints
-from tilth.curves.quadrature import Pieces, cut_at_grid, gauss_points, whole_segments
+from tilth.curves.quadrature import cut_at_grid, gauss_points
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
@@ -32,8 +32,8 @@ SHORTEST_CHORD_RATIO = 0.25
 """Two points nearer than this many initial spacings are merged."""
 GAUSS_POINTS = 5
 """Gauss points per piece of the spline in a cell; exact for forces of a constant pressure."""
-MATERIAL_GAUSS_POINTS = 4
-"""Gauss points per segment for contact: with two segments in a cell eight."""
+PARTS_OF_SEGMENT = 4
+"""Quadrature points per segment for contact: with two segments in a cell eight."""
 ROUND_OFF = 1e-9
 """Share of a chain's length that does not count."""
 COINCIDENCE_TOLERANCE = 1e-6
@@ -134,24 +134,11 @@ class TrackedSurface:
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
         """As `BodySurface.quadrature`: Gauss points on the spline's pieces in the grid's cells."""
-        grid = active.grid
-        return self._quadrature(
-            lambda spline: cut_at_grid(spline, grid.origin, grid.cell_size), GAUSS_POINTS
-        )
-
-    def material_quadrature(self) -> SurfaceQuadrature:
-        """As `BodySurface.material_quadrature`: the same number of Gauss points on each segment."""
-        return self._quadrature(whole_segments, MATERIAL_GAUSS_POINTS)
-
-    def _quadrature(
-        self, pieces_of: Callable[[LocalCubicSpline], Pieces], count: int
-    ) -> SurfaceQuadrature:
-        """Returns `count` Gauss points on each piece of the chains."""
         parts = []
         for tracked in self.chains:
             current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
-            pieces = pieces_of(current)
-            at = gauss_points(current, pieces, count)
+            pieces = cut_at_grid(current, active.grid.origin, active.grid.cell_size)
+            at = gauss_points(current, pieces, GAUSS_POINTS)
             length = at.weight * 0.5 * (pieces.end - pieces.begin)[at.piece]
             parts.append(
                 SurfaceQuadrature(
@@ -163,6 +150,36 @@ class TrackedSurface:
                     ],
                     element=at.segment,
                     arc_length=initial.arc_length(at.segment, at.parameter),
+                )
+            )
+        return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
+
+    def material_quadrature(self) -> SurfaceQuadrature:
+        """As `BodySurface.material_quadrature`: the middles of equal parts of each segment.
+
+        The edges are the parts' chords, so that the integral of the normal is exact.
+        """
+        parts = []
+        begin = np.arange(PARTS_OF_SEGMENT) / PARTS_OF_SEGMENT
+        for tracked in self.chains:
+            current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
+            segment = np.repeat(np.arange(len(current)), PARTS_OF_SEGMENT)
+            ends = [
+                np.tile(begin + share / PARTS_OF_SEGMENT, len(current)) for share in (0, 0.5, 1)
+            ]
+            low, middle, high = ends
+            parts.append(
+                SurfaceQuadrature(
+                    position=current.position(segment, middle),
+                    edges=(current.position(segment, high) - current.position(segment, low))[
+                        :, None
+                    ],
+                    initial_position=initial.position(segment, middle),
+                    initial_edges=(
+                        initial.position(segment, high) - initial.position(segment, low)
+                    )[:, None],
+                    element=segment,
+                    arc_length=initial.arc_length(segment, middle),
                 )
             )
         return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -24,9 +23,15 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.body_surface import BodyContactSurface, frames_of, tributary_parts
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap, nearest_points
-from tilth.boundaries.contact.gather import REACH, TouchingSoil, scatter_of
-from tilth.boundaries.contact.measure import measure
+from tilth.boundaries.contact.gather import REACH, TouchingSoil, scatter_of, trace_of_soil
+from tilth.boundaries.contact.measure import (
+    SAMPLES_OF_TRACE,
+    SurfaceParts,
+    measure,
+    part_samples,
+)
 from tilth.boundaries.contact.surface import BEHIND
+from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid
@@ -50,27 +55,11 @@ class BodyContact(ContactConstraint):
     own: PointsInCells
     own_order: Integers
 
-    @cached_property
-    def _own_place(self) -> Integers:
-        """Number of each point in `own`, shape (n,)."""
-        place = np.empty(len(self.own_order), dtype=np.int64)
-        place[self.own_order] = np.arange(len(place))
-        return place
-
-    @cached_property
-    def nodes(self) -> Integers:
-        """As `ContactConstraint.nodes`: those of the second and of the first body."""
-        own = self.own.node[self.own.cell][self._own_place]
-        return np.concatenate([self.at.node[self.at.cell], own], axis=1)
-
-    @cached_property
-    def values(self) -> Floats:
-        """As `ContactConstraint.values`."""
-        return np.concatenate([self.at.value, -self.own.value[self._own_place]], axis=1)
-
     def surface_motion(self, displacement: Floats) -> Floats:
         """As `ContactConstraint.surface_motion`: that of the first body."""
-        return self.own.interpolate(displacement)[self._own_place]
+        moved = np.empty_like(self.pose.position)
+        moved[self.own_order] = self.own.interpolate(displacement)
+        return moved
 
     def in_cells(self) -> list[ContactConstraint]:
         """As `ContactConstraint.in_cells`: in those of the second and of the first body."""
@@ -86,6 +75,7 @@ class BodyContact(ContactConstraint):
             square=self.square[order],
             boundary=self.boundary,
             touch=self.touch.of(order),
+            trace=trace_in_cells(self.own),
             measured=self.measured[order],
             law=self.law.of(order),
             turn=self.turn[order],
@@ -126,15 +116,20 @@ def _contact(
     if first.start == first.stop or second.start == second.stop:
         return None
     quadrature = surface.quadrature()
-    position, frame = quadrature.position, frames_of(quadrature.edges)
-    normal = frame[:, :, 0]
+    frame = frames_of(quadrature.edges)
+    position, normal = quadrature.position, frame[:, :, 0]
+    parts = SurfaceParts(position, normal, tributary_parts(quadrature.edges))
     reach, behind = REACH * surface.cell, BEHIND * surface.cell
 
-    def measure_gap_at(position: Floats, normal: Floats) -> tuple[Floats, Integers]:
-        grid, tracked = active.grid, soil.tracked
-        return measure_gap(points, grid, tracked, position, normal, reach, behind, surface.second)
+    def measure_gap_at(
+        position: Floats, normal: Floats, widening: float
+    ) -> tuple[Floats, Integers]:
+        return measure_gap(
+            points, active.grid, soil.tracked, position, normal, reach, behind, widening,
+            surface.second,
+        )  # fmt: skip
 
-    measured = measure(position, normal, tributary_parts(quadrature.edges), measure_gap_at)
+    measured = measure(parts, measure_gap_at)
     near = np.flatnonzero(measured.point >= 0)
     touch = surface.touch(
         near, measured.gap[near], scatter_of(points, measured.point[near], normal[near])
@@ -157,6 +152,10 @@ def _contact(
         return None
     own_order, own = locate_in_cells(active, position[chosen], own_field)
     here = nearest_points(points, first, position[chosen], np.ones(len(chosen), dtype=bool))
+    other = trace_of_soil(
+        surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
+    )
+    trace = other.less(_own_trace(points, active, own, own_order, surface.first, parts.of(chosen)))
     there = measured.point[chosen]
     area = np.linalg.norm(area_vector(quadrature.edges[chosen]), axis=1) * measured.share[chosen]
     if kind == "axisymmetric":
@@ -172,12 +171,39 @@ def _contact(
         elastic_share=np.minimum(points.elastic_share[here], points.elastic_share[there]),
         square=np.full(len(chosen), surface.square),
         touch=touch.of(order),
+        trace=trace,
         measured=measured.gap[chosen],
         law=surface.law(*weaker),
         turn=frame[chosen],
         own=own,
         own_order=own_order,
     )
+
+
+def _own_trace(
+    points: MaterialPoints,
+    active: ActiveGrid,
+    own: PointsInCells,
+    order: Integers,
+    name: str,
+    parts: SurfaceParts,
+) -> Trace:
+    """Returns the displacement of the body `name` at its n surface points, in their order.
+
+    own, order: the points in its cells and the number of each.
+    """
+    trace = trace_in_cells(own)
+    if any(body.has_corners for body in points.bodies if body.name == name):
+        places = part_samples(parts.position, parts.tributary, SAMPLES_OF_TRACE)
+        place = np.repeat(np.arange(len(places)), places.shape[1])
+        sample = places.reshape(len(place), -1)
+        nearest = nearest_points(
+            points, points.of_body(name), sample, np.ones(len(sample), dtype=bool)
+        )
+        in_own = np.empty(len(order), dtype=np.int64)
+        in_own[order] = np.arange(len(order))
+        trace = trace_of_domains(active, points, own, in_own[place], sample, nearest)
+    return trace.renumbered(order)
 
 
 def _faces(

@@ -27,8 +27,9 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.supports import surrounded, without_small
+from tilth.boundaries.contact.supports import is_sliver, surrounded, without_small
 from tilth.boundaries.contact.surface import CarriedContact, Touch
+from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.constraint import PointsNearSoil
 
 SURROUNDING = 0.75
@@ -53,6 +54,7 @@ class ContactConstraint(PointsNearSoil):
 
     boundary: CarriedContact
     touch: Touch
+    trace: Trace
     measured: Floats
     law: ContactLaw
     turn: Floats
@@ -75,16 +77,6 @@ class ContactConstraint(PointsNearSoil):
         """e_n and e_t of the points [stress/length], shape (n, 2)."""
         return self.square[:, None] * self.moduli
 
-    @cached_property
-    def nodes(self) -> Integers:
-        """Nodes on which the relative displacement at each point depends, shape (n, k)."""
-        return np.asarray(self.at.node[self.at.cell])
-
-    @cached_property
-    def values(self) -> Floats:
-        """Their shares in it [-], shape (n, k)."""
-        return self.at.value
-
     def surface_motion(self, displacement: Floats) -> Floats:
         """Returns what of the surface's motion is a displacement of nodes [length], (n, dim).
 
@@ -99,7 +91,8 @@ class ContactConstraint(PointsNearSoil):
     def with_owner(self, owner: Integers, field: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours on soil of the same displacement field.
+        Small supports join their neighbours on soil of the same displacement field; slivers without
+        neighbours have no weight.
 
         field: of the nodes, shape (nodes,).
         """
@@ -113,7 +106,9 @@ class ContactConstraint(PointsNearSoil):
                 owner[of] - first, pose.position[of], pose.normal[of], self.area[of], cell_size
             )
         joined = np.unique(joined, return_inverse=True)[1]
-        return replace(self, owner=joined)
+        sliver = is_sliver(joined, self.area, cell_size)
+        pose = replace(pose, weight=np.where(sliver, 0.0, pose.weight))
+        return replace(self, owner=joined, pose=pose)
 
     @property
     def area(self) -> Floats:
@@ -140,6 +135,7 @@ class ContactConstraint(PointsNearSoil):
             moduli=self.moduli[kept],
             elastic_share=self.elastic_share[kept],
             touch=self.touch.of(np.flatnonzero(kept)),
+            trace=self.trace.of(kept),
             measured=self.measured[kept],
             law=self.law.of(kept),
             square=self.square[kept],
@@ -183,9 +179,9 @@ class Supports:
         owner, normal = part.owner, part.pose.normal
         self.count = int(owner.max(initial=-1)) + 1
         self.frame = frames(normal, part.pose.weight, owner, self.count)
-        code = owner[:, None] * np.int64(nodes) + part.nodes
-        found, entry = np.unique(code, return_inverse=True)
-        self._entry = entry.reshape(code.shape)
+        trace = part.trace
+        code = owner[trace.place] * np.int64(nodes) + trace.node
+        found, self._entry = np.unique(code, return_inverse=True)
         self.entry_owner = found // nodes
         self.node = (found % nodes).astype(np.int32)
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
@@ -211,10 +207,8 @@ class Supports:
         self.row = np.zeros((dim, len(self.node), dim))
         for a in range(dim):
             for j in range(dim):
-                value = (self.weight * self.frame[a, :, j])[:, None] * part.values
-                self.row[a, :, j] = np.bincount(
-                    self._entry.ravel(), value.ravel(), minlength=len(self.node)
-                )
+                value = (self.weight * self.frame[a, :, j])[part.trace.place] * part.trace.value
+                self.row[a, :, j] = np.bincount(self._entry, value, minlength=len(self.node))
         self.gap = self._sum(self.first_gap) / self._divisor
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
@@ -293,8 +287,7 @@ class Supports:
 
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
-        part = self.part
-        slip = np.einsum("nk,nki->ni", part.values, displacement[part.nodes]) - moved
+        slip = self.part.trace.interpolate(displacement) - moved
         return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 

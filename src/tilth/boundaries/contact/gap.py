@@ -19,6 +19,9 @@ from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
 
+WIDENING = 0.05
+"""Share by which a domain is wider across a line than it is: no line slips between two domains."""
+
 
 def measure_gap(
     points: MaterialPoints,
@@ -28,6 +31,7 @@ def measure_gap(
     normal: Floats,
     reach: float,
     behind: Floats | float,
+    widening: float = WIDENING,
     body: str | None = None,
 ) -> tuple[Floats, Integers]:
     """Returns the gap between points of a rigid surface and the soil, and the material points.
@@ -52,6 +56,7 @@ def measure_gap(
         normal: unit normals into the soil, shape (n, dim).
         reach: largest gap that is found [length].
         behind: largest overlap that is found [length], >= 0; one number, or shape (n,).
+        widening: share by which domains are wider across a line than they are [-], 0 to 1.
         body: name of the only body that counts; all count without it.
 
     Returns:
@@ -63,7 +68,7 @@ def measure_gap(
         ValueError: wrong shapes, numbers that are not finite, a negative `behind`.
     """
     position, normal = np.ascontiguousarray(position), np.ascontiguousarray(normal)
-    window = Window(np.full(len(position), behind, dtype=np.float64), reach)
+    window = Window(np.full(len(position), behind, dtype=np.float64), reach, widening)
     found = {name: soil_surface(surface) for name, surface in surfaces.items()}
     tracked = {
         name: surface
@@ -98,6 +103,7 @@ def _gap_to_domains(
     gap, point = _core.measure_gap(
         position, normal, window.behind, window.reach, points.position[near],
         points.half_length[near], _corners(points, near), grid.origin, grid.cell_size,
+        window.widening,
     )  # fmt: skip
     found = point >= 0
     point[found] = near[point[found]]
