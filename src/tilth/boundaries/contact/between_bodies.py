@@ -212,8 +212,9 @@ def _faces(
     """Returns which surface points face the surface of the body `name`, shape (n,).
 
     They do where their normal and the gradient of this body's volume on the grid, which points into
-    the body, are at an angle of at most 78 degrees; at the edges of that body it may be large. Without this a side of the first body, at an
-    edge that has sunk in by a trifle, would touch the steps between the second body's domains.
+    the body, are at an angle of at most 78 degrees; at the edges of that body it may be large.
+    Without this a side of the first body, at an edge that has sunk in by a trifle, would touch the
+    steps between the second body's domains.
     """
     volume = np.zeros((active.nodes, 1))
     for body, stencil in zip(points.bodies, active.stencils, strict=True):

@@ -161,8 +161,9 @@ def _gap_to_surface(
         else:
             inside[undecided] = found
     gap[np.isinf(gap) & inside] = -np.inf
-    point = nearest_points(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
-                           np.isfinite(gap) & ~by_domains)  # fmt: skip
+    met = np.isfinite(gap)
+    place = position + np.where(met, gap, 0.0)[:, None] * normal
+    point = nearest_points(points, own, place, met & ~by_domains)
     if by_domains.any():
         of_body = np.zeros(len(points), dtype=bool)
         of_body[own] = True
