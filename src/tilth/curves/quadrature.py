@@ -77,6 +77,13 @@ class PiecePoints:
         return np.asarray(self.weight[:, None] * left(self.derivative))
 
 
+def whole_segments(spline: LocalCubicSpline) -> Pieces:
+    """Returns each segment as one piece, in no cell (index 0)."""
+    count = len(spline)
+    cell = np.zeros((count, 2), dtype=np.int64)
+    return Pieces(np.arange(count), np.zeros(count), np.ones(count), cell)
+
+
 def cut_at_grid(spline: LocalCubicSpline, origin: Floats, cell_size: Floats) -> Pieces:
     """Returns the pieces of a spline between the lines of a regular grid.
 

@@ -14,7 +14,7 @@ from tilth.arrays import Flags, Floats, Integers, require_table, require_within
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
 from tilth.curves.nearest import NearestPoints
-from tilth.curves.quadrature import cut_at_grid, gauss_points
+from tilth.curves.quadrature import Pieces, cut_at_grid, gauss_points, whole_segments
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
@@ -32,6 +32,8 @@ SHORTEST_CHORD_RATIO = 0.25
 """Two points nearer than this many initial spacings are merged."""
 GAUSS_POINTS = 5
 """Gauss points per piece of the spline in a cell; exact for forces of a constant pressure."""
+MATERIAL_GAUSS_POINTS = 4
+"""Gauss points per segment for contact: with two segments in a cell eight."""
 ROUND_OFF = 1e-9
 """Share of a chain's length that does not count."""
 COINCIDENCE_TOLERANCE = 1e-6
@@ -132,11 +134,24 @@ class TrackedSurface:
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
         """As `BodySurface.quadrature`: Gauss points on the spline's pieces in the grid's cells."""
+        grid = active.grid
+        return self._quadrature(
+            lambda spline: cut_at_grid(spline, grid.origin, grid.cell_size), GAUSS_POINTS
+        )
+
+    def material_quadrature(self) -> SurfaceQuadrature:
+        """As `BodySurface.material_quadrature`: the same number of Gauss points on each segment."""
+        return self._quadrature(whole_segments, MATERIAL_GAUSS_POINTS)
+
+    def _quadrature(
+        self, pieces_of: Callable[[LocalCubicSpline], Pieces], count: int
+    ) -> SurfaceQuadrature:
+        """Returns `count` Gauss points on each piece of the chains."""
         parts = []
         for tracked in self.chains:
             current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
-            pieces = cut_at_grid(current, active.grid.origin, active.grid.cell_size)
-            at = gauss_points(current, pieces, GAUSS_POINTS)
+            pieces = pieces_of(current)
+            at = gauss_points(current, pieces, count)
             length = at.weight * 0.5 * (pieces.end - pieces.begin)[at.piece]
             parts.append(
                 SurfaceQuadrature(

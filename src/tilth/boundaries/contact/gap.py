@@ -28,6 +28,7 @@ def measure_gap(
     normal: Floats,
     reach: float,
     behind: Floats | float,
+    body: str | None = None,
 ) -> tuple[Floats, Integers]:
     """Returns the gap between points of a rigid surface and the soil, and the material points.
 
@@ -51,6 +52,7 @@ def measure_gap(
         normal: unit normals into the soil, shape (n, dim).
         reach: largest gap that is found [length].
         behind: largest overlap that is found [length], >= 0; one number, or shape (n,).
+        body: name of the only body that counts; all count without it.
 
     Returns:
         The gap [length], shape (n,), and the index of the material point that owns the soil's
@@ -66,9 +68,12 @@ def measure_gap(
     tracked = {
         name: surface
         for name, surface in found.items()
-        if surface is not None and points.of_body(name).stop
+        if surface is not None and points.of_body(name).stop and body in (None, name)
     }
     others = np.ones(len(points), dtype=bool)
+    if body is not None:
+        others[:] = False
+        others[points.of_body(body)] = True
     for name in tracked:
         others[points.of_body(name)] = False
     gap, point = _gap_to_domains(points, others, grid, position, normal, window)
@@ -150,8 +155,8 @@ def _gap_to_surface(
         else:
             inside[undecided] = found
     gap[np.isinf(gap) & inside] = -np.inf
-    point = _nearest(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
-                     np.isfinite(gap) & ~by_domains)  # fmt: skip
+    point = nearest_points(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
+                           np.isfinite(gap) & ~by_domains)  # fmt: skip
     if by_domains.any():
         of_body = np.zeros(len(points), dtype=bool)
         of_body[own] = True
@@ -161,7 +166,7 @@ def _gap_to_surface(
     return gap, point
 
 
-def _nearest(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
+def nearest_points(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
     """Returns the body's material point nearest to each `chosen` place (n, dim), -1 for others."""
     from scipy.spatial import cKDTree
 

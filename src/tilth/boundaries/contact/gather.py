@@ -84,7 +84,8 @@ def gather_contacts(
                 touch=touch.of(order),
                 measured=gap[chosen],
                 law=surface.law(points, point[chosen], cohesion, slope),
-                start=before,
+                square=surface.square(chosen),
+                turn=surface.turn(before, pose, chosen),
             )
         )
     return found

@@ -29,7 +29,7 @@ from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
-    from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
+    from tilth.boundaries.implicit.constraint import PointsNearSoil, SurfaceConstraint
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _families(
 
 
 def concatenated_cells(
-    parts: Sequence[ImplicitConstraint],
+    parts: Sequence[PointsNearSoil],
 ) -> tuple[Integers, npt.NDArray[np.int32], Floats, Floats]:
     """Returns the cells that boundaries act on and their points, one boundary after the other.
 
