@@ -444,9 +444,7 @@ class AssembledContact(GlobalUnknowns):
             gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
             parts.append(
                 ContactState(
-                    position=part.pose.position
-                    + each.moved
-                    + part.surface_motion(displacement),
+                    position=part.pose.position + each.moved + part.surface_motion(displacement),
                     normal=normal,
                     weight=part.pose.weight,
                     normal_stress=along,

@@ -94,8 +94,8 @@ class CarriedContact:
         """Returns the contact of chosen points at the start of a step.
 
         measured: gaps [length], shape (n,), finite.
-        scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never was
-            in contact counts as touching up to this gap.
+        scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never
+            was in contact counts as touching up to this gap.
         """
         dim = self.carried.shape[1] - 3
         stored = self.carried[chosen]
