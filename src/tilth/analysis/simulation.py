@@ -431,6 +431,8 @@ class Simulation:
         """Warns of probable mistakes in a committed step; moved: displacement of the points."""
         warnings, cell_size = self.run_warnings, self.grid.cell_size
         warnings.bounds(bound_domains(self.points, self.grid))
+        if step.active.fields > 1:
+            warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
             forced = any(body.free.any() for body in self.bodies)

@@ -165,7 +165,7 @@ def _contact(
         boundary=surface,
         chosen=chosen,
         at=at,
-        pose=_pose(position[chosen], normal[chosen], area),
+        pose=_pose(position[chosen], normal[chosen], area, surface.contact.tangential != "smooth"),
         moduli=moduli[here] * moduli[there] / (moduli[here] + moduli[there]),
         axisymmetric=kind == "axisymmetric",
         elastic_share=np.minimum(points.elastic_share[here], points.elastic_share[there]),
@@ -226,9 +226,13 @@ def _faces(
     return np.asarray(np.einsum("ni,ni->n", normal, gradient) >= LEAST_COSINE * length)
 
 
-def _pose(position: Floats, normal: Floats, weight: Floats) -> Pose:
-    """Returns points whose motion is that of nodes."""
+def _pose(position: Floats, normal: Floats, weight: Floats, holds_along: bool) -> Pose:
+    """Returns points whose motion is that of nodes.
+
+    holds_along: whether contact can hold soil along the surface as well.
+    """
     dim = position.shape[1]
+    across = normal[:, :, None] * normal[:, None, :]
     return Pose(
         position=position,
         increment=np.zeros_like(position),
@@ -236,7 +240,7 @@ def _pose(position: Floats, normal: Floats, weight: Floats) -> Pose:
         normal=normal,
         weight=weight,
         direction=None,
-        projector=normal[:, :, None] * normal[:, None, :],
+        projector=np.broadcast_to(np.eye(dim), across.shape) if holds_along else across,
         rotation=None,
     )
 
