@@ -468,8 +468,8 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
-        modulus = self.round_off / ROUND_OFF
-        terms += contact_terms(constraints.contacts, self.bodies, after, modulus, active.nodes)
+        force = self.round_off / ROUND_OFF
+        terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:
