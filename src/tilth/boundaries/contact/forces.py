@@ -339,7 +339,10 @@ class AssembledContact(GlobalUnknowns):
             support.given = self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
-        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
+        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.
+
+        What has turned round and sticks beyond its strength slides.
+        """
         changed = self.adapt(displacement)
         if self._held and not changed:
             assert self.body is not None
@@ -351,6 +354,10 @@ class AssembledContact(GlobalUnknowns):
             wide = self._too_wide(support, each)
             if wide.any():
                 support.augment(each.slip, wide)
+                changed = True
+            turned = each.response.turned & (support.area > 0.0)
+            if turned.any():
+                support.slip = np.where(turned[:, None], 0.0, support.slip)
                 changed = True
         if changed:
             self._revisions += 1

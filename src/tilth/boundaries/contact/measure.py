@@ -11,12 +11,6 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.gap import WIDENING
 
-SAMPLES_AT_EDGE = {2: 64, 3: 6}
-"""Samples along each edge of a part at the edge of the soil, by dimension."""
-
-SAMPLES_OF_TRACE = {2: 4, 3: 2}
-"""Samples along each edge of a part over which the soil's displacement is averaged."""
-
 ROUND_OFF = 1e-6
 """Share by which domains are wider across lines that measure where the soil ends: the widening with
 which no line slips between two domains would make the soil longer."""
@@ -27,6 +21,51 @@ surface that the grid has cut differ in size: all of the nearest points may lie 
 
 Measure = Callable[[Floats, Floats, float], tuple[Floats, Integers]]
 """Returns gaps and material points at positions with normals for a widening, see `measure_gap`."""
+
+Coordinates = Mapping[int, Floats]
+"""Coordinates along the edges of a part by dimension, shape (variants, samples, dim - 1). Each
+sample stands for the same area. The parts have the variants in turn."""
+
+
+def _intervals(count: int) -> Floats:
+    """Returns the middles of intervals of a segment, shape (1, count, 1)."""
+    return np.asarray((np.arange(count) + 0.5)[None, :, None] / count)
+
+
+def _triangles(share: Floats) -> Floats:
+    """Returns places in the part of a triangle that belongs to one of its corners, (v, 2 k, 2).
+
+    It is the quadrangle between the corner, the ends of the part's edges and the centroid, two
+    triangles of equal area. share: barycentric coordinates in each of them, shape (v, k, 2).
+    """
+    centroid = np.array([2.0, 2.0]) / 3.0
+    one, two = np.array([[1.0, 0.0], centroid]), np.array([centroid, [0.0, 1.0]])
+    return np.concatenate([share @ one, share @ two], axis=1)
+
+
+def _scattered(variants: int, count: int) -> Floats:
+    """Returns barycentric coordinates of places that fill a triangle, shape (variants, count, 2).
+
+    Successive parts of one sequence of low discrepancy, the multiples of 1/g and 1/g^2 with g^3 =
+    g + 1, folded into the triangle: a line divides them as it does the area, however it runs, and
+    the errors of the variants cancel.
+    """
+    number = np.arange(variants * count).reshape(variants, count, 1)
+    place = (0.5 + number / PLASTIC_NUMBER ** np.array([1.0, 2.0])) % 1.0
+    return np.where(place.sum(axis=2, keepdims=True) > 1.0, 1.0 - place, place)
+
+
+PLASTIC_NUMBER = 1.32471795724474602596
+"""The root g of g^3 = g + 1."""
+
+_CONGRUENT = np.array([[[1.0, 1.0], [4.0, 1.0], [1.0, 4.0], [2.0, 2.0]]]) / 6.0
+"""Barycentric coordinates of the centroids of four congruent parts of a triangle."""
+
+EVEN: Coordinates = {2: _intervals(4), 3: _triangles(_CONGRUENT)}
+"""Samples over which the soil's displacement is averaged: linear functions are exact."""
+
+DENSE: Coordinates = {2: _intervals(256), 3: _triangles(_scattered(16, 128))}
+"""Samples at the edge of the soil."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +123,9 @@ class Samples:
     point: Integers
 
 
-def sampled(parts: SurfaceParts, per_edge: Mapping[int, int], measure_gap: Measure) -> Samples:
-    """Returns samples evenly distributed on each part, the same number on each.
-
-    per_edge: along each edge of a part, by dimension.
-    """
-    places = part_samples(parts.position, parts.tributary, per_edge)
+def sampled(parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure) -> Samples:
+    """Returns samples of each part, the same number on each: `EVEN` or `DENSE` ones."""
+    places = part_samples(parts.position, parts.tributary, coordinates)
     count, samples, dim = places.shape
     normal = np.repeat(parts.normal, samples, axis=0)
     place = places.reshape(-1, dim)
@@ -111,7 +147,7 @@ def measure(parts: SurfaceParts, measure_gap: Measure) -> Measured:
     edge = at_edge(parts.position, found)
     if len(edge) == 0:
         return Measured(gap, point, share)
-    samples = sampled(parts.of(edge), SAMPLES_AT_EDGE, measure_gap)
+    samples = sampled(parts.of(edge), DENSE, measure_gap)
     of_samples, owner = (each.reshape(len(edge), -1) for each in (samples.gap, samples.point))
     share[edge] = covered(owner >= 0, parts.position.shape[1]).mean(axis=1)
     nearest = np.where(owner >= 0, of_samples, np.inf).argmin(axis=1)
@@ -149,11 +185,9 @@ def covered(found: Flags, dim: int) -> Flags:
     return np.asarray(before & np.maximum.accumulate(found[:, ::-1], axis=1)[:, ::-1])
 
 
-def part_samples(position: Floats, tributary: Floats, per_edge: Mapping[int, int]) -> Floats:
+def part_samples(position: Floats, tributary: Floats, coordinates: Coordinates) -> Floats:
     """Returns positions on tributary parts, shape (n, samples, dim); see `sampled`."""
-    dim = position.shape[1]
-    count = per_edge[dim]
-    along = (np.arange(count) + 0.5) / count
-    grid = np.stack(np.meshgrid(*[along] * (dim - 1), indexing="ij"), axis=-1).reshape(-1, dim - 1)
     corner = position + tributary[:, 0]
-    return np.asarray(corner[:, None] + np.einsum("sk,nki->nsi", grid, tributary[:, 1:]))
+    variants = coordinates[position.shape[1]]
+    along = variants[np.arange(len(position)) % len(variants)]
+    return np.asarray(corner[:, None] + along @ tributary[:, 1:])

@@ -11,8 +11,8 @@ LEAST_AREA = 0.3
 """Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
 
 SLIVER = 0.02
-"""Area of a support in faces of a cell below which it has no contact: soil that stands out beyond the
-edge of a body by as little, such as beside an indented part of its surface, would be held there by
+"""Area of a support in faces of a cell below which it has no contact: soil that stands out beyond
+the edge of a body by as little, as beside an indented part of its surface, would be held there by
 a stress that is not soil's."""
 
 LEAST_COSINE = 0.5
