@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from mesh_bodies import write
 
 from tilth import Model
 from tilth.arrays import Floats
@@ -16,6 +18,7 @@ from tilth.boundaries.contact.state import ContactState
 from tilth.verification.cases import example, varied, with_basis
 from tilth.verification.contact_patch import (
     PROBLEM,
+    Spread,
     directions,
     spreads,
     stress_in_layer,
@@ -226,3 +229,67 @@ def test_pressure_is_uniform_in_space(basis: str) -> None:
     assert float(run.force["floor"][-1] @ normal) == pytest.approx(exact, rel=2e-3)
     for name in ("floor", "plate"):
         assert deviation(run.contacts[name]) < 0.01
+
+
+INNER, OUTER, CENTRE = 1.0, 1.8, np.array([0.03, 0.07])
+LOAD = 1e4
+
+
+def ring_on_a_core(cell: float, path: Path) -> Model:
+    """A ring of CPDI2 points around a rigid core, under an outer pressure.
+
+    The friction is next to nothing: only against rotation.
+    """
+    radial, around = round((OUTER - INNER) * 2 / cell), round(4.0 * np.pi * INNER / cell)
+    angle = np.arange(around) * 2.0 * np.pi / around
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    nodes = CENTRE + np.concatenate([r * circle for r in np.linspace(INNER, OUTER, radial + 1)])
+    first = np.arange(around) + around * np.arange(radial)[:, None]
+    after = np.roll(first, -1, axis=1)
+    quads = np.stack([first, first + around, after + around, after], axis=-1).reshape(-1, 4)
+    start = nodes[-around].tolist()
+    return Model.from_dict({
+        "analysis": {"kind": "plane_strain"},
+        "grid": {"cell_size": cell},
+        "materials": {
+            "rubber": {"model": "hencky_elastic", "young_modulus": 1e7, "poisson_ratio": 0.3}
+        },
+        "bodies": [
+            {"name": "ring", "material": "rubber", "basis": "cpdi2", "points_per_cell": 2,
+             "shape": {"type": "mesh", "file": str(write(path, nodes, [("quad", quads)]))},
+             "surface": {"spacing": 2.0 * cell}}
+        ],
+        "boundaries": [
+            {"name": "core", "type": "implicit", "wished_in_place": True,
+             "contact": {"normal": "unilateral", "tangential": "friction", "friction": 1e-4},
+             "geometry": {"type": "circle", "centre": CENTRE.tolist(), "radius": INNER,
+                          "soil": "outside"}}
+        ],
+        "loads": [{"type": "surface", "body": "ring", "start": start, "end": start,
+                   "pressure": LOAD}],
+        "track": [{"name": "force", "quantity": "reaction", "boundary": "core",
+                   "component": "x"}],
+        "schedule": {"steps": 2},
+    })  # fmt: skip
+
+
+@pytest.mark.slow
+def test_pressure_of_a_ring_on_a_rigid_core(tmp_path: Path) -> None:
+    """Lame: 2 (1 - nu) times the load over 1 + (1 - 2 nu) (a / b)^2; strains of 1e-3.
+
+    The soil's displacement is curved and so is the surface: the pressure converges with the first
+    order, its mean with the second.
+    """
+    nu = 0.3
+    exact = 2.0 * (1.0 - nu) * LOAD / (1.0 + (1.0 - 2.0 * nu) * (INNER / OUTER) ** 2)
+    means, variations = [], []
+    for cell in (0.1, 0.05):
+        state = run_contact(ring_on_a_core(cell, tmp_path / "ring.msh")).contacts["core"]
+        assert state.in_contact.all()
+        spread = Spread.of(-state.normal_stress, state.weight)
+        means.append(abs(spread.mean / exact - 1.0))
+        variations.append(spread.variation)
+    assert means[0] < 1e-3
+    assert means[1] < 2.5e-4
+    assert variations[1] < 0.01
+    assert math.log2(variations[0] / variations[1]) > 0.8

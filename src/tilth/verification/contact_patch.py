@@ -74,7 +74,7 @@ def uniform(model: Model, angle: float, shift: float, label: str = "") -> Iterat
         for name, spread in zip(("pressure", "shear"), found, strict=True):
             quantity = f"{name} on the {surface}, {at}"
             yield relative(quantity, spread.mean, exact[name], 1e-3, "closed form", "Pa")
-            yield vanishing(f"greatest deviation of it, {at}", spread.largest, 0.01, SOURCE)
+            yield vanishing(f"deviation of the {quantity}", spread.largest, 0.01, SOURCE)
 
 
 def spreads(model: Model, angle: float, shift: float) -> dict[str, tuple[Spread, Spread]]:
