@@ -13,6 +13,7 @@ from tilth.boundaries.contact.law import ContactLaw, respond
 from tilth.boundaries.contact.measure import (
     DENSE,
     EVEN,
+    Coordinates,
     SurfaceParts,
     covered,
     measure,
@@ -45,12 +46,13 @@ def test_places_far_from_a_domain_and_flat_domains_are_not_inside() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("coordinates", [EVEN, DENSE])
-def test_samples_of_all_parts_fill_the_piece(dim: int, coordinates: dict[int, np.ndarray]) -> None:
+def test_samples_of_all_parts_fill_the_piece(dim: int, coordinates: Coordinates) -> None:
     """A segment, a triangle: means of linear functions and of squares, over all variants."""
     piece = np.array([[0.0, 0.0], [3.0, 1.0]]) if dim == 2 else np.eye(3)
     parts = _tributary_parts(np.tile(piece, (16, 1, 1)))
     weight = np.linalg.norm(parts[:, 1], axis=1) if dim == 2 else np.ones(len(parts))
-    places = part_samples(np.zeros((len(parts), dim)), parts, coordinates)
+    zero = np.zeros((len(parts), dim))
+    places = part_samples(SurfaceParts(zero, zero, parts), coordinates)
     mean = np.einsum("n,nsi->i", weight, places) / weight.sum() / places.shape[1]
     even = coordinates is EVEN
     np.testing.assert_allclose(mean, piece.mean(axis=0), rtol=1e-12 if even else 1e-3)
@@ -59,11 +61,21 @@ def test_samples_of_all_parts_fill_the_piece(dim: int, coordinates: dict[int, np
     np.testing.assert_allclose(square, exact, rtol=0.05 if even else 2e-3)
 
 
+@pytest.mark.parametrize("coordinates", [EVEN, DENSE])
+def test_samples_fill_parallelograms(coordinates: Coordinates) -> None:
+    edges = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 1.0], [0.0, 1.0, 3.0]])
+    zero = np.zeros((16, 3))
+    parts = SurfaceParts(zero, zero, np.tile(edges, (16, 1, 1)), whole=True)
+    mean = part_samples(parts, coordinates).mean(axis=(0, 1))
+    np.testing.assert_allclose(mean, [1.0, 0.5, 2.0], rtol=1e-3)
+
+
 def test_a_line_divides_dense_samples_as_it_does_the_area() -> None:
     """Half planes through a triangle: of all 16 variants together, and of each of them."""
     random = np.random.default_rng(8)
     parts = _tributary_parts(np.tile(np.eye(3), (16, 1, 1)))
-    places = part_samples(np.zeros((len(parts), 3)), parts, DENSE)
+    zero = np.zeros((len(parts), 3))
+    places = part_samples(SurfaceParts(zero, zero, parts), DENSE)
     for _ in range(50):
         low = random.uniform(0.05, 0.95)
         found = (places[:, :, 0] < low).mean(axis=1).reshape(16, 3).mean(axis=1)

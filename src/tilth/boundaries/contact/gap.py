@@ -32,6 +32,7 @@ def measure_gap(
     reach: float,
     behind: Floats | float,
     widening: float = WIDENING,
+    body: str | None = None,
 ) -> tuple[Floats, Integers]:
     """Returns the gap between points of a rigid surface and the soil, and the material points.
 
@@ -56,6 +57,7 @@ def measure_gap(
         reach: largest gap that is found [length].
         behind: largest overlap that is found [length], >= 0; one number, or shape (n,).
         widening: share by which domains are wider across a line than they are [-], 0 to 1.
+        body: name of the only body that counts; all count without it.
 
     Returns:
         The gap [length], shape (n,), and the index of the material point that owns the soil's
@@ -71,9 +73,12 @@ def measure_gap(
     tracked = {
         name: surface
         for name, surface in found.items()
-        if surface is not None and points.of_body(name).stop
+        if surface is not None and points.of_body(name).stop and body in (None, name)
     }
     others = np.ones(len(points), dtype=bool)
+    if body is not None:
+        others[:] = False
+        others[points.of_body(body)] = True
     for name in tracked:
         others[points.of_body(name)] = False
     gap, point = _gap_to_domains(points, others, grid, position, normal, window)
@@ -156,8 +161,9 @@ def _gap_to_surface(
         else:
             inside[undecided] = found
     gap[np.isinf(gap) & inside] = -np.inf
-    point = _nearest(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
-                     np.isfinite(gap) & ~by_domains)  # fmt: skip
+    met = np.isfinite(gap)
+    place = position + np.where(met, gap, 0.0)[:, None] * normal
+    point = nearest_points(points, own, place, met & ~by_domains)
     if by_domains.any():
         of_body = np.zeros(len(points), dtype=bool)
         of_body[own] = True
@@ -167,7 +173,7 @@ def _gap_to_surface(
     return gap, point
 
 
-def _nearest(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
+def nearest_points(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
     """Returns the body's material point nearest to each `chosen` place (n, dim), -1 for others."""
     from scipy.spatial import cKDTree
 

@@ -75,15 +75,16 @@ def gather_contacts(
         touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
         apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
         foot = position[near] + apart[:, None] * normal[near]
-        inside = np.flatnonzero(near_soil(active, foot))
+        field = np.broadcast_to(points.fields_of(point[near]), len(near))
+        inside = np.flatnonzero(near_soil(active, foot, field))
         if len(inside) == 0:
             continue
-        order, at = locate_in_cells(active, foot[inside])
+        order, at = locate_in_cells(active, foot[inside], field[inside])
         order = inside[order]
         chosen = near[order]
         pose = _pose(surface, before, after, chosen)
-        trace = _trace(
-            surface, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
+        trace = trace_of_soil(
+            surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
         )
         found.append(
             ContactConstraint(
@@ -98,7 +99,8 @@ def gather_contacts(
                 touch=touch.of(order),
                 measured=gap[chosen],
                 law=surface.law(points, point[chosen], cohesion, slope),
-                start=before,
+                square=surface.square(chosen),
+                turn=surface.turn(before, pose, chosen),
             )
         )
     return found
@@ -130,8 +132,8 @@ def _measure_of(
     return measure_gap_at
 
 
-def _trace(
-    surface: ContactSurface,
+def trace_of_soil(
+    cell: float,
     points: MaterialPoints,
     active: ActiveGrid,
     at: PointsInCells,
@@ -142,7 +144,7 @@ def _trace(
     """Returns the soil's displacement at the n points `at`, with their parts and what was measured.
 
     On domains with corners it is the mean over samples of the points' parts, of many where only a
-    share of a part is opposite soil.
+    share of a part is opposite soil. cell: the smallest edge of a cell [length].
     """
     cornered = np.zeros(len(points), dtype=bool)
     for body in points.bodies:
@@ -157,7 +159,7 @@ def _trace(
             continue
         samples = sampled(parts.of(chosen), coordinates, measure_gap_at)
         of = chosen[samples.part]
-        near = np.abs(samples.gap - measured.gap[of]) < LOST * surface.cell
+        near = np.abs(samples.gap - measured.gap[of]) < LOST * cell
         near &= cornered[samples.point]
         of, gap = of[near], samples.gap[near]
         place.append(of)

@@ -22,8 +22,8 @@ surface that the grid has cut differ in size: all of the nearest points may lie 
 Measure = Callable[[Floats, Floats, float], tuple[Floats, Integers]]
 """Returns gaps and material points at positions with normals for a widening, see `measure_gap`."""
 
-Coordinates = Mapping[int, Floats]
-"""Coordinates along the edges of a part by dimension, shape (variants, samples, dim - 1). Each
+Coordinates = Mapping[str, Floats]
+"""Coordinates along the edges of a part by its shape, shape (variants, samples, dim - 1). Each
 sample stands for the same area. The parts have the variants in turn."""
 
 
@@ -43,16 +43,20 @@ def _triangles(share: Floats) -> Floats:
     return np.concatenate([share @ one, share @ two], axis=1)
 
 
+def _folded(place: Floats) -> Floats:
+    """Returns places in a unit square, (v, k, 2), folded into the triangle below its diagonal."""
+    return np.where(place.sum(axis=2, keepdims=True) > 1.0, 1.0 - place, place)
+
+
 def _scattered(variants: int, count: int) -> Floats:
-    """Returns barycentric coordinates of places that fill a triangle, shape (variants, count, 2).
+    """Returns places that fill a unit square, shape (variants, count, 2).
 
     Successive parts of one sequence of low discrepancy, the multiples of 1/g and 1/g^2 with g^3 =
-    g + 1, folded into the triangle: a line divides them as it does the area, however it runs, and
-    the errors of the variants cancel.
+    g + 1: a line divides them as it does the area, however it runs, and the errors of the variants
+    cancel.
     """
     number = np.arange(variants * count).reshape(variants, count, 1)
-    place = (0.5 + number / PLASTIC_NUMBER ** np.array([1.0, 2.0])) % 1.0
-    return np.where(place.sum(axis=2, keepdims=True) > 1.0, 1.0 - place, place)
+    return np.asarray((0.5 + number / PLASTIC_NUMBER ** np.array([1.0, 2.0])) % 1.0)
 
 
 PLASTIC_NUMBER = 1.32471795724474602596
@@ -61,10 +65,19 @@ PLASTIC_NUMBER = 1.32471795724474602596
 _CONGRUENT = np.array([[[1.0, 1.0], [4.0, 1.0], [1.0, 4.0], [2.0, 2.0]]]) / 6.0
 """Barycentric coordinates of the centroids of four congruent parts of a triangle."""
 
-EVEN: Coordinates = {2: _intervals(4), 3: _triangles(_CONGRUENT)}
+_SQUARES = np.array([[[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]]]) / 4.0
+"""The middles of four equal parts of a parallelogram."""
+
+EVEN: Coordinates = {
+    "segment": _intervals(4), "triangle": _triangles(_CONGRUENT), "parallelogram": _SQUARES
+}  # fmt: skip
 """Samples over which the soil's displacement is averaged: linear functions are exact."""
 
-DENSE: Coordinates = {2: _intervals(256), 3: _triangles(_scattered(16, 128))}
+DENSE: Coordinates = {
+    "segment": _intervals(256),
+    "triangle": _triangles(_folded(_scattered(16, 128))),
+    "parallelogram": _scattered(16, 256),
+}
 """Samples at the edge of the soil."""
 
 
@@ -76,15 +89,26 @@ class SurfaceParts:
         position: [length], shape (n, dim).
         normal: unit, into the soil, shape (n, dim).
         tributary: parts [length], see `QuadraturePoints`, shape (n, dim, dim).
+        whole: whether in space the parts are the parallelograms of their edges, and not the parts
+            of triangles.
     """
 
     position: Floats
     normal: Floats
     tributary: Floats
+    whole: bool = False
+
+    @property
+    def shape(self) -> str:
+        """Of the parts, as in `Coordinates`."""
+        if self.position.shape[1] == 2:
+            return "segment"
+        return "parallelogram" if self.whole else "triangle"
 
     def of(self, chosen: Integers) -> SurfaceParts:
         """Returns the chosen points, shape (k,)."""
-        return SurfaceParts(self.position[chosen], self.normal[chosen], self.tributary[chosen])
+        position, normal = self.position[chosen], self.normal[chosen]
+        return SurfaceParts(position, normal, self.tributary[chosen], self.whole)
 
 
 @dataclass(frozen=True)
@@ -125,7 +149,7 @@ class Samples:
 
 def sampled(parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure) -> Samples:
     """Returns samples of each part, the same number on each: `EVEN` or `DENSE` ones."""
-    places = part_samples(parts.position, parts.tributary, coordinates)
+    places = part_samples(parts, coordinates)
     count, samples, dim = places.shape
     normal = np.repeat(parts.normal, samples, axis=0)
     place = places.reshape(-1, dim)
@@ -185,9 +209,9 @@ def covered(found: Flags, dim: int) -> Flags:
     return np.asarray(before & np.maximum.accumulate(found[:, ::-1], axis=1)[:, ::-1])
 
 
-def part_samples(position: Floats, tributary: Floats, coordinates: Coordinates) -> Floats:
+def part_samples(parts: SurfaceParts, coordinates: Coordinates) -> Floats:
     """Returns positions on tributary parts, shape (n, samples, dim); see `sampled`."""
-    corner = position + tributary[:, 0]
-    variants = coordinates[position.shape[1]]
-    along = variants[np.arange(len(position)) % len(variants)]
-    return np.asarray(corner[:, None] + along @ tributary[:, 1:])
+    corner = parts.position + parts.tributary[:, 0]
+    variants = coordinates[parts.shape]
+    along = variants[np.arange(len(corner)) % len(variants)]
+    return np.asarray(corner[:, None] + along @ parts.tributary[:, 1:])

@@ -60,6 +60,20 @@ class Trace:
         own = kept[self.place]
         return Trace(int(kept.sum()), number[self.place[own]], self.node[own], self.value[own])
 
+    def renumbered(self, number: Integers) -> Trace:
+        """Returns the same with the new number of each place, shape (n,)."""
+        place = number[self.place]
+        order = np.argsort(place, kind="stable")
+        return Trace(self.count, place[order], self.node[order], self.value[order])
+
+    def less(self, other: Trace) -> Trace:
+        """Returns the difference of two traces at the same places, on other nodes."""
+        place = np.concatenate([self.place, other.place])
+        order = np.argsort(place, kind="stable")
+        node = np.concatenate([self.node, other.node])
+        value = np.concatenate([self.value, -other.value])
+        return Trace(self.count, place[order], node[order], value[order])
+
     def interpolate(self, nodal: Floats) -> Floats:
         """Returns the values at the places, (n, k), of nodal values (nodes, k)."""
         part = self.value[:, None] * nodal[self.node]
@@ -139,7 +153,8 @@ def trace_of_domains(
     number = np.bincount(place, minlength=whole.count)
     sample, corner = np.nonzero(weight)
     found = points.position[owner[sample]] + points.corner[owner[sample], corner]
-    order, in_cells = locate_in_cells(active, found)
+    field = points.fields_of(owner[sample])
+    order, in_cells = locate_in_cells(active, found, field)
     node = in_cells.node[in_cells.cell]
     summand = order.repeat(node.shape[1])
     share = weight[sample, corner][summand] * in_cells.value.ravel()
