@@ -417,11 +417,12 @@ class AssembledContact(GlobalUnknowns):
         Between bodies that on the second one.
         """
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
-        on_soil = np.zeros(self._active.nodes, dtype=bool)
         for support, elements, each in self._each():
             _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
-            on_soil[support.part.at.node] = True
-        return np.where(on_soil[:, None], nodal, 0.0)
+            if self.is_between_bodies:
+                second = self._active.field[support.part.at.node[0, 0]]
+                nodal[self._active.field != second] = 0.0
+        return nodal
 
     def carried_force(self) -> Floats:
         """Returns the internal force of the tractions at the step's start [force], (nodes, dim)."""
