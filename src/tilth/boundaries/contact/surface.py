@@ -231,6 +231,13 @@ class ContactSurface(CarriedContact, Implicit):
         gradient = self.motion.gradient(self.quadrature.reference[chosen], self.factor(time))
         return np.asarray(pose.rotation[0] @ rotation_part(gradient))
 
+    def leave(self) -> None:
+        """Stores that no soil is near: points that were in contact have lost it."""
+        nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
+        touch = Touch(none > 0.0, none, none)
+        traction = np.zeros((0, self._columns - 3))
+        self.store(nowhere, traction, touch.closed, none, touch, none)
+
     def law(
         self, points: MaterialPoints, point: Integers, cohesion: Floats, slope: Floats
     ) -> ContactLaw:
