@@ -29,6 +29,7 @@ from tilth.verification import (
     layered_footing,
     oedometer,
     plane_strain_block,
+    plate_anchor,
     plate_on_cube,
     pressure_cantilever,
     pressurised_ring,
@@ -96,5 +97,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "plate_on_cube": plate_on_cube.comparisons,
     "hertz": hertz.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
+    "plate_anchor": plate_anchor.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
