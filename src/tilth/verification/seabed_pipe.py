@@ -74,6 +74,7 @@ def in_place(embedment: float) -> dict[str, Any]:
     box = [[0.0, 0.0], [width, 0.0], [width, surface]]
     centre = [0.0, surface + height]
     return {
+        "bodies.0.surface": None,
         "bodies.0.shape": {"type": "polygon", "vertices": [*box, *arc[::-1].tolist()]},
         "rigid_bodies.0.geometry.centre": centre,
         "rigid_bodies.0.centre": centre,
