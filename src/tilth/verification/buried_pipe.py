@@ -17,6 +17,8 @@ DIAMETER = 1.0
 """Diameter of the pipe [m]."""
 FLOW_LIFT = 0.03 * DIAMETER
 """Lift from which on the clay yields at a constant force [m]."""
+CONTACT_LIFT = 0.06 * DIAMETER
+"""Lift of the pipe as a rigid body in contact [m]."""
 COARSE, FINE = DIAMETER / 8.0, DIAMETER / 16.0
 """Cell sizes [m]."""
 
@@ -60,8 +62,14 @@ def in_contact() -> Iterator[Comparison]:
 
 def lift_in_contact(file: str, h: float, law: Mapping[str, object]) -> Curve:
     """Lifts the rigid body of a case file on cells of `h` [m]; returns F / (c D) and the lift."""
-    changes = {f"rigid_bodies.0.contact.{key}": value for key, value in law.items()}
-    model = varied(example(PROBLEM, file), {"grid.cell_size": h, **changes})
+    changes: dict[str, object] = {
+        f"rigid_bodies.0.contact.{key}": value for key, value in law.items()
+    }
+    base = example(PROBLEM, file)
+    steps = round(base.schedule.number_of_steps * CONTACT_LIFT / (0.1 * DIAMETER))
+    motion = {"x": 0.0, "y": CONTACT_LIFT}
+    changes |= {"rigid_bodies.0.displacement": motion, "schedule.steps": steps}
+    model = varied(base, {"grid.cell_size": h, **changes})
     shear_strength = model.materials["clay"].parameter("undrained_shear_strength")
     scale = model.track[0].scale / (shear_strength * DIAMETER)
     return run_contact(model).curve("pipe", 1, scale)
