@@ -150,7 +150,7 @@ def test_the_closed_form_of_the_deep_pipe_is_a_lower_bound_near_the_exact_load()
 
 
 def test_the_bound_of_the_anchor_is_the_dissipation_of_its_mechanism():
-    """Power over s_u, B and the velocity of the plate: length of each sheared line times its slip."""
+    """Power over s_u, B and the plate's velocity: length of each sheared line times its slip."""
     thickness, flow, radius = 0.1, math.sqrt(0.5), math.sqrt(0.5)
     assert 2.0 * flow * radius == pytest.approx(1.0)  # what sinks beside the plate is what it moves
     wedges = 4.0 * math.sqrt(0.5) * math.sqrt(0.5)
