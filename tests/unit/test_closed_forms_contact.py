@@ -20,11 +20,13 @@ from tilth.verification.closed_forms.elastic_contact import (
 )
 from tilth.verification.closed_forms.limit_loads import (
     DEEP_PIPE_BOUNDS,
+    DEEP_STRIP_ANCHOR,
     LIFTED_PIPE_BOUNDS,
     SEABED_PIPE_BOUNDS,
     cone_factor,
     seabed_pipe,
     sphere_limit_pressure,
+    strip_anchor_bound,
 )
 
 SOIL = HenckyElastic(young_modulus=1e7, poisson_ratio=0.3)
@@ -145,3 +147,15 @@ def test_the_fits_for_the_seabed_pipe_are_near_its_bounds(embedment, face):
 def test_the_closed_form_of_the_deep_pipe_is_a_lower_bound_near_the_exact_load():
     for adhesion, (lower, upper) in DEEP_PIPE_BOUNDS.items():
         assert 0.99 * lower < bearing_factor(adhesion) < upper
+
+
+def test_the_bound_of_the_anchor_is_the_dissipation_of_its_mechanism():
+    """Power over s_u, B and the plate's velocity: length of each sheared line times its slip."""
+    thickness, flow, radius = 0.1, math.sqrt(0.5), math.sqrt(0.5)
+    assert 2.0 * flow * radius == pytest.approx(1.0)  # what sinks beside the plate is what it moves
+    wedges = 4.0 * math.sqrt(0.5) * math.sqrt(0.5)
+    arcs = 2.0 * 1.5 * math.pi * radius * flow
+    fans = 2.0 * quad(lambda r: 1.5 * math.pi * r * flow / r, 0.0, radius)[0]
+    assert wedges + arcs + fans == pytest.approx(DEEP_STRIP_ANCHOR, rel=1e-12)
+    sides = 2.0 * thickness * ((1.0 + flow) + flow)
+    assert strip_anchor_bound(thickness) == pytest.approx(wedges + arcs + fans + sides, rel=1e-12)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms.limit_loads import LIFTED_PIPE_BOUNDS
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.contact_runs import run_contact
 from tilth.verification.curves import Curve, reaction_curve
@@ -16,6 +17,8 @@ DIAMETER = 1.0
 """Diameter of the pipe [m]."""
 FLOW_LIFT = 0.03 * DIAMETER
 """Lift from which on the clay yields at a constant force [m]."""
+CONTACT_LIFT = 0.06 * DIAMETER
+"""Lift of the pipe as a rigid body in contact [m]."""
 COARSE, FINE = DIAMETER / 8.0, DIAMETER / 16.0
 """Cell sizes [m]."""
 
@@ -41,19 +44,32 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 
 
 def in_contact() -> Iterator[Comparison]:
-    """A rigid body held by suction, with adhesion."""
-    adhesion = 0.5
-    curve = lift_in_contact("contact.toml", FINE, {"adhesion_factor": adhesion})
-    factor, exact = curve.after(FLOW_LIFT).force.max(), bearing_factor(adhesion)
-    quantity = f"greatest F / (c D), contact, adhesion {adhesion:g}, {at(FINE)}"
-    yield relative(quantity, factor, exact, 0.05, "exact")
-    yield at_least(f"the same over {exact:.3f}", factor / exact, 0.99, 0.0, "lower bound")
+    """A rigid body held by suction, with any adhesion, and one that a gap opens below."""
+    for adhesion in (0.0, 0.25, 0.5, 0.75, 1.0):
+        curve = lift_in_contact("contact.toml", FINE, {"adhesion_factor": adhesion})
+        factor, exact = curve.after(FLOW_LIFT).force.max(), bearing_factor(adhesion)
+        quantity = f"greatest F / (c D), contact, adhesion {adhesion:g}, {at(FINE)}"
+        tolerance, source = (0.06, "exact") if adhesion == 1.0 else (0.05, "lower bound")
+        yield relative(quantity, factor, exact, tolerance, source)
+        quantity = f"the same over {exact:.3f}, adhesion {adhesion:g}"
+        yield at_least(quantity, factor / exact, 0.99, 0.0, "lower bound")
+    lower, upper = LIFTED_PIPE_BOUNDS[2.0, "smooth"]
+    factor = lift_in_contact("separation.toml", FINE, {}).force.max()
+    quantity = f"greatest F / (c D), gap below, centre 2 D deep, smooth, {at(FINE)}"
+    source = f"limit analysis {lower:g} to {upper:g}"
+    yield relative(quantity, factor, 0.5 * (lower + upper), 0.05, source)
 
 
 def lift_in_contact(file: str, h: float, law: Mapping[str, object]) -> Curve:
     """Lifts the rigid body of a case file on cells of `h` [m]; returns F / (c D) and the lift."""
-    changes = {f"rigid_bodies.0.contact.{key}": value for key, value in law.items()}
-    model = varied(example(PROBLEM, file), {"grid.cell_size": h, **changes})
+    changes: dict[str, object] = {
+        f"rigid_bodies.0.contact.{key}": value for key, value in law.items()
+    }
+    base = example(PROBLEM, file)
+    steps = round(base.schedule.number_of_steps * CONTACT_LIFT / (0.1 * DIAMETER))
+    motion = {"x": 0.0, "y": CONTACT_LIFT}
+    changes |= {"rigid_bodies.0.displacement": motion, "schedule.steps": steps}
+    model = varied(base, {"grid.cell_size": h, **changes})
     shear_strength = model.materials["clay"].parameter("undrained_shear_strength")
     scale = model.track[0].scale / (shear_strength * DIAMETER)
     return run_contact(model).curve("pipe", 1, scale)

@@ -31,6 +31,7 @@ from tilth.verification import (
     layered_footing,
     oedometer,
     plane_strain_block,
+    plate_anchor,
     plate_on_cube,
     pressure_cantilever,
     pressurised_ring,
@@ -102,5 +103,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "hertz": hertz.comparisons,
     "two_cylinders": two_cylinders.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
+    "plate_anchor": plate_anchor.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -58,6 +58,22 @@ A contact has no shear where it is open, so that its rough load is below these b
 """
 
 
+def strip_anchor_bound(thickness: float) -> float:
+    """Returns an upper bound of F / (s_u B) of a rough plate deep in clay that stays closed.
+
+    3 pi + 2 + 2 (1 + sqrt 2) t / B. The mechanism of the thin plate has a rigid wedge on either
+    face, whose sides are at 45 degrees, and about each edge a fan of three quarters of a circle,
+    radius B / sqrt 2, in which the clay flows with 1 / sqrt 2 of the velocity of the plate. It is
+    parted at the level of the plate by a layer of the thickness t, in which the clay beside the
+    plate sinks with that velocity: it slides along the side of the plate, and along the clay at
+    rest.
+
+    Args:
+        thickness: t / B [-].
+    """
+    return DEEP_STRIP_ANCHOR + 2.0 * (1.0 + math.sqrt(2.0)) * thickness
+
+
 def seabed_pipe(embedment: float, face: str) -> float:
     """Returns V / (D s_u) of a pipe wished in place, by fits to finite element results.
 
