@@ -25,8 +25,8 @@ DEEP = 3.0
 TRAVEL = 4.0
 """How far the case file pushes it [m]."""
 WINDOW = 0.1
-"""Length of the way over which its force is averaged [m]: material points that come into contact
-one by one make the force of single steps rise by up to 4 %."""
+"""Length of the way over which its force is averaged [m]: where a material point comes into
+contact the force of a single step differs by up to 2 %."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
