@@ -95,6 +95,7 @@ TYPE_DESCRIPTIONS = {
     "FactorTolerance": "number >= 1e-4",
     "Schedule": "table, see [schedule](#schedule)",
     "EntryNames": "list of names",
+    "TwoBodies": "list of two names",
     "Regions": "list of tables, see below",
     "ApexAngle": "number in [1, 180]",
     "NumberOrTable": "number, or rows (time, value)",
@@ -282,6 +283,7 @@ def page() -> str:
         _section("`[[rigid_bodies]]`", model.RigidBody),
         "[How to press rigid bodies into soil](../howto/press_rigid_bodies_into_soil.md) has "
         "examples.",
+        _section("`[[contact_pairs]]`", model.ContactPair),
         _section("`[water]`", model.Water),
         _section("`[initial]`", model.Initial),
         "### `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "

@@ -183,12 +183,15 @@ def product(balance: Balance, blocks: Floats, direction: Floats) -> Floats:
     return found
 
 
-def states(term: AssembledContact) -> list[tuple[bool, bool]]:
-    """Whether each multiplier is closed, and slides, at the last forces."""
+def states(term: AssembledContact) -> list[tuple[bool, bool, float]]:
+    """Whether each multiplier is closed, and slides, and how its strength grows with pressure."""
     found = []
-    for _, _, each in term._each():
+    for support, _, each in term._each():
         response = each.response
-        found += zip(response.closed.tolist(), response.sliding.tolist(), strict=True)
+        growth = support.law.strength(-response.traction[:, 0])[1]
+        found += zip(
+            response.closed.tolist(), response.sliding.tolist(), growth.tolist(), strict=True
+        )
     return found
 
 
@@ -236,3 +239,51 @@ def quarter_turn(simulation: Simulation, shift: tuple[float, float]) -> Simulati
     x, y = load["acceleration"]
     load["acceleration"] = [-y, x]
     return Simulation(Model.from_dict(entries))
+
+
+SIZES = {"tiny": (1e-9, 1e-9), "small": (1e-5, 1e-5), "large": (2e-3, 0.02), "turned": (2e-3, 0.6)}
+"""Random displacements of the nodes, and of the body beyond the motion that it has them follow."""
+
+
+def check_derivatives(
+    balance: Balance, term: AssembledContact, u: Floats, g: Floats, step: float, seed: int
+) -> bool:
+    """Whether a random direction leaves all multipliers on their branches; there it compares."""
+    blocks = linearised(term, balance, u, g)
+    border, at = term.border(u, g), states(term)
+    random = np.random.default_rng([3, seed])
+    way, turn = random.normal(size=u.shape), random.normal(size=len(g))
+    ends = []
+    for one, other in ((way, 0.0 * turn), (0.0 * way, turn)):
+        for sign in (step, -step):
+            ends.append(term.forces(u + sign * one, g + sign * other))
+            if states(term) != at:
+                return False
+    by_nodes = product(balance, blocks, way), np.einsum("mni,ni->m", border.rows, way)
+    by_body = np.einsum("mni,m->ni", border.columns, turn), border.corner @ turn
+    for expected, ahead, behind in ((by_nodes, *ends[:2]), (by_body, *ends[2:])):
+        for found, a, b in zip(expected, ahead, behind, strict=True):
+            difference = (a - b) / (2.0 * step)
+            largest = np.abs(difference).max(initial=0.0)
+            round_off = 1e-14 * np.abs(a).max(initial=0.0) / step
+            np.testing.assert_allclose(
+                found, difference, rtol=0, atol=2e-6 * largest + round_off + 1e-12
+            )
+    return True
+
+
+def branches_compared(balance: Balance, term: AssembledContact) -> set[str]:
+    """Compares derivatives at random displacements; returns the branches met."""
+    seen: set[str] = set()
+    for number, (nodes, body) in enumerate(SIZES.values()):
+        compared = 0
+        for seed in range(12):
+            random = np.random.default_rng([11, number, seed])
+            u = nodes * random.normal(size=(balance.active.nodes, balance.active.grid.dim))
+            u[:, -1] += 4.0 * nodes * random.normal()  # towards the body, or away from it
+            g = body * random.normal(size=len(term.scale))
+            if check_derivatives(balance, term, u, g, 1e-4 * nodes, seed):
+                compared += 1
+                seen |= branches(term)
+        assert compared >= 6
+    return seen

@@ -9,60 +9,23 @@ from contact_terms import (
     DRIVEN,
     FREE,
     LAWS,
-    branches,
-    linearised,
+    branches_compared,
     next_contact,
     pressed,
-    product,
     quarter_turn,
-    states,
 )
 from small_problems import KINDS
 
-from tilth.arrays import Floats
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.rotation import left_jacobian, rotation_by
-from tilth.terms.balance import Balance
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_law = pytest.mark.parametrize("law", LAWS)
-
-SIZES = {"tiny": (1e-9, 1e-9), "small": (1e-5, 1e-5), "large": (2e-3, 0.02), "turned": (2e-3, 0.6)}
-"""Random displacements of the nodes, and of the body beyond the motion that it has them follow."""
-
 
 BRANCHES = {
     "smooth": {"open", "slip"}, "held smooth": {"slip"}, "glued": {"stick"},
     "held friction": {"slip", "stick"}, "held adhesion": {"slip", "stick"},
 }  # fmt: skip
 """Of the laws that have not all three."""
-
-
-def check_derivatives(
-    balance: Balance, term: AssembledContact, u: Floats, g: Floats, step: float, seed: int
-) -> bool:
-    """Whether a random direction leaves all multipliers on their branches; there it compares."""
-    blocks = linearised(term, balance, u, g)
-    border, at = term.border(u, g), states(term)
-    random = np.random.default_rng([3, seed])
-    way, turn = random.normal(size=u.shape), random.normal(size=len(g))
-    ends = []
-    for one, other in ((way, 0.0 * turn), (0.0 * way, turn)):
-        for sign in (step, -step):
-            ends.append(term.forces(u + sign * one, g + sign * other))
-            if states(term) != at:
-                return False
-    by_nodes = product(balance, blocks, way), np.einsum("mni,ni->m", border.rows, way)
-    by_body = np.einsum("mni,m->ni", border.columns, turn), border.corner @ turn
-    for expected, ahead, behind in ((by_nodes, *ends[:2]), (by_body, *ends[2:])):
-        for found, a, b in zip(expected, ahead, behind, strict=True):
-            difference = (a - b) / (2.0 * step)
-            largest = np.abs(difference).max(initial=0.0)
-            round_off = 1e-14 * np.abs(a).max(initial=0.0) / step
-            np.testing.assert_allclose(
-                found, difference, rtol=0, atol=2e-6 * largest + round_off + 1e-12
-            )
-    return True
 
 
 @every_kind
@@ -81,23 +44,6 @@ def test_derivatives(kind: str, law: str, monkeypatch: pytest.MonkeyPatch) -> No
         seen |= branches_compared(balance, term)
         monkeypatch.undo()
     assert seen == BRANCHES.get(law, {"open", "slip", "stick"})
-
-
-def branches_compared(balance: Balance, term: AssembledContact) -> set[str]:
-    """Compares derivatives at random displacements; returns the branches met."""
-    seen: set[str] = set()
-    for number, (nodes, body) in enumerate(SIZES.values()):
-        compared = 0
-        for seed in range(12):
-            random = np.random.default_rng([11, number, seed])
-            u = nodes * random.normal(size=(balance.active.nodes, balance.active.grid.dim))
-            u[:, -1] += 4.0 * nodes * random.normal()  # towards the body, or away from it
-            g = body * random.normal(size=len(term.scale))
-            if check_derivatives(balance, term, u, g, 1e-4 * nodes, seed):
-                compared += 1
-                seen |= branches(term)
-        assert compared >= 6
-    return seen
 
 
 @every_kind

@@ -22,7 +22,8 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.mpm.grid import ActiveGrid, Buffers, find_keys, lattice_keys, locate
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import LEAST_ELASTIC_SHARE, filled_cells, ghost_faces
 from tilth.terms.linear import LinearForces

@@ -325,7 +325,7 @@ def test_rigid_bodies_and_the_rest_of_the_model() -> None:
             "path": "linear"}  # fmt: skip
     alone = {**with_bodies(rigid(**HELD)), "boundaries": []}
     Model.from_dict(alone)  # the simulation checks what they hold
-    assert "or rigid bodies" in str(refused({**alone, "boundaries": [wide]}))
+    assert "rigid bodies or contact pairs" in str(refused({**alone, "boundaries": [wide]}))
     follow = {"cell_size": 0.5, "follow": {"boundary": "pipe", "axes": ["y"], "place": [0, 1]}}
     error = refused({**alone, "grid": follow})
     assert error.key == "grid.follow.boundary"

@@ -28,7 +28,8 @@ from tilth import Model, resume, run
 from tilth.analysis.predictor import LARGEST_MOTION, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.grid import Buffers, find_keys, locate
+from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.keys import find_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 from tilth.verification.cases import example, varied

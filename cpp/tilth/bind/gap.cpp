@@ -9,7 +9,7 @@ namespace {
 
 auto measure_gap(ConstDoubles position, ConstDoubles normal, ConstDoubles behind, double reach,
                  ConstDoubles centre, ConstDoubles half_length, ConstDoubles corner,
-                 ConstDoubles origin, ConstDoubles cell_size) {
+                 ConstDoubles origin, ConstDoubles cell_size, double widening) {
   const std::int64_t surface_points = rows_of(position, 2, "position");
   const std::int64_t points = rows_of(centre, 2, "centre");
   const int dim = dimension_of(centre, "centre");
@@ -25,6 +25,7 @@ auto measure_gap(ConstDoubles position, ConstDoubles normal, ConstDoubles behind
   for (std::int64_t q = 0; q < surface_points; ++q)
     require(behind.data()[q] >= 0.0, "behind", "has negative entries");
   require(std::fabs(reach) <= longest, "reach", "is not a number or too large");
+  require(widening >= 0.0 && widening <= 1.0, "widening", "is not between 0 and 1");
   require_in_grid(centre, origin, cell_size, "centre");
   require_size(half_length, points * dim, "half_length");
   require_in_cells(half_length, nullptr, cell_size, "half_length");
@@ -36,7 +37,7 @@ auto measure_gap(ConstDoubles position, ConstDoubles normal, ConstDoubles behind
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
     const boundary::DomainSearch<d> search(points, centre.data(), half_length.data(), origin.data(),
-                                           cell_size.data());
+                                           cell_size.data(), widening);
     const auto measure = [&](const auto& domains) {
       boundary::measure_gap<d>(surface_points, position.data(), normal.data(), behind.data(), reach,
                                search, domains, gap.data(), owner.data());
@@ -54,7 +55,7 @@ auto measure_gap(ConstDoubles position, ConstDoubles normal, ConstDoubles behind
 void bind_gap(nb::module_& module) {
   using namespace nb::literals;
   module.def("measure_gap", &measure_gap, "position"_a, "normal"_a, "behind"_a, "reach"_a,
-             "centre"_a, "half_length"_a, "corner"_a, "origin"_a, "cell_size"_a,
+             "centre"_a, "half_length"_a, "corner"_a, "origin"_a, "cell_size"_a, "widening"_a,
              "Distances along normals (n,dim) from surface points to the material points' domains, "
              "and the material point whose domain is entered; -1 and +-inf without an entry.");
 }

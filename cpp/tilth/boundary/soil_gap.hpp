@@ -16,9 +16,6 @@
 
 namespace tilth::boundary {
 
-/// A domain is wider by this share across the line.
-inline constexpr double gap_widening = 0.05;
-
 /// The part of a line in a domain: distances along the line from its begin [length], and half the
 /// domain's width along the line. `begin` > `end` where the line misses the domain.
 struct LinePart {
@@ -42,12 +39,12 @@ inline bool clip_to_slab(double start, double slope, double limit, double& from,
 }
 
 /// Returns the part of a line in the domain p. `offset` is from the domain's centre to the line's
-/// begin, `middle` the distance along the line at which it passes the centre.
+/// begin, `middle` the distance along the line at which it passes the centre. The domain is `wide`
+/// times as wide across the line as it is.
 template <int Dim>
 LinePart part_in_domain(const Boxes<Dim>& box, std::int64_t p, const double* offset,
-                        const double* normal, double middle) {
+                        const double* normal, double middle, double wide) {
   constexpr double infinite = std::numeric_limits<double>::max();
-  const double wide = 1.0 + gap_widening;
   double from = -infinite, to = infinite;
   for (int k = 0; k < Dim; ++k)
     if (!clip_to_slab(offset[k], normal[k], wide * box.half[Dim * p + k], from, to)) return {};
@@ -88,9 +85,8 @@ inline void cross_triangle(const double* a, const double* b, const double* c, co
 
 template <int Dim>
 LinePart part_in_domain(const CorneredDomains<Dim>& domains, std::int64_t p, const double* offset,
-                        const double* normal, double) {
+                        const double* normal, double, double wide) {
   constexpr int corners = 1 << Dim;
-  const double wide = 1.0 + gap_widening;
   const double* corner = domains.corner + corners * Dim * p;
   double at[corners][Dim];  // from the line's begin, of the widened domain
   LinePart part;
@@ -133,12 +129,15 @@ struct DomainSearch {
   Lattice low{0, 0, 0}, high{0, 0, 0};  // cells with points lie between these
   double within[Dim] = {};              // bounds of the domains' extents along the axes [length]
   double radius = 0.0;                  // and of their distance from the centre
+  double wide;                          // factor of the domains' widths across lines
   const double *centre, *origin, *cell_size;
 
-  /// `half_length`: half the sides of the domains' bounding boxes.
+  /// `half_length`: half the sides of the domains' bounding boxes. `widening`: share by which a
+  /// domain is wider across a line than it is.
   DomainSearch(std::int64_t points, const double* point, const double* half_length,
-               const double* grid_origin, const double* size)
+               const double* grid_origin, const double* size, double widening)
       : sorted(sort_by_cell<Dim>(points, point, grid_origin, size)),
+        wide(1.0 + widening),
         centre(point),
         origin(grid_origin),
         cell_size(size) {
@@ -152,8 +151,8 @@ struct DomainSearch {
       for (int k = 0; k < Dim; ++k) within[k] = std::max(within[k], half_length[Dim * p + k]);
     for (const double each : within) radius += each * each;
     radius = std::sqrt(radius);
-    for (double& each : within) each += gap_widening * radius;
-    radius *= 1.0 + gap_widening;
+    for (double& each : within) each += widening * radius;
+    radius *= wide;
   }
 
   /// Returns the cell along an axis of a coordinate, at most one cell outside of those with points.
@@ -169,7 +168,7 @@ template <int Dim, class Domains, class Visit>
 void for_domains_on_line(const DomainSearch<Dim>& search, const double* position,
                          const double* normal, double from, double to, const Domains& domains,
                          Visit&& visit) {
-  const auto& [sorted, lowest, highest, within, radius, centre, origin, cell_size] = search;
+  const auto& [sorted, lowest, highest, within, radius, wide, centre, origin, cell_size] = search;
   constexpr double round_off = 1e-9;  // in cells
   const auto cells = [&](int axis, double begin, double end, std::int64_t& low,
                          std::int64_t& high) {
@@ -211,7 +210,7 @@ void for_domains_on_line(const DomainSearch<Dim>& search, const double* position
           squared += across * across;
         }
         if (squared > radius * radius) continue;
-        const LinePart part = part_in_domain<Dim>(domains, p, offset, normal, middle);
+        const LinePart part = part_in_domain<Dim>(domains, p, offset, normal, middle, wide);
         if (part.begin < part.end) visit(p, part);
       }
     }

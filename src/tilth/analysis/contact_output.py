@@ -17,9 +17,10 @@ from tilth.output.snapshot import ContactShape, SurfaceShape
 
 
 def contact_names(model: Model) -> list[str]:
-    """Returns the names of all boundaries with a law of contact, and of all rigid bodies."""
+    """Returns the names of all boundaries with a law of contact, rigid bodies and contact pairs."""
     laws = [b.name for b in model.boundaries if isinstance(b, ImplicitBoundary) and b.contact]
-    return [*laws, *(body.name for body in model.rigid_bodies)]
+    bodies, pairs = (body.name for body in model.rigid_bodies), model.contact_pairs
+    return [*laws, *bodies, *(pair.name for pair in pairs)]
 
 
 class ContactOutput:

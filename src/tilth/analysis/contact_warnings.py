@@ -69,3 +69,5 @@ def _laws(model: Model) -> Iterator[tuple[str, Contact]]:
             yield f"{keys[entry.name]}.contact", entry.contact
         for name, law in (entry.contact_with or {}).items():
             yield f"{keys[entry.name]}.contact_with.{name}", law
+    for i, pair in enumerate(model.contact_pairs):
+        yield f"contact_pairs[{i}].contact", pair.contact

@@ -152,6 +152,10 @@ def _declared(model: Model) -> dict[str, Any]:
         "bodies": model.present_bodies,
         "materials": {name: each for name, each in model.materials.items() if name in used},
         "boundaries": model.boundaries,
+        "contact_pairs": (
+            model.acting_pairs,
+            {body.name: model.fields()[body.name] for body in model.present_bodies},
+        ),
         "loads": [load for _, load in model.acting_loads()],
         "water": model.water,
         "grid": model.grid,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Motion and reaction of each boundary and body that moves, after each step: boundaries.csv.
+"""Motion and reaction of what moves, and force between bodies, after each step: boundaries.csv.
 
 A motion that is a translation and a rotation has their amounts at the end of the step, whatever the
 soil does. Forces and moments are those on the soil. While a boundary does not act in a stage, its
@@ -35,7 +35,7 @@ Column = tuple[str, str]
 
 
 def motion_columns(model: Model) -> list[Column]:
-    """Returns the names and unit labels of the columns of boundaries.csv; none if nothing moves."""
+    """Returns the names and unit labels of the columns of boundaries.csv, if it has any."""
     return [
         (f"{part.name} {quantity}", unit)
         for part in _parts(model)
@@ -73,6 +73,8 @@ def _parts(model: Model) -> Iterator[_Part]:
             yield _OfNodes(boundary, model.dimension)
     for body in model.rigid_bodies:
         yield _OfBody(body, model)
+    for pair in model.contact_pairs:
+        yield _OfPair(pair.name, model)
 
 
 def force_unit(model: Model) -> str:
@@ -169,6 +171,26 @@ class _OfBody:
             *(math.degrees(state.rotation[i]) for i in self._turning),
             *(0.0 - float(state.moment[i]) for i in self._turning),
         ]
+
+
+class _OfPair:
+    """Contact between two soil bodies: force on the second one, and area in contact."""
+
+    def __init__(self, name: str, model: Model) -> None:
+        self.name = name
+        self._axes = AXES[: model.dimension]
+
+    def columns(self, model: Model) -> list[Column]:
+        """As `_Part.columns`."""
+        forces = [(f"force_{axis}", force_unit(model)) for axis in self._axes]
+        return [*forces, ("contact_area", area_unit(model))]
+
+    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+        """As `_Part.values`."""
+        if result is None or self.name not in result.forces:
+            return [0.0] * (len(self._axes) + 1)
+        area = result.areas.get(self.name, 0.0)
+        return [*result.resultant(self.name).tolist(), area]
 
 
 class _OfImplicit:

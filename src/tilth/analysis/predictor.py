@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers, require_table
-from tilth.mpm.grid import ActiveGrid, find_keys
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import find_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 

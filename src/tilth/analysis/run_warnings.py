@@ -14,6 +14,8 @@ from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.mpm.grid import Grid
+from tilth.mpm.keys import lattice_keys
 from tilth.mpm.points import MaterialPoints
 
 JUMP, NO_JUMP = 30.0, 0.01
@@ -85,6 +87,34 @@ class RunWarnings:
                     "half a cell of this grid: one with one point has motions without strain; give "
                     "the body more points, or the grid larger cells",
                 )
+
+    def unpaired(self, model: Model, points: MaterialPoints, grid: Grid) -> None:
+        """Bodies of different displacement fields in the same cells, without a contact pair."""
+        paired = [frozenset(pair.bodies) for _, pair in model.acting_pairs]
+        bodies = points.whole_bodies()
+        for i, (body, own) in enumerate(bodies):
+            for other, others in bodies[:i]:
+                names = frozenset((body.name, other.name))
+                if body.field == other.field or names in paired:
+                    continue
+                one, two = points.position[own], points.position[others]
+                low = np.maximum(one.min(axis=0), two.min(axis=0)) - grid.cell_size
+                high = np.minimum(one.max(axis=0), two.max(axis=0)) + grid.cell_size
+                if (low > high).any():
+                    continue
+                cells, occupied = (
+                    lattice_keys(np.floor((x - grid.origin) / grid.cell_size).astype(np.int64))
+                    for x in (one, two)
+                )
+                if np.isin(cells, occupied).any():
+                    self.note(
+                        f"passage of {other.name} and {body.name}",
+                        f"contact_pairs: the bodies {other.name!r} and {body.name!r} have come "
+                        "into the same cells. They have no contact pair, but displacement fields "
+                        "of their own because of their contact with others, so that they pass "
+                        f'through each other; declare a pair with bodies = ["{other.name}", '
+                        f'"{body.name}"]',
+                    )
 
     def departures(self, model: Model, cell_size: Floats) -> None:
         """Grid planes whose prescribed motion takes the material away from them."""

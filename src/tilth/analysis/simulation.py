@@ -31,10 +31,12 @@ from tilth.boundaries import (
     Conditions,
     ImplicitConstraints,
     make_bodies,
+    make_body_contacts,
     make_boundaries,
     make_implicit,
 )
 from tilth.boundaries.axis import Axis
+from tilth.boundaries.contact.between_bodies import require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
 from tilth.boundaries.contact.forces import AssembledContact, contact_terms
 from tilth.boundaries.contact.gather import TouchingSoil
@@ -93,6 +95,7 @@ class Simulation:
         water: the phreatic surface; None without water.
         bodies: rigid bodies.
         contact_surfaces: surfaces of boundaries and bodies that soil can separate from.
+        body_contacts: surfaces of soil bodies in contact with other soil bodies.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -132,6 +135,7 @@ class Simulation:
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
+        self.body_contacts = make_body_contacts(model, self.surfaces)
         self._touching = TouchingSoil(
             self.surfaces, lambda points: shear_strength(points, self.model)
         )
@@ -159,7 +163,7 @@ class Simulation:
         self.run_warnings.departures(model, self.grid.cell_size)
         self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
-        if self.contact_surfaces:
+        if self.contact_surfaces or self.body_contacts:
             self._attempts.append(replace(self._attempts[-1], adapts=True))
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -242,6 +246,7 @@ class Simulation:
             owners["released"] = self.released
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
+        owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
         return owners
 
@@ -295,7 +300,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self._touching,
+                on_axis.conditions.constrained, self._touching, self.body_contacts,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
@@ -328,6 +333,7 @@ class Simulation:
         moved = soil.interpolate(displacement)
         try:
             self._require_inside(moved)
+            require_short_motion(self.body_contacts, self.points, moved)
             balance.require_acceptable(displacement)
             if self.implicit and not is_least:
                 position, touching = self.points.position + moved, self.contact_surfaces
@@ -342,6 +348,8 @@ class Simulation:
         self._move_surfaces(balance.active, displacement, moved)
         result = self.result(step, balance, equilibrium)
         balance.commit(displacement)
+        for pair in self.body_contacts:
+            pair.begin()
         self._predictor.commit(balance.active, displacement, after - before)
         self._warn(step, balance, equilibrium, moved)
         return result
@@ -392,14 +400,16 @@ class Simulation:
             forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
             contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
             forces |= {contact.name: contact.nodal_force() for contact in contacts}
-            touching = np.zeros_like(equilibrium.load)
+            touching, between = np.zeros_like(equilibrium.load), np.zeros_like(equilibrium.load)
             for contact in contacts:
-                touching += contact.carried_force()
+                total = between if contact.is_between_bodies else touching
+                total += contact.carried_force()
             reaction_before = constraints.reaction_before(
                 equilibrium.initial_reaction,
                 conditions.constrained,
                 balance.constant_force(),
                 touching,
+                between,
             )
             states = {each.name: each.state(equilibrium.displacement) for each in contacts}
             areas = constraints.areas | {name: each.area for name, each in states.items()}
@@ -411,6 +421,7 @@ class Simulation:
             step.after,
             areas=areas,
             contacts=states,
+            between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
             friction_work=sum(each.friction_work() for each in contacts),
         )
         twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
@@ -422,6 +433,8 @@ class Simulation:
         """Warns of probable mistakes in a committed step; moved: displacement of the points."""
         warnings, cell_size = self.run_warnings, self.grid.cell_size
         warnings.bounds(bound_domains(self.points, self.grid))
+        if step.active.fields > 1:
+            warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
             forced = any(body.free.any() for body in self.bodies)
@@ -457,8 +470,8 @@ class Simulation:
             )
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
-        modulus = self.round_off / ROUND_OFF
-        terms += contact_terms(constraints.contacts, self.bodies, after, modulus, active.nodes)
+        force = self.round_off / ROUND_OFF
+        terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:

@@ -173,6 +173,10 @@ def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats])
             surface.restore(last.surfaces[name].state())
         elif name in grounds:
             surface.move_vertically(partial(settlement, grounds[name]))
+    pairs = {pair.name: pair for pair in last.body_contacts}
+    for pair in simulation.body_contacts:
+        if pair.name in pairs:
+            pair.carry_from(pairs[pair.name])
     simulation.go_on_from(last, same_grid)
 
 

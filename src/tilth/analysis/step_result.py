@@ -28,6 +28,8 @@ class StepResult:
         areas: area of each implicit boundary that touches soil, at the end of the step, by name
             [length^(dim - 1), in axisymmetry length^2].
         contacts: the points of each contact surface, by the name of its boundary or rigid body.
+        between_bodies: names of the contacts between bodies among them; their force is that on the
+            second body.
         friction_work: work that friction dissipates in the step [force length], >= 0.
     """
 
@@ -38,12 +40,14 @@ class StepResult:
     time: float
     areas: dict[str, float] = field(default_factory=dict)
     contacts: dict[str, ContactState] = field(default_factory=dict)
+    between_bodies: frozenset[str] = frozenset()
     friction_work: float = 0.0
 
     @property
     def reaction(self) -> Floats:
         """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
-        return np.asarray(np.sum(list(self.forces.values()), axis=0))
+        of_boundaries = [f for name, f in self.forces.items() if name not in self.between_bodies]
+        return np.asarray(np.sum(of_boundaries, axis=0))
 
     def resultant(self, name: str) -> Floats:
         """Returns the force of a boundary on the soil [force], shape (dim,)."""

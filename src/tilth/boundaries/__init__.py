@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from tilth.arrays import Floats
@@ -15,8 +15,10 @@ from tilth.boundaries.protocol import Boundary, Prescribed
 from tilth.model import AffineBoundary, ImplicitBoundary, Model
 
 if TYPE_CHECKING:
+    from tilth.boundaries.contact.body_surface import BodyContactSurface
     from tilth.boundaries.contact.rigid_body import RigidBody
     from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.surface.protocol import BodySurface
 
 __all__ = [
     "Boundary",
@@ -24,6 +26,7 @@ __all__ = [
     "ImplicitConstraints",
     "Prescribed",
     "make_bodies",
+    "make_body_contacts",
     "make_boundaries",
     "make_implicit",
 ]
@@ -70,3 +73,18 @@ def make_bodies(
 
     bodies, surfaces = make_rigid_bodies(model, acceleration)
     return bodies, list(surfaces)
+
+
+def make_body_contacts(
+    model: Model, surfaces: Mapping[str, BodySurface]
+) -> list[BodyContactSurface]:
+    """Returns the surfaces on which bodies that are present touch each other.
+
+    surfaces: tracked surfaces by the names of the bodies.
+    """
+    present = [pair for pair in model.contact_pairs if all(map(model.present, pair.bodies))]
+    if not present:
+        return []
+    from tilth.boundaries.contact.make import make_body_contact
+
+    return [make_body_contact(pair, model, surfaces[pair.bodies[0]]) for pair in present]

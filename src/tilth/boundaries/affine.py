@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.protocol import Prescribed
 from tilth.model import AffineBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import lattice_keys
 
 
 def outer_nodes(active: ActiveGrid) -> Flags:
@@ -27,7 +27,7 @@ def outer_nodes(active: ActiveGrid) -> Flags:
     for shift in np.ndindex(*(4,) * dim):
         cell = active.lattice.copy()
         cell[:, :dim] += np.array(shift) - 2
-        outer |= ~np.isin(_core.node_keys(cell), active.occupied)
+        outer |= ~np.isin(lattice_keys(cell, active.field), active.occupied)
     return outer
 
 

@@ -45,6 +45,7 @@ class AxisConstraints:
     Attributes:
         conditions: all essential conditions, including those on the axis.
         row: lattice coordinates along y of the rows that the penalty acts on, shape (n,).
+        field: displacement field of each row, shape (n,).
         node: the two nodes of each row on either side of the axis, shape (n, 2).
         value: their shape functions at r = 0 [-], shape (n, 2).
         stiffness: force per radial displacement at r = 0 [force/length], shape (n,).
@@ -53,6 +54,7 @@ class AxisConstraints:
 
     conditions: Conditions
     row: Integers
+    field: Integers
     node: npt.NDArray[np.int32]
     value: Floats
     stiffness: Floats
@@ -62,7 +64,8 @@ class AxisConstraints:
     def without_penalty(cls, conditions: Conditions) -> AxisConstraints:
         """Returns constraints by elimination alone."""
         none, pairs = np.zeros(0), np.zeros((0, 2))
-        return cls(conditions, none.astype(np.int64), pairs.astype(np.int32), pairs, none, none)
+        index = none.astype(np.int64)
+        return cls(conditions, index, index, pairs.astype(np.int32), pairs, none, none)
 
     def couplings(self) -> list[Coupling]:
         """Returns the force N_a (before + stiffness sum_b N_b u_b) on the nodes of each row."""
@@ -83,8 +86,9 @@ class Axis:
         initial: its points at time 0, in the order of their permanent numbers.
 
     Attributes:
-        height: y of the rows with a force at the end of the last step, ascending [length],
-            shape (n,).
+        height: y of the rows with a force at the end of the last step, ascending in each
+            displacement field [length], shape (n,).
+        field: displacement field of these rows, ascending, shape (n,).
         carried: this force on each row [force], shape (n,).
     """
 
@@ -92,13 +96,17 @@ class Axis:
         self._keys = model.boundary_keys()
         self._rows = AxisRows(model, initial) if model.analysis.kind == "axisymmetric" else None
         self.height: Floats = np.zeros(0)
+        self.field: Integers = np.zeros(0, dtype=np.int64)
         self.carried: Floats = np.zeros(0)
 
     def heights(self, active: ActiveGrid) -> tuple[Integers, Floats]:
-        """Returns the rows of nodes with soil on the axis, and their y [length], (n,) each."""
+        """Returns the rows of nodes with soil on the axis, and their y [length], (n,) each.
+
+        They are ascending in each displacement field.
+        """
         if self._rows is None:
             return np.zeros(0, dtype=np.int64), np.zeros(0)
-        row, _ = self._rows.find(active)
+        row, _, _ = self._rows.find(active)
         return row, _height(active.grid, row)
 
     def constrain(self, active: ActiveGrid, conditions: Conditions) -> AxisConstraints:
@@ -109,15 +117,15 @@ class Axis:
         """
         if self._rows is None:
             return AxisConstraints.without_penalty(conditions)
-        row, modulus = self._rows.find(active)
+        row, field, modulus = self._rows.find(active)
         column, fraction = _columns(active.grid)
         constrained = np.zeros(active.nodes, dtype=bool)
-        beyond = _nodes(active, column - 1, row)
+        beyond = _nodes(active, column - 1, row, field)
         constrained[beyond[beyond >= 0]] = True
         if fraction > 0.0:
             conditions = conditions.with_axis(constrained)
-            return self._between(active, conditions, row, modulus, column, fraction)
-        on_axis = _nodes(active, column, row)
+            return self._between(active, conditions, row, field, modulus, column, fraction)
+        on_axis = _nodes(active, column, row, field)
         self._refuse_motion(conditions, active, on_axis[:, None], np.ones((len(row), 1)))
         constrained[on_axis[on_axis >= 0]] = True
         return AxisConstraints.without_penalty(conditions.with_axis(constrained))
@@ -127,13 +135,14 @@ class Axis:
         active: ActiveGrid,
         conditions: Conditions,
         row: Integers,
+        field: Integers,
         modulus: Floats,
         column: int,
         fraction: float,
     ) -> AxisConstraints:
         """Returns the penalty at r = 0, a fraction of a cell away from the nodes of a column."""
         cell = active.grid.cell_size
-        nodes = np.stack([_nodes(active, column + k, row) for k in range(3)], axis=1)
+        nodes = np.stack([_nodes(active, column + k, row, field) for k in range(3)], axis=1)
         inactive = nodes[:, 0] < 0  # no soil in the cell on the axis: extrapolated from the next
         pair = np.where(inactive[:, None], nodes[:, 1:], nodes[:, :2])
         at = np.where(inactive, fraction - 1.0, fraction)
@@ -145,35 +154,42 @@ class Axis:
         return AxisConstraints(
             conditions=conditions,
             row=row[free],
+            field=field[free],
             node=pair[free].astype(np.int32),
             value=value[free],
             stiffness=PENALTY_FACTOR * modulus[free] / (RELATIVE_BAND_WIDTH * cell.min()) * area,
-            before=self._carried_at(_height(active.grid, row[free]), cell[1]),
+            before=self._carried_at(_height(active.grid, row[free]), field[free], cell[1]),
         )
 
-    def _carried_at(self, height: Floats, spacing: float) -> Floats:
+    def _carried_at(self, height: Floats, field: Integers, spacing: float) -> Floats:
         """Returns the forces of the last step's rows within half a spacing [force], otherwise 0."""
-        if len(self.height) == 0:
-            return np.zeros(len(height))
-        nearest = np.searchsorted(self.height, height - 0.5 * spacing)
-        nearest = np.minimum(nearest, len(self.height) - 1)
-        near = np.abs(self.height[nearest] - height) <= 0.5 * spacing
-        return np.where(near, self.carried[nearest], 0.0)
+        found = np.zeros(len(height))
+        for number in np.unique(self.field):
+            own, before = field == number, self.field == number
+            last, carried = self.height[before], self.carried[before]
+            nearest = np.searchsorted(last, height[own] - 0.5 * spacing)
+            nearest = np.minimum(nearest, len(last) - 1)
+            near = np.abs(last[nearest] - height[own]) <= 0.5 * spacing
+            found[own] = np.where(near, carried[nearest], 0.0)
+        return found
 
     def commit(self, step: AxisConstraints, active: ActiveGrid, displacement: Floats) -> None:
         """Stores the forces at the end of a converged step with a displacement (nodes, dim)."""
         slip = (step.value * displacement[step.node, 0]).sum(axis=1)
-        self.height = _height(active.grid, step.row)
+        self.height, self.field = _height(active.grid, step.row), step.field
         self.carried = step.before + step.stiffness * slip
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"place": self.height, "carried": self.carried}
+        return {"place": self.height, "field": self.field, "carried": self.carried}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
-        require_table(state, increasing="place", strictly=False)
-        self.height, self.carried = state["place"], state["carried"]
+        require_table(state, increasing="field", strictly=False)
+        for number in np.unique(state["field"]):
+            own = {"place": state["place"][state["field"] == number]}
+            require_table(own, increasing="place", strictly=False)
+        self.height, self.field, self.carried = state["place"], state["field"], state["carried"]
 
     def _refuse_motion(
         self, conditions: Conditions, active: ActiveGrid, node: Integers, value: Floats
@@ -213,9 +229,10 @@ def _columns(grid: Grid) -> tuple[int, float]:
     return column, float(axis - column)
 
 
-def _nodes(active: ActiveGrid, column: int, row: Integers) -> Integers:
+def _nodes(active: ActiveGrid, column: int, row: Integers, field: Integers) -> Integers:
     """Returns the nodes of a column in some rows, -1 where not active, shape (n,)."""
-    return active.find(np.stack([np.full(len(row), column), row, np.zeros_like(row)], axis=1))
+    lattice = np.stack([np.full(len(row), column), row, np.zeros_like(row)], axis=1)
+    return active.find(lattice, field)
 
 
 def _height(grid: Grid, row: Integers) -> Floats:

@@ -26,6 +26,8 @@ HOLE_RADIUS_TOLERANCE = 0.05
 OVERLAP_TOLERANCE = 1e-6
 """Least overlap of a point's domain with a cell along the axis, in cells."""
 
+_ROW_BITS = 32
+
 
 class AxisRows:
     """Finds the rows of nodes of the cells in which soil extends to the axis.
@@ -39,10 +41,11 @@ class AxisRows:
         self._next_to_axis = _initially_next_to_axis(model, initial)
         self._initial_radius = initial.position[:, 0].copy()
 
-    def find(self, active: ActiveGrid) -> tuple[Integers, Floats]:
-        """Returns the rows' lattice coordinates along y, ascending, and the soil's Young's modulus.
+    def find(self, active: ActiveGrid) -> tuple[Integers, Integers, Floats]:
+        """Returns the rows' lattice coordinates along y, fields, and the soil's Young's modulus.
 
-        The largest modulus where soils meet [stress]; shape (n,) each.
+        Field after field, in each of which the rows ascend. The largest modulus where soils of one
+        field meet [stress]; shape (n,) each.
         """
         points, grid = active.points, active.grid
         number = np.flatnonzero(self._at_axis(points, grid.cell_size[0]))
@@ -52,12 +55,14 @@ class AxisRows:
         high = np.ceil(height + half - OVERLAP_TOLERANCE).astype(np.int64)
         count = high - low + 1
         first = np.cumsum(count) - count
-        row, index = np.unique(
-            np.repeat(low - first, count) + np.arange(count.sum()), return_inverse=True
-        )
+        every = np.repeat(low - first, count) + np.arange(count.sum())
+        field = np.repeat(np.broadcast_to(points.fields_of(number), len(number)), count)
+        code, index = np.unique((field << _ROW_BITS) + every, return_inverse=True)
+        fields = (code + (1 << (_ROW_BITS - 1))) >> _ROW_BITS
+        row = code - (fields << _ROW_BITS)
         modulus = np.zeros(len(row))
         np.maximum.at(modulus, index, points.elastic_moduli().young[np.repeat(number, count)])
-        return row, modulus
+        return row, fields, modulus
 
     def _at_axis(self, points: MaterialPoints, cell_width: float) -> Flags:
         """Returns which points' soil extends to the axis, shape (n,).

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.boundaries.implicit.constraint import PointsNearSoil
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary
 from tilth.errors import BadInput
@@ -104,7 +104,8 @@ def require_no_rigid_motion(
         BadInput: a part has an unconstrained rigid motion; the system would be singular.
     """
     label = np.asarray(_core.connected_parts(active.row_start, active.column))
-    holding: list[ImplicitConstraint] = [*constraints.parts, *constraints.contacts]
+    touching = [each for part in constraints.contacts for each in part.in_cells()]
+    holding: list[PointsNearSoil] = [*constraints.parts, *touching]
     for part in range(label.max() + 1):
         nodes = np.flatnonzero(label == part)
         position = active.position[nodes]
@@ -138,7 +139,7 @@ def require_no_rigid_motion(
 
 
 def _constrained_mode(
-    constraint: ImplicitConstraint,
+    constraint: PointsNearSoil,
     cells: Flags,
     count: int,
     nodes: npt.NDArray[np.intp],

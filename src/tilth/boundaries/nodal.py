@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilth import _core
 from tilth.arrays import Flags
 from tilth.boundaries.protocol import Prescribed
 from tilth.model import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import lattice_keys
 
 POSITION_TOLERANCE = 1e-6
 """Distance, in cells, up to which a node lies at a position or in a range."""
@@ -65,10 +65,10 @@ class Nodal:
         for side in (-1, 1):
             step = np.zeros(3, dtype=np.int64)
             step[axis] = side
-            foot = active.lattice[on_plane]
-            node = active.find(foot + step)
-            on_both_sides = (node >= 0) & (active.find(foot - step) >= 0)
-            foot, node = foot[on_both_sides], node[on_both_sides]
+            foot, field = active.lattice[on_plane], active.field[on_plane]
+            node = active.find(foot + step, field)
+            on_both_sides = (node >= 0) & (active.find(foot - step, field) >= 0)
+            foot, node, field = foot[on_both_sides], node[on_both_sides], field[on_both_sides]
             if len(node) == 0:
                 continue
             filled = np.zeros(len(node), dtype=bool)
@@ -76,7 +76,7 @@ class Nodal:
                 cell = foot.copy()
                 cell[:, axis] += min(side, 0)
                 cell[:, other_axes] += 1 - np.array(shift)  # -2 to 1: nodes near soil stay free
-                filled |= np.isin(_core.node_keys(cell), active.occupied)
+                filled |= np.isin(lattice_keys(cell, field), active.occupied)
             beyond[node[~filled]] = True
         return beyond
 

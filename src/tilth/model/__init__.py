@@ -11,6 +11,7 @@ from tilth.model.boundaries import NodeBoundary as NodeBoundary
 from tilth.model.boundaries import PlaneBoundary as PlaneBoundary
 from tilth.model.cam_clay import ModifiedCamClay as ModifiedCamClay
 from tilth.model.contact import Contact as Contact
+from tilth.model.contact_pairs import ContactPair as ContactPair
 from tilth.model.element_case import ElementCase as ElementCase
 from tilth.model.element_case import ElementPlot as ElementPlot
 from tilth.model.element_tests import Biaxial as Biaxial

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.contact_checks import contact_problems
+from tilth.model.contact_pairs import contact_pair_problems
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial_checks import initial_problems
@@ -42,6 +43,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_needs_gravity(model),
         *size_problems(model),
         *contact_problems(model),
+        *contact_pair_problems(model),
     ]
     if model.stages:
         problems += [*_without_schedule(model), *stage_problems(model)]
@@ -68,7 +70,7 @@ def _without_schedule(model: Model) -> Iterator[Problem]:
 def _repeated_names(model: Model) -> Iterator[Problem]:
     for sections in (
         ("bodies",),
-        ("boundaries", "rigid_bodies"),
+        ("boundaries", "rigid_bodies", "contact_pairs"),
         ("loads",),
         ("track",),
         ("stages",),
@@ -84,7 +86,9 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
 
 def _unknown_references(model: Model) -> Iterator[Problem]:
     bodies = {body.name: number for number, body in enumerate(model.bodies)}
-    boundaries = dict.fromkeys(each.name for each in (*model.boundaries, *model.rigid_bodies))
+    boundaries = dict.fromkeys(
+        each.name for each in (*model.boundaries, *model.rigid_bodies, *model.contact_pairs)
+    )
     for i, body in enumerate(model.bodies):
         for key, material in zip(body.material_keys(), body.materials, strict=True):
             if material not in model.materials:
@@ -211,11 +215,12 @@ def _needs_gravity(model: Model) -> Iterator[Problem]:
 
 def _affine_stands_alone(model: Model) -> Iterator[Problem]:
     affine = [i for i, b in enumerate(model.boundaries) if isinstance(b, AffineBoundary)]
-    if affine and len(model.boundaries) + len(model.rigid_bodies) > 1:
+    others = (*model.boundaries, *model.rigid_bodies, *model.contact_pairs)
+    if affine and len(others) > 1:
         yield Problem(
             f"boundaries[{affine[0]}].type",
-            "an affine motion moves nodes everywhere and cannot be combined with other boundaries "
-            "or rigid bodies",
+            "an affine motion moves nodes everywhere and cannot be combined with other boundaries, "
+            "contact pairs or rigid bodies",
             "keep either the affine motion or the others",
             "affine",
         )

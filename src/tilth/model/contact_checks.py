@@ -28,6 +28,10 @@ def contact_problems(model: Model) -> Iterator[Problem]:
     """Yields what is wrong with the laws of contact and with rigid bodies."""
     for key, entry in _in_contact(model):
         yield from _law_problems(model, key, entry)
+    for i, pair in enumerate(model.contact_pairs):
+        yield from _strength_problems(
+            model, f"contact_pairs[{i}].contact", pair.contact, pair.bodies
+        )
     for i, body in enumerate(model.rigid_bodies):
         key = f"rigid_bodies[{i}]"
         problems = [*_component_problems(model, key, body), *_form_problems(model, key, body)]

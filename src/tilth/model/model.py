@@ -14,6 +14,7 @@ from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries, state_variable_problems
+from tilth.model.contact_pairs import ContactPair, displacement_fields
 from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.implicit import ImplicitBoundary
@@ -114,6 +115,8 @@ class Model(Declared):
     """Dirichlet boundary conditions, at least one."""
     rigid_bodies: Annotated[Sequence[RigidBody], Entries, AsTuple] = ()
     """Rigid bodies in contact with soil."""
+    contact_pairs: Annotated[Sequence[ContactPair], Entries, AsTuple] = ()
+    """Contact between soil bodies; without it they stick together where they meet."""
     loads: Annotated[Sequence[Load], Entries, AsTuple] = ()
     """Body forces, seismic loads, point and line forces, and loads on surfaces."""
     water: Water | None = None
@@ -239,6 +242,23 @@ class Model(Declared):
     def present_bodies(self) -> list[Body]:
         """The bodies that are there in this stage."""
         return [body for body in self.bodies if self.present(body.name)]
+
+    def fields(self) -> dict[str, int]:
+        """Returns the number of the displacement field of each body, by name.
+
+        All bodies have the field 0 if there are no contact pairs. A body has the same field in all
+        stages.
+        """
+        return displacement_fields(self.bodies, self.contact_pairs)
+
+    @property
+    def acting_pairs(self) -> list[tuple[str, ContactPair]]:
+        """The contact pairs both of whose bodies are there in this stage, with their keys."""
+        return [
+            (f"contact_pairs[{i}]", pair)
+            for i, pair in enumerate(self.contact_pairs)
+            if all(self.present(name) for name in pair.bodies)
+        ]
 
     def acting_loads(self) -> Iterator[tuple[int, Load]]:
         """Yields the loads that act in this stage, with their numbers."""

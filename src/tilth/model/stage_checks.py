@@ -52,7 +52,10 @@ def stage_problems(model: Model) -> Iterator[Problem]:
         key = f"stages[{index}]"
         for which in ("activate", "deactivate"):
             for name in getattr(stage, which):
-                if name not in kinds:
+                if any(name == pair.name for pair in model.contact_pairs) and name not in kinds:
+                    what = "is a contact pair, which acts while both its bodies are there"
+                    yield Problem(f"{key}.{which}", what, "leave it out", name)
+                elif name not in kinds:
                     yield Problem(
                         f"{key}.{which}",
                         *unknown_name("body, boundary, rigid body or load", name, known),

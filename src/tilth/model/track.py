@@ -79,11 +79,11 @@ class Track(Declared):
 
     | quantity | keys |
     | --- | --- |
-    | reaction | `boundary`, `component` x, y, z: force of the boundary or rigid body on the soil |
+    | reaction | `boundary`, `component` x, y, z: force on the soil, of a pair on its second body |
     | moment | `boundary`, `about`, `component` z, in 3D x, y, z: moment of that force |
     | rigid_displacement | `boundary`, `component` x, y, z, magnitude: of a rigid body's centre |
     | rigid_rotation | `boundary`, `component` z, in 3D x, y, z: of a rigid body [degrees] |
-    | contact_area | `boundary`: area of an implicit boundary or rigid body that touches soil |
+    | contact_area | `boundary`, implicit, rigid body or contact pair: area that touches soil |
     | embedment | `boundary`, `from`: depth of its lowest point below the surface of the soil |
     | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
@@ -104,7 +104,7 @@ class Track(Declared):
     quantity: Quantity
     """Recorded quantity."""
     boundary: Name | None = None
-    """Boundary or rigid body of the quantity."""
+    """Boundary, rigid body or contact pair of the quantity."""
     about: Vector | None = None
     """Fixed reference point of the moment [length], shape (dimension,); of a rigid body its centre
     where it is, if not given.

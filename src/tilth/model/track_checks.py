@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which boundaries and rigid bodies a tracked quantity can be of."""
+"""Which boundaries, rigid bodies and contact pairs a tracked quantity can be of."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.implicit import ImplicitBoundary
+from tilth.model.track import Track
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 _OF_BODIES = ("rigid_displacement", "rigid_rotation")
 _OF_IMPLICIT = ("penetration",)
 _OF_BOTH = ("contact_area", "embedment")
+_OF_PAIRS = ("reaction", "moment", "contact_area")
 WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
 
@@ -24,8 +26,12 @@ def track_problems(model: Model) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.rigid_bodies}
     boundaries = {boundary.name: boundary for boundary in model.boundaries}
     implicit = [name for name, each in boundaries.items() if isinstance(each, ImplicitBoundary)]
+    pairs = [pair.name for pair in model.contact_pairs]
     for i, track in enumerate(model.track):
         name, quantity = track.boundary or "", track.quantity
+        if name in pairs and name not in bodies and name not in boundaries:
+            yield from _problems_of_pair(i, track)
+            continue
         if name not in bodies and name not in boundaries:
             continue
         kind = "rigid body" if name in bodies else boundaries[name].type
@@ -51,6 +57,16 @@ def track_problems(model: Model) -> Iterator[Problem]:
         if quantity == "moment" and track.about is None and name not in bodies:
             remedy = 'quantity = "moment" needs `boundary` and `about` and `component`'
             yield Problem(f"track[{i}].about", "missing", remedy)
+
+
+def _problems_of_pair(i: int, track: Track) -> Iterator[Problem]:
+    if track.quantity not in _OF_PAIRS:
+        what = f'quantity = "{track.quantity}" is not for contact pairs'
+        listed = ", ".join(f'"{each}"' for each in _OF_PAIRS)
+        yield Problem(f"track[{i}].quantity", what, f"choose from {listed}", track.quantity)
+    elif track.quantity == "moment" and track.about is None:
+        remedy = 'quantity = "moment" needs `boundary` and `about` and `component`'
+        yield Problem(f"track[{i}].about", "missing", remedy)
 
 
 def _wrong(i: int, quantity: str, of: str, kind: str, choices: list[str], name: str) -> Problem:

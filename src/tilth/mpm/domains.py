@@ -44,10 +44,10 @@ def moved_domains(
     for number, body in enumerate(points.bodies):
         if body.basis != "cpdi2":
             continue
-        part = points.part(body)
+        part, own = points.part(body), active.of_field(body.field)
         moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
         folded = _core.move_corners(
-            part.position, part.corner, active.key, displacement, active.grid.origin,
+            part.position, part.corner, own.key, displacement[own.nodes], active.grid.origin,
             active.grid.cell_size, kind == "axisymmetric", moved, shift,
         )  # fmt: skip
         if folded >= 0:
@@ -61,9 +61,9 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
     """Moves the faces of GIMP domains with the grid (rule "corners"), before the points move."""
     for body in points.bodies:
         if body.domain_update == "corners":
-            part = points.part(body)
+            part, own = points.part(body), active.of_field(body.field)
             _core.move_domain_faces(
-                part.position, active.key, displacement, active.grid.origin,
+                part.position, own.key, displacement[own.nodes], active.grid.origin,
                 active.grid.cell_size, part.half_length,
             )  # fmt: skip
 

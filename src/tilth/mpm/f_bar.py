@@ -139,21 +139,21 @@ class Centres:
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:
         """Returns the cells of one body's points (`points` contains only these)."""
         grid, n, axisymmetric = active.grid, len(points), kind == "axisymmetric"
+        own = active.of_field(points.bodies[0].field)
         volume = points.volume
         if points.bodies[0].has_corners:
             cell_start = stencil.cell_start
             cell, corner_node, *shares = _core.share_corner_domains(
                 stencil, points.position, points.corner, volume, grid.origin, grid.cell_size,
-                active.cell_keys, axisymmetric,
+                own.cell_keys, axisymmetric,
             )  # fmt: skip
         else:
             cell_start, cell, *shares = _core.share_among_cells(
                 stencil, points.position, points.half_length, volume, grid.origin, grid.cell_size,
-                active.cell_keys, axisymmetric,
+                own.cell_keys, axisymmetric,
             )  # fmt: skip
             corner_node = np.zeros(0, dtype=np.int32)
         share_start, share, moment, hoop_share, hoop_moment = shares
-        lattice = np.asarray(_core.lattice(active.cell_keys))
         gradient = mean_gradients(np.asarray(moment), grid.cell_size)
         hoop_gradient = hoop_gradients(np.asarray(hoop_moment))
         centres = cls(
@@ -166,14 +166,14 @@ class Centres:
             share_start=np.asarray(share_start),
             share=np.asarray(share),
             hoop_share=np.asarray(hoop_share),
-            node=active.corners(lattice),
+            node=active.corners(np.asarray(_core.lattice(active.cell_keys[own.cells]))),
             gradient=gradient,
             hoop_gradient=hoop_gradient,
             pressure=np.zeros(n),
             jacobian_ratio_before=volume / (points.initial_volume * points.assumed_jacobian),
             jacobian_ratio=np.ones(n),
             jacobian=np.ones(n),
-            volume_change=np.zeros(len(lattice)),
+            volume_change=np.zeros(len(gradient)),
             trace=np.zeros_like(gradient),
             hoop_change=np.zeros(len(hoop_gradient)),
         )

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,14 @@ from tilth import _core
 from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
 from tilth.mpm.groups import Groups, group
+from tilth.mpm.keys import (
+    LARGEST_INDEX,
+    field_shift,
+    find_keys,
+    first_of_fields,
+    lattice_keys,
+    places_of_keys,
+)
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
 
@@ -58,8 +66,8 @@ class Stencil:
         start: first point of each group, shape (groups + 1,).
         first, count: lattice index of the first node and nodes per direction of the bounding box
             of each group's nodes, shape (groups, 3).
-        cell_start, cell: keys of each group's cells; empty where they fill the box.
-        node_key: keys of each group's nodes; empty where they fill the box.
+        cell_start, cell: keys of each group's cells in the field 0; empty where they fill the box.
+        node_key: keys of each group's nodes in the field 0; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
         value_start: first entry of each group in `value`, shape (groups + 1,).
         value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear
@@ -130,20 +138,49 @@ class Buffers:
         key: Integers,
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
+        fields: int,
     ) -> Pattern:
         """Returns the pattern of these nodes, groups and couplings; the last step's if equal."""
         if self._pattern is None or not self._pattern.matches(key, groups, couplings):
-            self._pattern = Pattern(key, groups, couplings)
+            self._pattern = Pattern(key, groups, couplings, fields)
         return self._pattern
+
+
+@dataclass(frozen=True)
+class FieldOfGrid:
+    """The active nodes and cells of one displacement field.
+
+    Attributes:
+        first_node, first_cell: their first numbers among those of all fields.
+        key, cell_keys: sorted keys of its nodes and cells, as those of the field 0.
+    """
+
+    first_node: int
+    first_cell: int
+    key: Integers
+    cell_keys: Integers
+
+    @property
+    def nodes(self) -> slice:
+        """The numbers of its nodes."""
+        return slice(self.first_node, self.first_node + len(self.key))
+
+    @property
+    def cells(self) -> slice:
+        """The numbers of its cells."""
+        return slice(self.first_cell, self.first_cell + len(self.cell_keys))
 
 
 @dataclass(frozen=True)
 class ActiveGrid:
     """Nodes and cells of the grid in the points' supports in one step; discarded after the step.
 
+    Bodies of different displacement fields have nodes and cells of their own at the same places,
+    those of one field after those of the other (`mpm/keys.py`).
+
     Attributes:
         grid: the regular grid.
-        key: sorted keys of the active nodes, shape (nodes,); x fastest.
+        key: sorted keys of the active nodes, shape (nodes,); field after field, x fastest.
         stencils: one per body, in the order of the bodies.
         points: the points that are located.
         cell_keys: sorted keys of the cells in the points' supports; the key of a cell is that of
@@ -151,6 +188,7 @@ class ActiveGrid:
         buffers: memory that the steps reuse.
         couplings: further nodes that the matrix couples: see `with_couplings`.
         owned: first and one past the last node that this process owns (all, in a serial run).
+        fields: number of displacement fields.
     """
 
     grid: Grid
@@ -160,17 +198,33 @@ class ActiveGrid:
     cell_keys: Integers
     buffers: Buffers
     couplings: Sequence[tuple[Integers, Shorts]] = ()
-    owned: tuple[int, int] = field(default=(0, 0))
+    owned: tuple[int, int] = (0, 0)
+    fields: int = 1
 
     @property
     def nodes(self) -> int:
         """Number of active nodes."""
         return len(self.key)
 
-    @cached_property
+    @property
     def lattice(self) -> Integers:
         """Lattice indices of the active nodes, shape (nodes, 3)."""
-        return np.asarray(_core.lattice(self.key))
+        return self._places[0]
+
+    @property
+    def field(self) -> Integers:
+        """Displacement field of the active nodes, shape (nodes,)."""
+        return self._places[1]
+
+    @cached_property
+    def _places(self) -> tuple[Integers, Integers]:
+        return places_of_keys(self.key, self.fields)
+
+    def of_field(self, number: int) -> FieldOfGrid:
+        """Returns the nodes and cells of a displacement field."""
+        if self.fields == 1:
+            return FieldOfGrid(0, 0, self.key, self.cell_keys)
+        return _field_of(self.key, self.cell_keys, number, self.fields)
 
     @cached_property
     def position(self) -> Floats:
@@ -179,16 +233,21 @@ class ActiveGrid:
 
     @cached_property
     def occupied(self) -> Integers:
-        """Sorted keys of the cells that contain a material point.
+        """Sorted keys of the cells that contain a material point of their field.
 
         It must be evaluated before the points move.
         """
         cell = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
-        return np.unique(lattice_keys(cell.astype(np.int64)))
+        field = self.points.fields_of(np.arange(len(self.points)))
+        return np.unique(lattice_keys(cell.astype(np.int64), field))
 
-    def find(self, lattice: Integers) -> Integers:
-        """Returns the numbers of the nodes at lattice indices (n, 3); -1 where none is active."""
-        return find_keys(self.key, np.asarray(_core.node_keys(lattice)))
+    def find(self, lattice: Integers, field: Integers | int = 0) -> Integers:
+        """Returns the numbers of the nodes at lattice indices (n, 3); -1 where none is active.
+
+        field: of the nodes, one number or shape (n,).
+        """
+        keys = np.asarray(_core.node_keys(lattice))
+        return find_keys(self.key, keys if self.fields == 1 else keys + field_shift(field))
 
     def with_couplings(self, couplings: Sequence[tuple[Integers, Shorts]]) -> ActiveGrid:
         """Returns the same grid whose matrix also couples the nodes of further elements.
@@ -208,7 +267,7 @@ class ActiveGrid:
     @cached_property
     def _pattern(self) -> Pattern:
         groups = [(stencil.node_start, stencil.node) for stencil in self.stencils]
-        return self.buffers.pattern(self.key, groups, list(self.couplings))
+        return self.buffers.pattern(self.key, groups, list(self.couplings), self.fields)
 
     @property
     def row_start(self) -> Integers:
@@ -246,6 +305,8 @@ class ActiveGrid:
     def corners(self, lattice: Integers) -> Shorts:
         """Returns the nodes of cells at lattice indices (n, 3), x fastest, shape (n, 2^dim).
 
+        The indices are those that the cells' keys have in their fields.
+
         Raises AssertionError if a cell has a node that is not active.
         """
         corner = cell_corners(self.grid.dim)
@@ -274,16 +335,44 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     if outside is not None:
         raise StepFailed(LEFT_LIMITS, point=int(points.point_id[outside]))
     found = [group(points, body, grid) for body in points.bodies]
-    key = _union([groups.active_nodes() for groups in found])
-    stencils = [_stencil(points, i, grid, key, buffers, groups) for i, groups in enumerate(found)]
+    field = [body.field for body in points.bodies]
+    fields = max(field) + 1
+    if fields > 1 and max(groups.index_range() for groups in found) >= LARGEST_INDEX:
+        raise StepFailed(
+            f"a point is more than {LARGEST_INDEX:,} cells from the grid's origin along z, beyond "
+            "which there is no contact between soil bodies"
+        )
+    nodes = [groups.active_nodes(number) for groups, number in zip(found, field, strict=True)]
+    cells = [groups.active_cells(number) for groups, number in zip(found, field, strict=True)]
+    key, cell_keys = _union(nodes), _union(cells)
+    own = [
+        FieldOfGrid(0, 0, key, cell_keys)
+        if fields == 1
+        else _field_of(key, cell_keys, number, fields)
+        for number in field
+    ]
+    stencils = [
+        _stencil(points, i, grid, of_field, buffers, groups)
+        for i, (groups, of_field) in enumerate(zip(found, own, strict=True))
+    ]
     return ActiveGrid(
         grid=grid,
         key=key,
         stencils=stencils,
         points=points,
-        cell_keys=_union([groups.active_cells() for groups in found]),
+        cell_keys=cell_keys,
         buffers=buffers,
         owned=(0, len(key)),
+        fields=fields,
+    )
+
+
+def _field_of(key: Integers, cell_keys: Integers, number: int, fields: int) -> FieldOfGrid:
+    node, end = first_of_fields(key, fields)[number : number + 2]
+    cell, cell_end = first_of_fields(cell_keys, fields)[number : number + 2]
+    shift = field_shift(number)
+    return FieldOfGrid(
+        int(node), int(cell), key[node:end] - shift, cell_keys[cell:cell_end] - shift
     )
 
 
@@ -291,38 +380,23 @@ def _union(keys: list[Integers]) -> Integers:
     return keys[0] if len(keys) == 1 else np.unique(np.concatenate(keys))
 
 
-def lattice_keys(lattice: Integers) -> Integers:
-    """Returns the keys of lattice indices (n, dim); a cell has the key of its lowest node."""
-    in_space = np.zeros((len(lattice), 3), dtype=np.int64)
-    in_space[:, : lattice.shape[1]] = lattice
-    return np.asarray(_core.node_keys(in_space))
-
-
-def find_keys(keys: Integers, sought: Integers) -> Integers:
-    """Returns the positions of the keys `sought` in the sorted `keys`; -1 for those not in it."""
-    if len(keys) == 0:
-        return np.full(len(sought), -1)
-    number = keys.searchsorted(sought)
-    number[number == len(keys)] = 0
-    number[keys[number] != sought] = -1
-    return number
-
-
 def _stencil(
     points: MaterialPoints,
     body: int,
     grid: Grid,
-    key: Integers,
+    of_field: FieldOfGrid,
     buffers: Buffers,
     groups: Groups,
 ) -> Stencil:
     start, first, count = groups.start, groups.first, groups.count
     if groups.boxed:
         node_start = np.concatenate([[0], np.cumsum(count.prod(axis=1, dtype=np.int64))])
-        node = np.asarray(_core.group_nodes(first, count, key, node_start))
+        node = np.asarray(_core.group_nodes(first, count, of_field.key, node_start))
     else:
         node_start = groups.node_start
-        node = np.searchsorted(key, groups.node_key).astype(np.int32)
+        node = np.searchsorted(of_field.key, groups.node_key).astype(np.int32)
+    if of_field.first_node:
+        node = node + np.int32(of_field.first_node)
     basis, hat_slope = points.bodies[body].basis, np.zeros(0)
     if basis == "linear":
         of_point, hat_slope = np.full(len(first), grid.dim), 1.0 / grid.cell_size

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Integers
 from tilth.errors import StepFailed
+from tilth.mpm.keys import field_shift
 from tilth.mpm.points import MaterialPoints, PointRange
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ _OUT_OF_RANGE, _TOO_WIDE = -1, -2  # SupportFailure of kernel/corners.hpp
 @dataclass(frozen=True)
 class Groups:
     """Groups of one body's points, in the order of the points.
+
+    The keys are those of the field 0, whatever the field of the body.
 
     Attributes:
         start: first point of each group, shape (groups + 1,).
@@ -51,17 +54,29 @@ class Groups:
         """Whether the groups' nodes fill their boxes."""
         return len(self.node_start) == 0
 
-    def active_nodes(self) -> Integers:
-        """Returns the sorted keys of all nodes of the groups."""
+    def active_nodes(self, field: int) -> Integers:
+        """Returns the sorted keys of all nodes of the groups in a displacement field."""
         if self.boxed:
-            return np.asarray(_core.active_nodes(self.first, self.count))
-        return np.unique(self.node_key)
+            return _in_field(np.asarray(_core.active_nodes(self.first, self.count)), field)
+        return _in_field(np.unique(self.node_key), field)
 
-    def active_cells(self) -> Integers:
-        """Returns the sorted keys of all cells of the groups."""
+    def active_cells(self, field: int) -> Integers:
+        """Returns the sorted keys of all cells of the groups in a displacement field."""
         if self.boxed:
-            return np.asarray(_core.active_nodes(self.first, np.maximum(self.count - 1, 1)))
-        return np.unique(self.cell)
+            cells = np.maximum(self.count - 1, 1)
+            return _in_field(np.asarray(_core.active_nodes(self.first, cells)), field)
+        return _in_field(np.unique(self.cell), field)
+
+    def index_range(self) -> int:
+        """Returns the largest magnitude of the lattice indices of nodes along z."""
+        if len(self.first) == 0:
+            return 0
+        last = self.first[:, 2] + self.count[:, 2]
+        return int(max(-self.first[:, 2].min(), last.max()))
+
+
+def _in_field(keys: Integers, field: int) -> Integers:
+    return keys + field_shift(field) if field else keys
 
 
 def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:

@@ -33,7 +33,7 @@ def initial_points(model: Model) -> MaterialPoints:
     parameters: dict[int, Floats] = {}
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
-    start = 0
+    start, fields = 0, model.fields()
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
         part, counts = by_layer(body, part, f"bodies[{number}]")
@@ -69,6 +69,7 @@ def initial_points(model: Model) -> MaterialPoints:
                     anti_locking=body.anti_locking,
                     body=number,
                     layer=layer,
+                    field=fields[body.name],
                 )
             )
             first += count

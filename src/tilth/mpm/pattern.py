@@ -10,6 +10,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Integers, Shorts, make_read_only
+from tilth.mpm.keys import places_of_keys
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,7 @@ class Pattern:
         key: sorted keys of the active nodes, shape (nodes,).
         groups: per body, first entry of each group in the list of nodes, and this list.
         couplings: per coupling, first entry of each element in the list of nodes, and this list.
+        fields: number of displacement fields.
 
     Attributes:
         row_start: first block of each row, shape (nodes + 1,).
@@ -58,7 +60,9 @@ class Pattern:
         key: Integers,
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
+        fields: int = 1,
     ) -> None:
+        self._fields = fields
         self._key, self._groups, self._couplings = key, groups, couplings
         lists = groups + couplings
         offsets = np.cumsum([0] + [len(node) for _, node in lists])
@@ -94,7 +98,7 @@ class Pattern:
     @cached_property
     def elements(self) -> list[Elements]:
         """The elements of each coupling, in the order in which the couplings were declared."""
-        lattice = np.asarray(_core.lattice(self._key))
+        lattice, _ = places_of_keys(self._key, self._fields)
         return [self._elements(start, node, lattice[node]) for start, node in self._couplings]
 
     def _elements(self, start: Integers, node: Shorts, index: Integers) -> Elements:

@@ -38,6 +38,7 @@ class PointRange:
         keeps_water: whether no water leaves or enters the pores when the volume changes.
         body: number of the body in the model.
         layer: number of the layer in the body; 0 if it has none.
+        field: number of the body's displacement field; bodies of one field share their nodes.
     """
 
     name: str
@@ -53,6 +54,7 @@ class PointRange:
     layer: int = 0
     wet_density: float | None = None
     keeps_water: bool = True
+    field: int = 0
 
     @property
     def points(self) -> slice:
@@ -302,6 +304,16 @@ class MaterialPoints:
     def layer(self) -> Integers:
         """Number of each point's layer in its body, shape (n,)."""
         return self._of_ranges(np.array([body.layer for body in self.bodies]))
+
+    def fields_of(self, chosen: Integers) -> Integers | int:
+        """Returns the displacement field of points by their indices, shape (k,); 0 if all are 0."""
+        if all(body.field == 0 for body in self.bodies):
+            return 0
+        return self._of_ranges(np.array([body.field for body in self.bodies]))[chosen]
+
+    def field_of_body(self, name: str) -> int:
+        """Returns the displacement field of the body with this name; 0 if it is not there."""
+        return next((body.field for body in self.bodies if body.name == name), 0)
 
     def _of_ranges(self, values: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
         """Returns the value of each point's range, shape (n,)."""

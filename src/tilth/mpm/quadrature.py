@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import field_shift, find_keys, lattice_keys
 
 
 @dataclass(frozen=True)
@@ -68,29 +69,56 @@ class PointsInCells:
         return nodal
 
 
-def locate_in_cells(active: ActiveGrid, position: Floats) -> tuple[Integers, PointsInCells]:
+def locate_in_cells(
+    active: ActiveGrid, position: Floats, field: Integers | int = 0
+) -> tuple[Integers, PointsInCells]:
     """Returns the order of points by cell, shape (n,), and the points in this order.
 
-    position: [length], shape (n, dim); at most one cell away from a material point.
+    The cells of one displacement field follow those of another.
+
+    position: [length], shape (n, dim); at most one cell away from a material point of the field.
+    field: displacement field of the soil, one number or shape (n,).
     """
     grid = active.grid
     position = np.ascontiguousarray(position)
-    found = _core.locate_in_cells(position, grid.origin, grid.cell_size, active.cell_keys)
-    order = np.argsort(found[0], kind="stable")
-    key, local = np.asarray(found[0])[order], np.asarray(found[1])[order]
+    if active.fields == 1:
+        found = _core.locate_in_cells(position, grid.origin, grid.cell_size, active.cell_keys)
+        key, local = np.asarray(found[0]), np.asarray(found[1])
+    else:
+        key, local = _in_cells_of_fields(active, position, field)
+    order = np.argsort(key, kind="stable")
+    key, local = key[order], local[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     node = active.corners(np.asarray(_core.lattice(key[first])))
     return order, PointsInCells(np.append(first, len(key)), node, local, grid.cell_size)
 
 
-def near_soil(active: ActiveGrid, position: Floats) -> npt.NDArray[np.bool_]:
-    """Returns which positions (n, dim) lie in a cell with soil or in its neighbours, shape (n,)."""
+def _in_cells_of_fields(
+    active: ActiveGrid, position: Floats, field: Integers | int
+) -> tuple[Integers, Floats]:
+    """Returns the key of each point's cell, (n,), and its coordinates in the cell, (n, dim)."""
+    field = np.broadcast_to(field, len(position))
+    key, local = np.empty(len(position), dtype=np.int64), np.empty_like(position)
+    for number in np.unique(field):
+        own = np.flatnonzero(field == number)
+        cell_keys = active.of_field(number).cell_keys
+        found = _core.locate_in_cells(
+            position[own], active.grid.origin, active.grid.cell_size, cell_keys
+        )
+        key[own], local[own] = np.asarray(found[0]) + field_shift(number), found[1]
+    return key, local
+
+
+def near_soil(
+    active: ActiveGrid, position: Floats, field: Integers | int = 0
+) -> npt.NDArray[np.bool_]:
+    """Returns which positions (n, dim) lie in a cell with soil or in its neighbours, shape (n,).
+
+    field: displacement field of the soil, one number or shape (n,).
+    """
     lattice = np.floor((position - active.grid.origin) / active.grid.cell_size).astype(np.int64)
     near = np.zeros(len(position), dtype=bool)
     for step in np.ndindex(*(3,) * position.shape[1]):
-        near |= _has_soil(active, lattice + np.array(step) - 1)
+        keys = lattice_keys(lattice + np.array(step) - 1, field)
+        near |= find_keys(active.cell_keys, keys) >= 0
     return near
-
-
-def _has_soil(active: ActiveGrid, lattice: Integers) -> npt.NDArray[np.bool_]:
-    return np.asarray(find_keys(active.cell_keys, lattice_keys(lattice)) >= 0)

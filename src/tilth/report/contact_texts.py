@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rigid bodies and laws of contact in words."""
+"""Rigid bodies, contact pairs and laws of contact in words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from tilth.model import Contact, Model, RigidBody
+from tilth.model import Contact, ContactPair, Model, RigidBody
 from tilth.report.amounts import vector
 
 
@@ -71,6 +71,14 @@ def body_text(body: RigidBody, shapes: str, model: Model) -> str:
         *laws,
     ]
     return f"{body.name}: {'; '.join(parts)}"
+
+
+def pair_text(pair: ContactPair, stress: str) -> str:
+    """Returns a contact pair in words; ``stress`` is the label of its unit."""
+    parts = [f"between {pair.bodies[0]} and {pair.bodies[1]}", law_text(pair.contact, stress)]
+    if pair.wished_in_place:
+        parts.append("wished in place")
+    return f"{pair.name}: {'; '.join(parts)}"
 
 
 def _moved(body: RigidBody, component: Any, length: str) -> str:

@@ -155,7 +155,8 @@ It can also be read with h5py, or with <code>tilth.output.read_results</code>.</
 <li><code>history.csv</code> has one row per step with all tracked quantities; any spreadsheet reads
 it.</li>
 <li><code>boundaries.csv</code>, where a boundary or body moves, has one row per step with its
-displacement and rotation and with the force and moment that it exerts on the soil.</li>
+displacement and rotation and with the force and moment that it exerts on the soil; of contact
+between two soil bodies the force on the second one.</li>
 <li><code>log.txt</code> has the residuals of all Newton iterations.</li>
 """
 

@@ -35,7 +35,7 @@ from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
 from tilth.report.amounts import amount, elevation, vector
-from tilth.report.contact_texts import body_text, laws_text
+from tilth.report.contact_texts import body_text, laws_text, pair_text
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
@@ -102,6 +102,8 @@ def _rows(
     for rigid in model.rigid_bodies:
         shapes = " and ".join(_geometry(shape) for shape in rigid.shapes)
         yield "rigid bodies", body_text(rigid, shapes, model)
+    for pair in model.contact_pairs:
+        yield "contact", pair_text(pair, model.units.stress)
     for load in model.loads:
         yield "loads", _load(load, model)
     if model.stages:

@@ -12,6 +12,7 @@ from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, Communicator, count
 from tilth.mpm.grid import ActiveGrid
+from tilth.solvers.hierarchies import make_hierarchy
 from tilth.solvers.krylov import NotDefinite, conjugate_gradients, flexible_gmres
 from tilth.solvers.protocol import Solution, SolveFailed
 from tilth.solvers.subdomain_correction import SubdomainCorrection
@@ -63,9 +64,7 @@ class Multigrid:
         self._probes = [np.where(free, np.cos(k * angle), 0.0) for k in (1.3, 2.1)]
         self._exact: SubdomainCorrection | None = None
         self._limits = EXACT_UNKNOWNS
-        self._hierarchy = _core.Multigrid(
-            self._dim, self._components, active.lattice, *self._pattern, self._constrained
-        )
+        self._hierarchy = make_hierarchy(active, self._constrained)
 
     @property
     def bytes(self) -> int:
@@ -76,7 +75,7 @@ class Multigrid:
         """Prepares the levels for another active grid; returns False if its pattern differs."""
         same = np.array_equal(constrained, self._constrained) and all(
             np.array_equal(getattr(active, name), getattr(self._active, name))
-            for name in ("lattice", "row_start", "column")
+            for name in ("key", "row_start", "column")
         )
         if same:
             self._active, self._pattern = active, (active.row_start, active.column)

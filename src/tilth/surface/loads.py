@@ -94,9 +94,10 @@ class SurfaceLoads(Term):
             if load.body not in quadrature:
                 quadrature[load.body] = surface.quadrature(active)
             points, arc_length = surface.loaded(declared.number, quadrature[load.body])
-            if not near_soil(active, points.position).all():
+            field = active.points.field_of_body(load.body)
+            if not near_soil(active, points.position, field).all():
                 raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
-            order, at = locate_in_cells(active, points.position)
+            order, at = locate_in_cells(active, points.position, field)
             points, arc_length = points.ordered(order), arc_length[order]
             self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))
 

@@ -24,6 +24,13 @@ class BodySurface(Protocol):
         """Returns the quadrature points of the surface for a load step on this grid."""
         ...
 
+    def material_quadrature(self) -> SurfaceQuadrature:
+        """Returns quadrature points that stay with the soil as long as no boundary point is added.
+
+        Several in a cell, independent of the grid.
+        """
+        ...
+
     def loaded(
         self, number: int, quadrature: SurfaceQuadrature
     ) -> tuple[SurfaceQuadrature, Floats]:

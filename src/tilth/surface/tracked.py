@@ -32,6 +32,8 @@ SHORTEST_CHORD_RATIO = 0.25
 """Two points nearer than this many initial spacings are merged."""
 GAUSS_POINTS = 5
 """Gauss points per piece of the spline in a cell; exact for forces of a constant pressure."""
+PARTS_OF_SEGMENT = 4
+"""Quadrature points per segment for contact: with two segments in a cell eight."""
 ROUND_OFF = 1e-9
 """Share of a chain's length that does not count."""
 COINCIDENCE_TOLERANCE = 1e-6
@@ -148,6 +150,36 @@ class TrackedSurface:
                     ],
                     element=at.segment,
                     arc_length=initial.arc_length(at.segment, at.parameter),
+                )
+            )
+        return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
+
+    def material_quadrature(self) -> SurfaceQuadrature:
+        """As `BodySurface.material_quadrature`: the middles of equal parts of each segment.
+
+        The edges are the parts' chords, so that the integral of the normal is exact.
+        """
+        parts = []
+        begin = np.arange(PARTS_OF_SEGMENT) / PARTS_OF_SEGMENT
+        for tracked in self.chains:
+            current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
+            segment = np.repeat(np.arange(len(current)), PARTS_OF_SEGMENT)
+            ends = [
+                np.tile(begin + share / PARTS_OF_SEGMENT, len(current)) for share in (0, 0.5, 1)
+            ]
+            low, middle, high = ends
+            parts.append(
+                SurfaceQuadrature(
+                    position=current.position(segment, middle),
+                    edges=(current.position(segment, high) - current.position(segment, low))[
+                        :, None
+                    ],
+                    initial_position=initial.position(segment, middle),
+                    initial_edges=(
+                        initial.position(segment, high) - initial.position(segment, low)
+                    )[:, None],
+                    element=segment,
+                    arc_length=initial.arc_length(segment, middle),
                 )
             )
         return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
@@ -324,9 +356,10 @@ def moved_with_grid(
     Raises:
         StepFailed: a point is more than a cell away from the soil.
     """
-    if not near_soil(active, position).all():
+    field = active.points.field_of_body(name)
+    if not near_soil(active, position, field).all():
         raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, position)
+    order, at = locate_in_cells(active, position, field)
     moved = position.copy()
     moved[order] += at.interpolate(displacement)
     return moved

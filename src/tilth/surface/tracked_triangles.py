@@ -86,6 +86,10 @@ class TrackedSolidSurface:
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
         """As `BodySurface.quadrature`: six points on each triangle, independent of the grid."""
+        return self.material_quadrature()
+
+    def material_quadrature(self) -> SurfaceQuadrature:
+        """As `BodySurface.material_quadrature`: six points on each triangle."""
         count = len(self.triangles.current.triangle)
         whole = np.broadcast_to(np.eye(3), (count, 3, 3))
         return self._on(ClippedTriangles(np.arange(count), whole, np.ones(count)))

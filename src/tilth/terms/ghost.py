@@ -37,7 +37,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers, require_table
-from tilth.mpm.grid import ActiveGrid, find_keys, lattice_keys
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.linear import EqualElements
@@ -62,7 +63,7 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     volume = soil.points.volume
     young = soil.elastic_moduli.young
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
-        s = slice(body.start, body.stop)
+        s, own = slice(body.start, body.stop), active.of_field(body.field)
         share = np.maximum(soil.points.elastic_share[s], LEAST_ELASTIC_SHARE)
         least_modulus = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
         modulus = np.maximum(young[s] * share, least_modulus)
@@ -71,13 +72,13 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
                     stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
-                    grid.cell_size, key, False,
+                    grid.cell_size, own.cell_keys, False,
                 )  # fmt: skip
-                filled[:, column] += moment[:, 0]
+                filled[own.cells, column] += moment[:, 0]
             continue
         _core.fill_cells(
             stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
-            grid.origin, grid.cell_size, key, filled,
+            grid.origin, grid.cell_size, own.cell_keys, filled[own.cells],
         )  # fmt: skip
     size = np.full(len(key), float(np.prod(grid.cell_size)))
     if soil.kind == "axisymmetric":
@@ -189,7 +190,7 @@ def ghost_faces(
         return []
     active, dim = soil.active, soil.active.grid.dim
     key, fill, modulus = filled_cells(soil)
-    lattice = np.asarray(_core.lattice(key))
+    lattice = np.asarray(_core.lattice(key))  # shifted by the cells' fields, as their keys
     along = np.eye(3, dtype=np.int64)[:dim]
     adjacent = lattice + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
     neighbour = find_keys(key, lattice_keys(adjacent.reshape(-1, 3))).reshape(2, dim, len(key))
@@ -288,8 +289,7 @@ class Ghost:
         found, active = [], soil.active
         self._current = []
         for faces in ghost_faces(soil, constrained, self.gamma, exterior):
-            lattice = active.lattice[faces.node[:, 0]]
-            face = 8 * lattice_keys(lattice) + 4 * faces.exterior + faces.axis
+            face = 8 * active.key[faces.node[:, 0]] + 4 * faces.exterior + faces.axis
             moved = np.zeros((*faces.node.shape, active.grid.dim))
             number = find_keys(self.face, face)
             stored = np.flatnonzero(number >= 0)

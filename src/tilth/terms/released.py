@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats, require_table
+from tilth.arrays import Floats, Integers, require_table
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
@@ -36,18 +36,21 @@ class ReleasedForces:
 
     Attributes:
         position: places of the forces, which move with the soil [length], shape (m, dim).
+        field: displacement field of each force, shape (m,).
         force: external force before anything is released [force], shape (m, dim).
     """
 
     def __init__(self, dim: int, share: LoadCurve) -> None:
         self._share = share
         self.position: Floats = np.zeros((0, dim))
+        self.field: Integers = np.zeros(0, dtype=np.int64)
         self.force: Floats = np.zeros((0, dim))
 
     def set(self, active: ActiveGrid, force: Floats) -> None:
         """Sets the forces at the start of the stage, shape (nodes, dim)."""
         loaded = np.flatnonzero(force.any(axis=1))
         self.position, self.force = active.position[loaded].copy(), force[loaded]
+        self.field = active.field[loaded]
 
     def remaining(self, time: float) -> float:
         """Returns the share of the forces that still acts at a time of the stage [-]."""
@@ -55,12 +58,13 @@ class ReleasedForces:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"position": self.position, "force": self.force}
+        return {"position": self.position, "field": self.field, "force": self.force}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint; raises `ValueError` if it is no such state."""
         require_table(state)
         self.position, self.force = state["position"], state["force"]
+        self.field = state["field"]
 
 
 class Release(Term, AssembledTerm):
@@ -79,8 +83,8 @@ class Release(Term, AssembledTerm):
     def __init__(
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float
     ) -> None:
-        near = np.flatnonzero(near_soil(active, released.position))
-        order, self._at = locate_in_cells(active, released.position[near])
+        near = np.flatnonzero(near_soil(active, released.position, released.field))
+        order, self._at = locate_in_cells(active, released.position[near], released.field[near])
         self._released, self._number = released, near[order]
         force = self._at.scatter(released.force[self._number], active.nodes)
         self._before = released.remaining(before) * force

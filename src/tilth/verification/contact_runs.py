@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs with a rigid body: its displacement and force in each step, and its contact at the end."""
+"""Runs with contact: displacement and forces in each step, and the contact at the end."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from tilth.verification.march import march
 
 @dataclass(frozen=True)
 class ContactRun:
-    """What a model's first tracked boundary or body did; n steps, `dim` is 2 or 3.
+    """What a model's first tracked boundary, body or pair did; n steps, `dim` is 2 or 3.
 
     Attributes:
         time: at the end of each step, shape (n,).
-        displacement: of the rigid body of this name [length], shape (n, dim); zero for a boundary.
-        force: of it on the soil, by its name; of each boundary and body [force], shape (n, dim).
+        displacement: of the rigid body of this name [length], shape (n, dim); zero for others.
+        force: of each boundary and body on the soil, of each contact pair on its second body, by
+            name [force], shape (n, dim).
         contacts: their contact at the end, by name.
         area: of the first one in contact, shape (n,) [length^(dim - 1)].
         end: the soil at the end.
@@ -52,7 +53,8 @@ def run_contact(model: Model, *, may_fail: bool = False) -> ContactRun:
     """
     name = model.track[0].boundary
     assert name is not None
-    names = [each.name for each in (*model.boundaries, *model.rigid_bodies)]
+    acting = (*model.boundaries, *model.rigid_bodies, *model.contact_pairs)
+    names = [each.name for each in acting]
     rows: list[tuple[float, Floats, dict[str, Floats], float]] = []
     last: list[tuple[Simulation, StepResult]] = []
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from tilth.verification import (
+    block_on_block,
     block_on_plane,
     buoyancy,
     buried_pipe,
@@ -47,6 +48,7 @@ from tilth.verification import (
     thick_cylinder,
     triaxial_specimen,
     tunnel,
+    two_cylinders,
     upsetting,
     vertical_cut,
 )
@@ -93,8 +95,10 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "k0_slope": k0_slope.comparisons,
     "tunnel": tunnel.comparisons,
     "block_on_plane": block_on_plane.comparisons,
+    "block_on_block": block_on_block.comparisons,
     "plate_on_cube": plate_on_cube.comparisons,
     "hertz": hertz.comparisons,
+    "two_cylinders": two_cylinders.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -27,10 +27,10 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.supports import surrounded, without_small
-from tilth.boundaries.contact.surface import ContactSurface, Touch
-from tilth.boundaries.implicit.constraint import ImplicitConstraint
-from tilth.boundaries.implicit.motion import rotation_part
+from tilth.boundaries.contact.supports import is_sliver, surrounded, without_small
+from tilth.boundaries.contact.surface import CarriedContact, Touch
+from tilth.boundaries.contact.trace import Trace
+from tilth.boundaries.implicit.constraint import PointsNearSoil
 
 SURROUNDING = 0.75
 """Distance in cells within which points in contact decide whether they surround another one."""
@@ -40,22 +40,24 @@ NEAR = 0.01
 
 
 @dataclass(frozen=True)
-class ContactConstraint(ImplicitConstraint):
+class ContactConstraint(PointsNearSoil):
     """The n points of a surface that soil can touch in a step, ordered by cell.
 
     Attributes:
+        boundary: the surface.
         touch: their contact at the start of the step.
         measured: gaps as measured [length], shape (n,).
         law: of each point.
-        start: time at the start of the step.
+        turn: rotations of what is carried to the middle of the step, shape (n, dim, dim).
         owner: multiplier of each point, shape (n,); empty before they are selected.
     """
 
-    boundary: ContactSurface
+    boundary: CarriedContact
     touch: Touch
+    trace: Trace
     measured: Floats
     law: ContactLaw
-    start: float
+    turn: Floats
     owner: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
@@ -68,33 +70,45 @@ class ContactConstraint(ImplicitConstraint):
         """Tractions from the last step, turned to this step's middle [stress], shape (n, dim)."""
         dim = self.pose.position.shape[1]
         carried = self.boundary.carried[self.chosen, :dim]
-        return np.asarray(np.einsum("nij,nj->ni", self._frame, carried))
-
-    @cached_property
-    def _frame(self) -> Floats:
-        """Rotations from the reference configuration to the step's middle, shape (n, dim, dim)."""
-        boundary, dim = self.boundary, self.pose.position.shape[1]
-        if self.pose.rotation is None:
-            return np.broadcast_to(np.eye(dim), (len(self.chosen), dim, dim))
-        assert boundary.quadrature is not None
-        reference = boundary.quadrature.reference[self.chosen]
-        start = rotation_part(boundary.motion.gradient(reference, boundary.factor(self.start)))
-        return self.pose.rotation[0] @ start
+        return np.asarray(np.einsum("nij,nj->ni", self.turn, carried))
 
     @cached_property
     def stiffness(self) -> Floats:
         """e_n and e_t of the points [stress/length], shape (n, 2)."""
-        assert self.boundary.quadrature is not None
-        return self.boundary.quadrature.square[self.chosen, None] * self.moduli
+        return self.square[:, None] * self.moduli
 
-    def with_owner(self, owner: Integers) -> ContactConstraint:
+    def surface_motion(self, displacement: Floats) -> Floats:
+        """Returns what of the surface's motion is a displacement of nodes [length], (n, dim).
+
+        None here: the surface is rigid.
+        """
+        return np.zeros_like(self.pose.position)
+
+    def in_cells(self) -> list[ContactConstraint]:
+        """Returns its points in the cells of the soil that they act on."""
+        return [self]
+
+    def with_owner(self, owner: Integers, field: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours.
+        Small supports join their neighbours on soil of the same displacement field; slivers without
+        neighbours have no weight.
+
+        field: of the nodes, shape (nodes,).
         """
         pose, cell_size = self.pose, self.at.cell_size
-        joined = without_small(owner, pose.position, pose.normal, self.area, cell_size)
-        return replace(self, owner=joined)
+        own = field[self.at.node[:, 0]][self.at.cell]
+        joined = owner.copy()
+        for number in np.unique(own):
+            of = own == number
+            first = int(owner[of].min())
+            joined[of] = first + without_small(
+                owner[of] - first, pose.position[of], pose.normal[of], self.area[of], cell_size
+            )
+        joined = np.unique(joined, return_inverse=True)[1]
+        sliver = is_sliver(joined, self.area, cell_size)
+        pose = replace(pose, weight=np.where(sliver, 0.0, pose.weight))
+        return replace(self, owner=joined, pose=pose)
 
     @property
     def area(self) -> Floats:
@@ -121,21 +135,16 @@ class ContactConstraint(ImplicitConstraint):
             moduli=self.moduli[kept],
             elastic_share=self.elastic_share[kept],
             touch=self.touch.of(np.flatnonzero(kept)),
+            trace=self.trace.of(kept),
             measured=self.measured[kept],
             law=self.law.of(kept),
+            square=self.square[kept],
+            turn=self.turn[kept],
         )
-
-    def after(self, displacement: Floats) -> Floats:
-        """Not used: the tractions follow from the multipliers' response."""
-        raise NotImplementedError
-
-    def commit(self, carried: Floats) -> None:
-        """Not used: see `store`."""
-        raise NotImplementedError
 
     def store(self, traction: Floats, closed: Flags, gap: Floats) -> None:
         """Stores tractions (n, dim) and gaps (n,) of points in contact at the end, (n,)."""
-        reference = np.einsum("nji,nj->ni", self._frame, traction)
+        reference = np.einsum("nji,nj->ni", self.turn, traction)
         self.boundary.store(self.chosen, reference, closed, self.measured, self.touch, gap)
 
 
@@ -170,9 +179,9 @@ class Supports:
         owner, normal = part.owner, part.pose.normal
         self.count = int(owner.max(initial=-1)) + 1
         self.frame = frames(normal, part.pose.weight, owner, self.count)
-        code = owner[:, None] * np.int64(nodes) + part.at.node[part.at.cell]
-        found, entry = np.unique(code, return_inverse=True)
-        self._entry = entry.reshape(code.shape)
+        trace = part.trace
+        code = owner[trace.place] * np.int64(nodes) + trace.node
+        found, self._entry = np.unique(code, return_inverse=True)
         self.entry_owner = found // nodes
         self.node = (found % nodes).astype(np.int32)
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
@@ -198,10 +207,8 @@ class Supports:
         self.row = np.zeros((dim, len(self.node), dim))
         for a in range(dim):
             for j in range(dim):
-                value = (self.weight * self.frame[a, :, j])[:, None] * part.at.value
-                self.row[a, :, j] = np.bincount(
-                    self._entry.ravel(), value.ravel(), minlength=len(self.node)
-                )
+                value = (self.weight * self.frame[a, :, j])[part.trace.place] * part.trace.value
+                self.row[a, :, j] = np.bincount(self._entry, value, minlength=len(self.node))
         self.gap = self._sum(self.first_gap) / self._divisor
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
@@ -280,7 +287,7 @@ class Supports:
 
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
-        slip = self.part.at.interpolate(displacement) - moved
+        slip = self.part.trace.interpolate(displacement) - moved
         return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 

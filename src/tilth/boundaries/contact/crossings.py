@@ -21,14 +21,18 @@ SAME_DISTANCE = 1e-9
 
 @dataclass(frozen=True)
 class Window:
-    """The part of each line that is searched: distances from -behind (n,) to reach [length]."""
+    """The part of each line that is searched: distances from -behind (n,) to reach [length].
+
+    Domains are wider across the line by the share `widening` [-].
+    """
 
     behind: Floats
     reach: float
+    widening: float
 
     def of(self, chosen: Flags | Integers | slice) -> Window:
         """Returns the window of the `chosen` lines."""
-        return Window(np.ascontiguousarray(self.behind[chosen]), self.reach)
+        return Window(np.ascontiguousarray(self.behind[chosen]), self.reach, self.widening)
 
     @property
     def middle(self) -> Floats:

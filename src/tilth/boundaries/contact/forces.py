@@ -20,6 +20,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
+from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import ContactConstraint, Supports
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
@@ -140,6 +141,11 @@ class AssembledContact(GlobalUnknowns):
         self._revisions = self._linearisations = self._restarts = 0
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
+
+    @property
+    def is_between_bodies(self) -> bool:
+        """Whether both sides are soil."""
+        return any(isinstance(support.part, BodyContact) for support in self._supports)
 
     def _increments(self, unknowns: Floats) -> Floats:
         assert self.body is not None
@@ -399,11 +405,16 @@ class AssembledContact(GlobalUnknowns):
         return force, moment
 
     def nodal_force(self) -> Floats:
-        """Returns the force of the surfaces on the soil [force], shape (nodes, dim)."""
+        """Returns the force of the surfaces on the soil [force], shape (nodes, dim).
+
+        Between bodies that on the second one.
+        """
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
+        on_soil = np.zeros(self._active.nodes, dtype=bool)
         for support, elements, each in self._each():
             _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
-        return nodal
+            on_soil[support.part.at.node] = True
+        return np.where(on_soil[:, None], nodal, 0.0)
 
     def carried_force(self) -> Floats:
         """Returns the internal force of the tractions at the step's start [force], (nodes, dim)."""
@@ -433,7 +444,7 @@ class AssembledContact(GlobalUnknowns):
             gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
             parts.append(
                 ContactState(
-                    position=part.pose.position + each.moved,
+                    position=part.pose.position + each.moved + part.surface_motion(displacement),
                     normal=normal,
                     weight=part.pose.weight,
                     normal_stress=along,

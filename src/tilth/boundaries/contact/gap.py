@@ -19,6 +19,9 @@ from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
 
+WIDENING = 0.05
+"""Share by which a domain is wider across a line than it is: no line slips between two domains."""
+
 
 def measure_gap(
     points: MaterialPoints,
@@ -28,6 +31,8 @@ def measure_gap(
     normal: Floats,
     reach: float,
     behind: Floats | float,
+    widening: float = WIDENING,
+    body: str | None = None,
 ) -> tuple[Floats, Integers]:
     """Returns the gap between points of a rigid surface and the soil, and the material points.
 
@@ -51,6 +56,8 @@ def measure_gap(
         normal: unit normals into the soil, shape (n, dim).
         reach: largest gap that is found [length].
         behind: largest overlap that is found [length], >= 0; one number, or shape (n,).
+        widening: share by which domains are wider across a line than they are [-], 0 to 1.
+        body: name of the only body that counts; all count without it.
 
     Returns:
         The gap [length], shape (n,), and the index of the material point that owns the soil's
@@ -61,14 +68,17 @@ def measure_gap(
         ValueError: wrong shapes, numbers that are not finite, a negative `behind`.
     """
     position, normal = np.ascontiguousarray(position), np.ascontiguousarray(normal)
-    window = Window(np.full(len(position), behind, dtype=np.float64), reach)
+    window = Window(np.full(len(position), behind, dtype=np.float64), reach, widening)
     found = {name: soil_surface(surface) for name, surface in surfaces.items()}
     tracked = {
         name: surface
         for name, surface in found.items()
-        if surface is not None and points.of_body(name).stop
+        if surface is not None and points.of_body(name).stop and body in (None, name)
     }
     others = np.ones(len(points), dtype=bool)
+    if body is not None:
+        others[:] = False
+        others[points.of_body(body)] = True
     for name in tracked:
         others[points.of_body(name)] = False
     gap, point = _gap_to_domains(points, others, grid, position, normal, window)
@@ -93,6 +103,7 @@ def _gap_to_domains(
     gap, point = _core.measure_gap(
         position, normal, window.behind, window.reach, points.position[near],
         points.half_length[near], _corners(points, near), grid.origin, grid.cell_size,
+        window.widening,
     )  # fmt: skip
     found = point >= 0
     point[found] = near[point[found]]
@@ -150,8 +161,9 @@ def _gap_to_surface(
         else:
             inside[undecided] = found
     gap[np.isinf(gap) & inside] = -np.inf
-    point = _nearest(points, own, position + np.where(np.isfinite(gap), gap, 0.0)[:, None] * normal,
-                     np.isfinite(gap) & ~by_domains)  # fmt: skip
+    met = np.isfinite(gap)
+    place = position + np.where(met, gap, 0.0)[:, None] * normal
+    point = nearest_points(points, own, place, met & ~by_domains)
     if by_domains.any():
         of_body = np.zeros(len(points), dtype=bool)
         of_body[own] = True
@@ -161,7 +173,7 @@ def _gap_to_surface(
     return gap, point
 
 
-def _nearest(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
+def nearest_points(points: MaterialPoints, own: slice, place: Floats, chosen: Flags) -> Integers:
     """Returns the body's material point nearest to each `chosen` place (n, dim), -1 for others."""
     from scipy.spatial import cKDTree
 

@@ -11,13 +11,21 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
-from tilth.boundaries.contact.measure import Measured, measure
-from tilth.boundaries.contact.surface import ContactSurface
+from tilth.boundaries.contact.measure import (
+    SAMPLES_OF_TRACE,
+    Measure,
+    Measured,
+    SurfaceParts,
+    measure,
+    sampled,
+)
+from tilth.boundaries.contact.surface import LOST, ContactSurface
+from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import locate_in_cells, near_soil
+from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
 from tilth.surface.protocol import BodySurface
 
 REACH = 1.0
@@ -57,25 +65,32 @@ def gather_contacts(
     found = []
     cohesion, slope = soil.strength(points)
     for surface in surfaces:
-        position, normal, _ = surface.surface_points(before)
-        measured = _measured(surface, soil, points, active, before)
+        parts = SurfaceParts(*surface.surface_points(before))
+        position, normal = parts.position, parts.normal
+        measure_gap_at = _measure_of(surface, soil, points, active)
+        measured = measure(parts, measure_gap_at)
         gap, point = measured.gap, measured.point
         near = np.flatnonzero(point >= 0)
         touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
         apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
         foot = position[near] + apart[:, None] * normal[near]
-        inside = np.flatnonzero(near_soil(active, foot))
+        field = np.broadcast_to(points.fields_of(point[near]), len(near))
+        inside = np.flatnonzero(near_soil(active, foot, field))
         if len(inside) == 0:
             continue
-        order, at = locate_in_cells(active, foot[inside])
+        order, at = locate_in_cells(active, foot[inside], field[inside])
         order = inside[order]
         chosen = near[order]
         pose = _pose(surface, before, after, chosen)
+        trace = trace_of_soil(
+            surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
+        )
         found.append(
             ContactConstraint(
                 boundary=surface,
                 chosen=chosen,
                 at=at,
+                trace=trace,
                 pose=replace(pose, weight=pose.weight * measured.share[chosen]),
                 moduli=moduli[point[chosen]],
                 axisymmetric=kind == "axisymmetric",
@@ -83,7 +98,8 @@ def gather_contacts(
                 touch=touch.of(order),
                 measured=gap[chosen],
                 law=surface.law(points, point[chosen], cohesion, slope),
-                start=before,
+                square=surface.square(chosen),
+                turn=surface.turn(before, pose, chosen),
             )
         )
     return found
@@ -98,21 +114,50 @@ def _pose(surface: ContactSurface, before: float, after: float, chosen: Integers
     return replace(pose, projector=np.broadcast_to(identity, pose.projector.shape))
 
 
-def _measured(
-    surface: ContactSurface,
-    soil: TouchingSoil,
-    points: MaterialPoints,
-    active: ActiveGrid,
-    time: float,
-) -> Measured:
-    """Returns the soil opposite to a surface at a time."""
+def _measure_of(
+    surface: ContactSurface, soil: TouchingSoil, points: MaterialPoints, active: ActiveGrid
+) -> Measure:
+    """Returns what measures gaps of a surface."""
     reach, behind = REACH * surface.cell, surface.behind
 
-    def measure_gap_at(position: Floats, normal: Floats) -> tuple[Floats, Integers]:
-        found = measure_gap(points, active.grid, soil.tracked, position, normal, reach, behind)
+    def measure_gap_at(
+        position: Floats, normal: Floats, widening: float
+    ) -> tuple[Floats, Integers]:
+        found = measure_gap(
+            points, active.grid, soil.tracked, position, normal, reach, behind, widening
+        )
         return _closed_on_plate(*found, points, position) if surface.is_thin else found
 
-    return measure(*surface.surface_points(time), measure_gap_at)
+    return measure_gap_at
+
+
+def trace_of_soil(
+    cell: float,
+    points: MaterialPoints,
+    active: ActiveGrid,
+    at: PointsInCells,
+    parts: SurfaceParts,
+    measured: Measured,
+    measure_gap_at: Measure,
+) -> Trace:
+    """Returns the soil's displacement at the n points `at`, with their parts and what was measured.
+
+    On domains with corners it is the mean over samples of the points' parts. cell: the smallest
+    edge of a cell [length].
+    """
+    cornered = np.zeros(len(points), dtype=bool)
+    for body in points.bodies:
+        cornered[body.points] = body.has_corners
+    own = np.flatnonzero(cornered[measured.point])
+    if len(own) == 0:
+        return trace_in_cells(at)
+    samples = sampled(parts.of(own), SAMPLES_OF_TRACE, measure_gap_at)
+    of = own[samples.part]
+    near = np.abs(samples.gap - measured.gap[of]) < LOST * cell
+    near &= cornered[samples.point]
+    of, gap, position = of[near], samples.gap[near], samples.position[near]
+    foot = position + gap[:, None] * parts.normal[of]
+    return trace_of_domains(active, points, at, of, foot, samples.point[near])
 
 
 def _closed_on_plate(

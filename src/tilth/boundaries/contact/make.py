@@ -8,14 +8,17 @@ from collections.abc import Callable
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import GridProperties
 from tilth.boundaries.implicit.motion import make_motion
 from tilth.geometry.make import make_shape, make_shapes
 from tilth.geometry.protocol import Geometry
-from tilth.model import ImplicitBoundary, Model
+from tilth.model import ContactPair, ImplicitBoundary, Model
 from tilth.model.load_curve import LoadCurve
+from tilth.model.model import BAND
+from tilth.surface.protocol import BodySurface
 
 
 def make_rigid_bodies(
@@ -78,6 +81,14 @@ def make_contact(declared: ImplicitBoundary, model: Model) -> ContactSurface:
         contact_with=declared.contact_with or {},
         full=declared.wished_in_place,
     )
+
+
+def make_body_contact(
+    declared: ContactPair, model: Model, tracked: BodySurface
+) -> BodyContactSurface:
+    """Returns the surface of the first body of a pair; tracked: that surface."""
+    cell_size = np.array(model.cell_size)
+    return BodyContactSurface(declared, tracked, BAND * float(cell_size.min()), cell_size)
 
 
 def grid_properties(model: Model) -> GridProperties:

@@ -10,11 +10,22 @@ from tilth.arrays import Flags, Floats, Integers
 LEAST_AREA = 0.3
 """Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
 
+SLIVER = 0.02
+"""Area of a support in faces of a cell below which it has no contact: soil that stands out beyond
+the edge of a body by as little, such as beside an indented part of its surface, would be held there
+by a stress that is not soil's."""
+
 LEAST_COSINE = 0.5
 """Least cosine between the normals of points in one support, as in `vertices.hpp`."""
 
 FARTHEST = 1.5
 """Greatest distance in cells of the point through which a support joins another one."""
+
+
+def is_sliver(owner: Integers, weight: Floats, cell_size: Floats) -> Flags:
+    """Returns which points belong to a sliver, shape (n,); arguments as in `without_small`."""
+    area = np.bincount(owner, weight)
+    return np.asarray((area < SLIVER * float(cell_size.min()) ** (len(cell_size) - 1))[owner])
 
 
 def surrounded(position: Floats, others: Floats, reach: float) -> Flags:

@@ -17,8 +17,8 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.law import ContactLaw
 from tilth.boundaries.contact.rigid_body import RigidBody
-from tilth.boundaries.implicit.boundary import GridProperties, Implicit
-from tilth.boundaries.implicit.motion import Motion
+from tilth.boundaries.implicit.boundary import GridProperties, Implicit, Pose
+from tilth.boundaries.implicit.motion import Motion, rotation_part
 from tilth.geometry.both_sides import BothSides
 from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.several import outside_of_others
@@ -63,7 +63,83 @@ class Touch:
         return Touch(self.closed[chosen], self.gap[chosen], self.offset[chosen])
 
 
-class ContactSurface(Implicit):
+class CarriedContact:
+    """Points of a surface that carry contact from step to step.
+
+    Attributes:
+        name: given by the user.
+        body: the rigid body whose surface it is, or None.
+        cell: the smallest edge of a cell [length].
+        full: whether the soil touches all of the surface at the start.
+        carried: of each point the traction [stress], whether it is in contact (1), was (-1) or
+            never was (0), the zero of its measured gaps and its gap [length], shape (n, dim + 3).
+    """
+
+    name: str
+    body: RigidBody | None
+    full: bool
+    carried: Floats
+
+    @property
+    def cell(self) -> float:
+        """The smallest edge of a cell [length]."""
+        raise NotImplementedError
+
+    @property
+    def touches_nearly(self) -> bool:
+        """Whether soil that never was in contact is if its gap is not more than inexact."""
+        raise NotImplementedError
+
+    def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
+        """Returns the contact of chosen points at the start of a step.
+
+        measured: gaps [length], shape (n,), finite.
+        scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never
+            was in contact counts as touching up to this gap.
+        """
+        dim = self.carried.shape[1] - 3
+        stored = self.carried[chosen]
+        was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
+        never = stored[:, dim] == 0.0
+        tolerance = LOST * self.cell if self.full else scatter * self.touches_nearly
+        near = never & (np.abs(measured) <= tolerance)
+        offset[near] = measured[near]
+        limit = LARGEST_OFFSET * self.cell
+        gap = measured - np.clip(offset, -limit, limit)
+        closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
+        closed |= near
+        carried = np.where(was_closed, stored[:, dim + 2], 0.0)
+        return Touch(closed, np.where(closed, carried, gap), offset)
+
+    def store(
+        self,
+        chosen: Integers,
+        traction: Floats,
+        closed: Flags,
+        measured: Floats,
+        touch: Touch,
+        gap: Floats,
+    ) -> None:
+        """Stores tractions (n, dim) of points in contact, in the reference configuration's frame.
+
+        closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
+        [length], shape (n,). touch: contact at its start. gap: at its end [length], shape (n,).
+        """
+        dim = self.carried.shape[1] - 3
+        stored = np.zeros_like(self.carried)
+        stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
+        limit = LARGEST_OFFSET * self.cell
+        now = np.clip(measured, -limit, limit)
+        kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
+        stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
+        stored[chosen, dim] = np.where(closed, 1.0, -1.0)
+        stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
+        largest = LARGEST_CARRIED_GAP * self.cell
+        stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), 0.0)
+        self.carried = stored
+
+
+class ContactSurface(CarriedContact, Implicit):
     """An `Implicit` with contact: of a boundary, or one of the shapes of a rigid body.
 
     Args:
@@ -95,7 +171,7 @@ class ContactSurface(Implicit):
         self.contact_with = contact_with
         self.body = body
         self._shapes = shapes
-        self._full = full
+        self.full = full
         self._columns = len(grid.origin) + 3
         self.carried = np.zeros((0, self._columns))
 
@@ -122,6 +198,11 @@ class ContactSurface(Implicit):
         """The smallest edge of a cell [length]."""
         return float(self._grid.cell_size.min())
 
+    @property
+    def touches_nearly(self) -> bool:
+        """As `CarriedContact.touches_nearly`: with boundaries."""
+        return self.body is None
+
     def factor(self, time: float) -> float:
         """As `Implicit.factor`; the motion of a rigid body has the time for its factor."""
         return time if self.body is not None else super().factor(time)
@@ -133,53 +214,22 @@ class ContactSurface(Implicit):
         number = [shape is self.geometry for shape in self._shapes].index(True)
         return points.of(outside_of_others(self._shapes, number, points.position, points.normal))
 
-    def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
-        """Returns the contact of chosen points at the start of a step.
+    def square(self, chosen: Integers) -> Floats:
+        """Returns the factor of the penalty of chosen points, see `BoundaryQuadrature`, (n,)."""
+        assert self.quadrature is not None
+        return self.quadrature.square[chosen]
 
-        measured: gaps [length], shape (n,), finite.
-        scatter: how inexact they are [length], shape (n,). Soil counts as touching a boundary from
-            the start up to this gap, but not a rigid body.
+    def turn(self, time: float, pose: Pose, chosen: Integers) -> Floats:
+        """Returns rotations from the reference configuration to the middle of a step.
+
+        Shape (n, dim, dim), of chosen points whose `pose` is that of the step from `time`.
         """
-        dim = self._columns - 3
-        stored = self.carried[chosen]
-        was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
-        never = stored[:, dim] == 0.0
-        tolerance = LOST * self.cell if self._full else scatter * (self.body is None)
-        near = never & (np.abs(measured) <= tolerance)
-        offset[near] = measured[near]
-        limit = LARGEST_OFFSET * self.cell
-        gap = measured - np.clip(offset, -limit, limit)
-        closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
-        closed |= near
-        carried = np.where(was_closed, stored[:, dim + 2], 0.0)
-        return Touch(closed, np.where(closed, carried, gap), offset)
-
-    def store(
-        self,
-        chosen: Integers,
-        traction: Floats,
-        closed: Flags,
-        measured: Floats,
-        touch: Touch,
-        gap: Floats,
-    ) -> None:
-        """Stores tractions (n, dim) of points in contact, in the reference configuration's frame.
-
-        closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
-        [length], shape (n,). touch: contact at its start. gap: at its end [length], shape (n,).
-        """
-        dim = self._columns - 3
-        stored = np.zeros_like(self.carried)
-        stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
-        limit = LARGEST_OFFSET * self.cell
-        now = np.clip(measured, -limit, limit)
-        kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
-        stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
-        stored[chosen, dim] = np.where(closed, 1.0, -1.0)
-        stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
-        largest = LARGEST_CARRIED_GAP * self.cell
-        stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), 0.0)
-        self.carried = stored
+        if pose.rotation is None:
+            dim = pose.position.shape[1]
+            return np.broadcast_to(np.eye(dim), (len(chosen), dim, dim))
+        assert self.quadrature is not None
+        gradient = self.motion.gradient(self.quadrature.reference[chosen], self.factor(time))
+        return np.asarray(pose.rotation[0] @ rotation_part(gradient))
 
     def law(
         self, points: MaterialPoints, point: Integers, cohesion: Floats, slope: Floats

@@ -75,8 +75,8 @@ class Pose:
     projector: Floats
     rotation: tuple[Floats, Floats] | None
 
-    def of(self, kept: Flags) -> Pose:
-        """Returns that of the points `kept`, shape (n,)."""
+    def of(self, kept: Flags | Integers) -> Pose:
+        """Returns that of the points `kept`, flags of shape (n,) or numbers in their new order."""
         rotation = self.rotation
         return Pose(
             position=self.position[kept],

@@ -30,39 +30,49 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ImplicitConstraint(ABC):
-    """The n quadrature points of a boundary in contact with soil in one step, ordered by cell.
+class PointsNearSoil:
+    """The n quadrature points of a surface that act on soil in one step, ordered by cell.
 
     Attributes:
-        boundary: the boundary.
-        chosen: numbers of its quadrature points, shape (n,).
+        chosen: their numbers among all points of the surface, shape (n,).
         at: the points in the cells of the grid.
         pose: their motion in the step.
         moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
         axisymmetric: whether the analysis is axisymmetric.
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
+        square: the factor of the penalty, see `BoundaryQuadrature`, shape (n,).
     """
 
-    boundary: Implicit
     chosen: Integers
     at: PointsInCells
     pose: Pose
     moduli: Floats
     axisymmetric: bool
     elastic_share: Floats
+    square: Floats
 
     @cached_property
     def penalty(self) -> Floats:
         """P, the stress per slip [stress/length], shape (n, dim, dim)."""
-        assert self.boundary.quadrature is not None
         return np.asarray(
             _core.boundary_penalty(
                 np.ascontiguousarray(self.pose.normal),
                 np.ascontiguousarray(self.pose.projector),
                 self.moduli,
-                self.boundary.quadrature.square[self.chosen],
+                self.square,
             )
         )
+
+
+@dataclass(frozen=True)
+class ImplicitConstraint(PointsNearSoil, ABC):
+    """Those of a boundary in contact with soil.
+
+    Attributes:
+        boundary: the boundary.
+    """
+
+    boundary: Implicit
 
     @cached_property
     def before(self) -> Floats:

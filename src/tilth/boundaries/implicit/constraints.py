@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,6 +12,8 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
+from tilth.boundaries.contact.between_bodies import gather_between_bodies
+from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gather import TouchingSoil, gather_contacts
 from tilth.boundaries.contact.surface import ContactSurface
@@ -72,22 +75,25 @@ class ImplicitConstraints:
         after: float,
         constrained: Flags | None = None,
         soil: TouchingSoil | None = None,
+        pairs: Sequence[BodyContactSurface] = (),
     ) -> ImplicitConstraints:
         """Returns the constraints in the step from time `before` to `after`.
 
         kind: of the analysis. constrained: components that other conditions prescribe at nodes,
-        shape (nodes, dim); none if not given. soil: for contact; required with it.
+        shape (nodes, dim); none if not given. soil: for contact; required with it. pairs: surfaces
+        of bodies in contact with each other.
         """
-        if not boundaries:
+        if not boundaries and not pairs:
             return cls(active, [], [])
         moduli = _moduli(points.elastic_moduli())
         touching = [each for each in boundaries if isinstance(each, ContactSurface)]
         boundaries = [each for each in boundaries if not isinstance(each, ContactSurface)]
         for surface in touching:
             _extend_quadrature(surface, _box(points), before)
-        contacts = []
+        contacts: list[ContactConstraint] = []
         if soil is not None:
             contacts = gather_contacts(touching, soil, points, active, moduli, kind, before, after)
+            contacts += gather_between_bodies(pairs, soil, points, active, moduli, kind)
         without_contact: list[Implicit] = [
             each for each in touching if each not in [part.boundary for part in contacts]
         ]
@@ -105,7 +111,8 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            part.with_owner(each.owner[0]) for part, each in zip(contacts, chosen, strict=True)
+            part.with_owner(each.owner[0], active.field)
+            for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
 
@@ -153,7 +160,8 @@ class ImplicitConstraints:
             if len(chosen) == 0:
                 without_contact.append(boundary)
                 continue
-            order, at = locate_in_cells(active, boundary.positions(before, chosen))
+            field = points.fields_of(point[chosen])
+            order, at = locate_in_cells(active, boundary.positions(before, chosen), field)
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
@@ -168,6 +176,7 @@ class ImplicitConstraints:
                     moduli=moduli[point[chosen]],
                     axisymmetric=kind == "axisymmetric",
                     elastic_share=points.elastic_share[point[chosen]],
+                    square=boundary.quadrature.square[chosen],
                 )
             )
         return parts
@@ -182,12 +191,18 @@ class ImplicitConstraints:
         keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
         bands = [part for part in self.parts if isinstance(part, BandConstraint)]
         others = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
-        touching = [part.of(part.touch.closed) for part in self.contacts if part.touch.closed.any()]
+        touching = [
+            each.of(each.touch.closed)
+            for part in self.contacts
+            if part.touch.closed.any()
+            for each in part.in_cells()
+        ]
+        lattice = np.asarray(_core.lattice(self.active.key))  # shifted by the nodes' fields
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
             key, depth = _core.exterior_nodes(
-                *concatenated_cells(parts), self.active.lattice, self.active.grid.cell_size
+                *concatenated_cells(parts), lattice, self.active.grid.cell_size
             )
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
@@ -246,17 +261,24 @@ class ImplicitConstraints:
         return force
 
     def reaction_before(
-        self, initial: Floats, constrained: Flags, constant: Floats, touching: Floats
+        self,
+        initial: Floats,
+        constrained: Flags,
+        constant: Floats,
+        touching: Floats,
+        between_bodies: Floats,
     ) -> Floats:
         """Returns all boundaries' nodal forces at the start of the step [force], (nodes, dim).
 
         initial: reaction of the constrained nodes at zero displacement, shape (nodes, dim). It
         contains `constant`, the implicit boundaries' force at zero displacement, same shape, which
         includes that of their motion in the step. Before the step they exert the carried force, and
-        those in contact `touching`, the internal force of their tractions, same shape.
+        those in contact `touching`, the internal force of their tractions, same shape. That of
+        contact `between_bodies` is no force of a boundary.
         """
         carried = self.carried_force + touching
-        return np.asarray(initial - np.where(constrained, constant - carried, 0.0) - carried)
+        in_step = constant - carried - between_bodies
+        return np.asarray(initial - np.where(constrained, in_step, 0.0) - carried)
 
     def forces(self, carried: list[Floats]) -> dict[str, Floats]:
         """Returns each boundary's nodal forces on the soil [force], shape (nodes, dim), by name.

@@ -29,7 +29,7 @@ from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
-    from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
+    from tilth.boundaries.implicit.constraint import PointsNearSoil, SurfaceConstraint
 
 
 @dataclass(frozen=True)
@@ -124,22 +124,21 @@ def choose_multipliers(
     dim = active.grid.dim
     directions = [part.constrained_directions for part in parts]
     count = np.array([len(part.chosen) for part in parts])
-    cells = np.array([len(part.at.node) for part in parts])
     rank = np.array([len(direction) for direction in directions])
-    family = np.repeat(np.arange(len(parts)), rank)
-    end_cell = np.cumsum(cells)[family]
+    cells = concatenated_cells(parts)
+    first_cell, end_cell, families = _families(active, parts, rank)
     owner, of_family, _, vertex = _core.multiplier_space(
-        *concatenated_cells(parts),
+        *cells,
         active.lattice,
         active.grid.cell_size,
-        end_cell - cells[family],
+        first_cell,
         end_cell,
-        _offsets(count[family]),
+        _offsets(cells[0][end_cell] - cells[0][first_cell]),
         np.concatenate([direction.reshape(-1, dim) for direction in directions]),
         constrained,
     )
     owners = np.split(np.asarray(owner), np.cumsum(rank * count)[:-1])
-    first = np.searchsorted(np.asarray(of_family), np.append(_offsets(rank), rank.sum()))
+    first = np.searchsorted(np.asarray(of_family), np.append(_offsets(families), families.sum()))
     found = []
     for number, (part, direction) in enumerate(zip(parts, directions, strict=True)):
         own = slice(first[number], first[number + 1])
@@ -149,8 +148,29 @@ def choose_multipliers(
     return found
 
 
+def _families(
+    active: ActiveGrid, parts: Sequence[SurfaceConstraint | ContactConstraint], rank: Integers
+) -> tuple[Integers, Integers, Integers]:
+    """Returns first and last cell of each family, and the number of families of each boundary.
+
+    A boundary has one family for each constrained direction, and for each displacement field of the
+    soil that it touches: the cells of one field follow each other.
+    """
+    firsts, ends, families = [], [], []
+    start = 0
+    for part, directions in zip(parts, rank, strict=True):
+        field = active.field[part.at.node[:, 0]]
+        change = np.flatnonzero(field[1:] != field[:-1]) + 1
+        cell = start + np.concatenate([[0], change, [len(field)]])
+        firsts.append(np.tile(cell[:-1], directions))
+        ends.append(np.tile(cell[1:], directions))
+        families.append(directions * (len(cell) - 1))
+        start += len(field)
+    return np.concatenate(firsts), np.concatenate(ends), np.array(families)
+
+
 def concatenated_cells(
-    parts: Sequence[ImplicitConstraint],
+    parts: Sequence[PointsNearSoil],
 ) -> tuple[Integers, npt.NDArray[np.int32], Floats, Floats]:
     """Returns the cells that boundaries act on and their points, one boundary after the other.
 

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where soil meets a surface: the soil's displacement there in terms of the nodes'.
+
+On soil of GIMP or linear points it is interpolated by the grid's own functions N at one place for
+each quadrature point of the surface. The displacement of a domain with corners (CPDI) is by
+definition interpolated between these,
+
+    u(y) = sum_c w_c(xi) u(x_c),    w_c multilinear, xi the coordinates of y in the domain,
+
+also on its faces; with anything else the tractions on a face would not be in balance with the
+stresses of the domains behind it. Along a face this trace has kinks where domains meet, so that it
+is averaged over the part of the surface for which a quadrature point stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats, Integers
+from tilth.bodies.corners import corner_signs
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
+from tilth.mpm.quadrature import PointsInCells, locate_in_cells
+
+FARTHEST = 1.5
+"""Largest local coordinate, 1 on the faces of a domain, that still belongs to the domain: a tracked
+surface is not exactly the domains' boundary."""
+
+ITERATIONS = 12
+"""Newton's iterations for local coordinates; four are enough in a domain that is not degenerate."""
+
+ROUND_OFF = 1e-12
+"""Weight of a corner that is round-off."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The displacement at n places as sums over nodes; m summands, ordered by place.
+
+    Attributes:
+        count: number of places n.
+        place: place of each summand, shape (m,).
+        node: its node, shape (m,).
+        value: its share of the node's displacement [-], shape (m,).
+    """
+
+    count: int
+    place: Integers
+    node: Integers
+    value: Floats
+
+    def of(self, kept: Flags) -> Trace:
+        """Returns that of the places `kept`, shape (n,)."""
+        number = np.cumsum(kept) - 1
+        own = kept[self.place]
+        return Trace(int(kept.sum()), number[self.place[own]], self.node[own], self.value[own])
+
+    def renumbered(self, number: Integers) -> Trace:
+        """Returns the same with the new number of each place, shape (n,)."""
+        place = number[self.place]
+        order = np.argsort(place, kind="stable")
+        return Trace(self.count, place[order], self.node[order], self.value[order])
+
+    def less(self, other: Trace) -> Trace:
+        """Returns the difference of two traces at the same places, on other nodes."""
+        place = np.concatenate([self.place, other.place])
+        order = np.argsort(place, kind="stable")
+        node = np.concatenate([self.node, other.node])
+        value = np.concatenate([self.value, -other.value])
+        return Trace(self.count, place[order], node[order], value[order])
+
+    def interpolate(self, nodal: Floats) -> Floats:
+        """Returns the values at the places, (n, k), of nodal values (nodes, k)."""
+        part = self.value[:, None] * nodal[self.node]
+        columns = [np.bincount(self.place, each, self.count) for each in part.T]
+        return np.stack(columns, axis=1)
+
+
+def trace_in_cells(at: PointsInCells) -> Trace:
+    """Returns the trace by the functions of the cells, of places ordered by cell."""
+    count, corners = at.value.shape
+    node = at.node[at.cell].astype(np.int64)
+    return Trace(count, np.repeat(np.arange(count), corners), node.ravel(), at.value.ravel())
+
+
+def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
+    """Returns the weights of a domain's corners at places, and which places belong to it.
+
+    Args:
+        corner: of the domains relative to their points [length], shape (n, 2^dim, dim).
+        offset: of the places from the points [length], shape (n, dim).
+
+    Returns:
+        w_c [-], shape (n, 2^dim), with sum_c w_c = 1 and sum_c w_c x_c the place, and whether the
+        local coordinates are within `FARTHEST`, shape (n,).
+    """
+    dim = offset.shape[1]
+    signs = corner_signs(dim)
+    xi = np.zeros_like(offset)
+    size = np.abs(corner).max(axis=(1, 2), initial=0.0)
+    for _ in range(ITERATIONS):
+        hat = 0.5 * (1.0 + signs * xi[:, None])  # (n, corners, dim)
+        slope = np.stack(
+            [0.5 * signs[:, k] * np.delete(hat, k, axis=2).prod(axis=2) for k in range(dim)], axis=2
+        )
+        error = offset - np.einsum("nc,nci->ni", hat.prod(axis=2), corner)
+        if (np.abs(error).max(axis=1, initial=0.0) <= 1e-14 * size).all():
+            break
+        jacobian = np.einsum("nci,nck->nik", corner, slope)
+        xi += np.einsum("nki,ni->nk", np.linalg.pinv(jacobian), error)
+        xi.clip(-4.0, 4.0, out=xi)
+    weight = (0.5 * (1.0 + signs * xi[:, None])).prod(axis=2)
+    weight[np.abs(weight) < ROUND_OFF] = 0.0
+    error = np.einsum("nc,nci->ni", weight, corner) - offset
+    inside = (np.abs(xi) <= FARTHEST).all(axis=1)
+    return weight, inside & (np.abs(error).max(axis=1, initial=0.0) <= 1e-9 * size)
+
+
+def trace_of_domains(
+    active: ActiveGrid,
+    points: MaterialPoints,
+    at: PointsInCells,
+    place: Integers,
+    position: Floats,
+    owner: Integers,
+) -> Trace:
+    """Returns the mean trace over samples of the places' parts, on domains with corners.
+
+    Places without samples within their domains have that of `trace_in_cells`.
+
+    Args:
+        active: the grid of the step.
+        points: the material points.
+        at: the n places in the cells.
+        place: whose part each of the s samples is on, shape (s,).
+        position: of the samples on the soil's surface [length], shape (s, dim).
+        owner: material point of each sample, shape (s,).
+    """
+    whole = trace_in_cells(at)
+    if len(place) == 0:
+        return whole
+    weight, inside = domain_weights(points.corner[owner], position - points.position[owner])
+    place, owner, weight = place[inside], owner[inside], weight[inside]
+    number = np.bincount(place, minlength=whole.count)
+    sample, corner = np.nonzero(weight)
+    found = points.position[owner[sample]] + points.corner[owner[sample], corner]
+    field = points.fields_of(owner[sample])
+    order, in_cells = locate_in_cells(active, found, field)
+    node = in_cells.node[in_cells.cell]
+    summand = order.repeat(node.shape[1])
+    share = weight[sample, corner][summand] * in_cells.value.ravel()
+    of = place[sample[summand]]
+    kept = number[whole.place] == 0
+    entries = np.concatenate([whole.place[kept], of])
+    code = entries * np.int64(active.nodes) + np.concatenate([whole.node[kept], node.ravel()])
+    unique, entry = np.unique(code, return_inverse=True)
+    summed = np.bincount(entry, np.concatenate([whole.value[kept], share / number[of]]))
+    value = np.asarray(summed, dtype=np.float64)
+    return Trace(whole.count, unique // active.nodes, unique % active.nodes, value)

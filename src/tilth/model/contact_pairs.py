@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact between two soil bodies, and the displacement fields that their bodies need for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator
+
+from tilth.errors import Problem
+from tilth.model.base import Declared
+from tilth.model.contact import Contact
+from tilth.model.fields import AsTuple, Entries, Name
+from tilth.model.problems import reject, unknown_name
+from tilth.model.staging import stage_models
+
+if TYPE_CHECKING:
+    from tilth.model.bodies import Body
+    from tilth.model.model import Model
+    from tilth.model.shapes import Bounds
+
+MOST_FIELDS = 7
+"""Displacement fields in one grid, at most."""
+
+_TWO = 'name two soil bodies, such as bodies = ["block", "ground"]'
+
+
+def _list_of_names(value: Any) -> Any:
+    if isinstance(value, str):
+        raise reject("must be a list of two names", _TWO)
+    return value
+
+
+def _two(value: tuple[str, ...]) -> tuple[str, ...]:
+    if len(value) != 2:
+        count = (
+            "no body" if not value else "one body" if len(value) == 1 else f"{len(value)} bodies"
+        )
+        raise reject(f"names {count}, but contact is between two", _TWO)
+    if value[0] == value[1]:
+        raise reject("names the same body twice", _TWO + "; a body has no contact with itself")
+    return value
+
+
+TwoBodies = Annotated[
+    Sequence[Name], BeforeValidator(_list_of_names), Entries, AsTuple, AfterValidator(_two)
+]
+
+
+class ContactPair(Declared):
+    """Contact between two soil bodies, which move independently of each other.
+
+    It acts while both bodies are there. Bodies that are not in contact pairs with each other share
+    the nodes of the grid where they meet, and stick together.
+    """
+
+    name: Name
+    """Name of the contact in results, unique, also among boundaries and rigid bodies."""
+    bodies: TwoBodies
+    """Names of the two bodies. On the tracked surface of the first, which it must have, the contact
+    is integrated: choose the body with the finer or the more curved surface.
+    """
+    contact: Contact
+    """Law of the contact. With "rough" and with `adhesion_factor` the strength is that of the
+    weaker of the two bodies.
+    """
+    wished_in_place: bool = False
+    """Whether the bodies are in contact from the start wherever they are not more than a quarter of
+    a cell apart.
+    """
+
+
+def displacement_fields(bodies: Sequence[Body], pairs: Sequence[ContactPair]) -> dict[str, int]:
+    """Returns the number of the displacement field of each body, by name.
+
+    In the order of the case file each body has the smallest number that differs from those of the
+    bodies with which it is paired.
+    """
+    fields: dict[str, int] = {}
+    for body in bodies:
+        partners = {n for pair in pairs if body.name in pair.bodies for n in pair.bodies}
+        taken = {fields[name] for name in partners & fields.keys()}
+        fields[body.name] = min(set(range(len(taken) + 1)) - taken)
+    return fields
+
+
+def contact_pair_problems(model: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the contact pairs of a model, but not with their laws."""
+    bodies = {body.name: body for body in model.bodies}
+    first_with: dict[frozenset[str], int] = {}
+    for i, pair in enumerate(model.contact_pairs):
+        key = f"contact_pairs[{i}].bodies"
+        unknown = [name for name in pair.bodies if name not in bodies]
+        for name in unknown:
+            yield Problem(key, *unknown_name("body", name, bodies), name)
+        if unknown:
+            continue
+        first = first_with.setdefault(frozenset(pair.bodies), i)
+        if first != i:
+            what = f"are already the two bodies of contact_pairs[{first}]"
+            yield Problem(key, what, "declare their contact once", pair.bodies)
+        yield from _surface_problems(model, key, bodies[pair.bodies[0]])
+
+
+def _surface_problems(model: Model, key: str, body: Body) -> Iterator[Problem]:
+    where = f"bodies[{[each.name for each in model.bodies].index(body.name)}]"
+    if body.surface is None:
+        what = f"the first body, {body.name!r}, has no tracked surface, on which contact acts"
+        remedy = f"add `surface = {{}}` to {where}, or name the other body first if it has one"
+        yield Problem(key, what, remedy, body.name)
+    elif body.surface.points == "outer_layer":
+        what = (
+            f"the surface of the first body, {body.name!r}, is one through its outer material "
+            "points, half their spacing inside"
+        )
+        remedy = f'give `points = "extra"` in {where}.surface, or name the other body first'
+        yield Problem(key, what, remedy, body.name)
+
+
+def field_problems(model: Model) -> Iterator[Problem]:
+    """Yields too many fields, and bodies that would pass through each other."""
+    fields = model.fields()
+    if max(fields.values()) >= MOST_FIELDS:
+        most = max(fields, key=fields.__getitem__)
+        what = (
+            f"{most!r} and the bodies paired with it need {max(fields.values()) + 1} displacement "
+            f"fields, and there can be {MOST_FIELDS}"
+        )
+        yield Problem("contact_pairs", what, "declare fewer pairs between the same bodies")
+        return
+    paired = {frozenset(pair.bodies) for pair in model.contact_pairs}
+    bounds = {body.name: body.shape.bounds() for body in model.bodies}
+    for i, body in enumerate(model.bodies):
+        for other in model.bodies[:i]:
+            names = other.name, body.name
+            if fields[body.name] == fields[other.name] or frozenset(names) in paired:
+                continue
+            if _together(model, *names) and _near(model, bounds[body.name], bounds[other.name]):
+                what = (
+                    f"the bodies {other.name!r} and {body.name!r} may begin nearer to each other "
+                    "than a cell. They have no contact pair, but displacement fields of their own "
+                    "because of their contact with others: they would pass through each other"
+                )
+                remedy = (
+                    f'declare a pair with bodies = ["{other.name}", "{body.name}"]; if they stick '
+                    "together, list these two before all other bodies of pairs"
+                )
+                yield Problem("contact_pairs", what, remedy)
+
+
+def _together(model: Model, *names: str) -> bool:
+    """Whether bodies are there at the same time in any stage."""
+    if not model.stages:
+        return True
+    absent = [stage.stage.absent_bodies for stage in stage_models(model)]
+    return any(not each.intersection(names) for each in absent)
+
+
+def _near(model: Model, one: Bounds | None, other: Bounds | None) -> bool:
+    """Whether two bounding boxes come nearer than a cell, or one of them is not known (a mesh)."""
+    if one is None or other is None:
+        return True
+    return all(
+        one[0][k] < other[1][k] + model.cell_size[k]
+        and other[0][k] < one[1][k] + model.cell_size[k]
+        for k in range(model.dimension)
+    )

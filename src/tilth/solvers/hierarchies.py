@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The multigrid levels of a grid with one or several displacement fields.
+
+Nodes of different fields lie at the same places. Each field has levels of its own, which leave out
+the blocks that couple it with the others, such as those of contact between bodies.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from tilth import _core
+from tilth.arrays import Flags, Floats, Integers
+from tilth.mpm.grid import ActiveGrid
+
+
+class Hierarchy(Protocol):
+    """Levels with the interface of `_core.Multigrid`."""
+
+    def begin(self) -> None:
+        """Discards all matrices."""
+
+    def fill(self, blocks: Floats) -> None:
+        """Sets the blocks of the matrix."""
+
+    def cycle(self, residual: Floats, approximate: Floats) -> None:
+        """Fills `approximate` with one V-cycle for `residual`, (unknowns,) each."""
+
+    def bytes(self) -> int:
+        """Memory of all levels [byte]."""
+
+
+def make_hierarchy(active: ActiveGrid, constrained: Flags) -> Hierarchy:
+    """Returns the levels of an active grid; constrained: shape (nodes, components)."""
+    if active.fields == 1:
+        return _core.Multigrid(
+            active.grid.dim, constrained.shape[1], active.lattice, active.row_start, active.column,
+            constrained,
+        )  # fmt: skip
+    return _HierarchyOfFields(active, constrained)
+
+
+class _HierarchyOfFields:
+    """Levels of each field."""
+
+    def __init__(self, active: ActiveGrid, constrained: Flags) -> None:
+        components = constrained.shape[1]
+        row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
+        within = active.field[row] == active.field[active.column]
+        self._parts: list[tuple[slice, Integers, _core.Multigrid]] = []
+        for number in range(active.fields):
+            own = active.of_field(number).nodes
+            if own.start == own.stop:
+                continue
+            entries = np.flatnonzero(within & (row >= own.start) & (row < own.stop))
+            count = np.bincount(row[entries] - own.start, minlength=own.stop - own.start)
+            levels = _core.Multigrid(
+                active.grid.dim, components, np.ascontiguousarray(active.lattice[own]),
+                np.concatenate([[0], np.cumsum(count)]),
+                (active.column[entries] - own.start).astype(np.int32),
+                np.ascontiguousarray(constrained[own]),
+            )  # fmt: skip
+            unknowns = slice(own.start * components, own.stop * components)
+            self._parts.append((unknowns, entries, levels))
+
+    def begin(self) -> None:
+        """As `Hierarchy.begin`."""
+        for _, _, levels in self._parts:
+            levels.begin()
+
+    def fill(self, blocks: Floats) -> None:
+        """As `Hierarchy.fill`."""
+        for _, entries, levels in self._parts:
+            levels.fill(blocks[entries])
+
+    def cycle(self, residual: Floats, approximate: Floats) -> None:
+        """As `Hierarchy.cycle`."""
+        for unknowns, _, levels in self._parts:
+            levels.cycle(residual[unknowns], approximate[unknowns])
+
+    def bytes(self) -> int:
+        """As `Hierarchy.bytes`."""
+        return sum(entries.nbytes + levels.bytes() for _, entries, levels in self._parts)

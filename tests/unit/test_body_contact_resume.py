@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Contact between bodies in checkpoints, and runs that are stopped and resumed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from body_contacts import simulation_of, two_blocks
+from resumed_runs import assert_same_results, run_until
+
+from tilth import Model, resume, run
+from tilth.analysis.simulation import Simulation
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+def test_a_stopped_run_ends_in_the_same_bits(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = two_blocks(kind, "friction", steps=8)
+    entries["analysis"]["tolerance"] = 1e-8
+    track = [
+        {"name": "N", "quantity": "reaction", "boundary": "pair", "component": "y"},
+        {"name": "A", "quantity": "contact_area", "boundary": "pair"},
+    ]
+    model = Model.from_dict(entries | {"output": {"report": False}, "track": track})
+    run(model, tmp_path / "whole", quiet=True)
+    run_until(model, tmp_path / "stopped", 4, monkeypatch)
+    resume(tmp_path / "stopped", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "stopped")
+
+
+def test_states_are_restored() -> None:
+    simulation = simulation_of(two_blocks("plane_strain", "friction"))
+    for step in range(2):
+        simulation.advance(0.25 * step, 0.25 * (step + 1))
+    stored = {key: array.copy() for key, array in simulation.arrays().items()}
+    restored = Simulation.restored(simulation.model, stored)
+    again = restored.arrays()
+    assert again.keys() == stored.keys()
+    for key, array in stored.items():
+        np.testing.assert_array_equal(again[key], array, err_msg=key)
+    (pair,), (other,) = simulation.body_contacts, restored.body_contacts
+    assert (pair.carried[:, -3] == 1.0).any(), "there is contact"
+    assert pair.touches_nearly is other.touches_nearly is False
