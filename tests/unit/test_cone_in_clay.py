@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from tilth.analysis.step_result import StepResult
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.limit_loads import cone_factor
 from tilth.verification.march import march

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The predictor where soil is in contact: a guess that leads astray is not tried step after step."""
+"""The predictor where soil is in contact: a guess that fails is not tried step after step."""
 
 from __future__ import annotations
 
