@@ -373,7 +373,8 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self.model.analysis.predictor:
+        forced = any(body.free.any() for body in self.bodies)  # its motion has no guess
+        if self.model.analysis.predictor and not forced:
             guess = self._predictor.guess(soil, step.after - step.before)
         for newton in attempts[:-1]:
             try:

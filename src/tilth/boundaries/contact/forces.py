@@ -374,11 +374,15 @@ class AssembledContact(GlobalUnknowns):
 
     def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
+        held = each.response.closed & ~self._is_small(support)
+        return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
+
+    def _is_small(self, support: Supports) -> Flags:
+        """Returns which multipliers have a support whose mean gap does not count, (k,)."""
         part = support.part
         extent = np.bincount(part.owner, np.where(support.active, part.area, 0.0), support.count)
         face = self._cell ** (self._active.grid.dim - 1)
-        held = each.response.closed & (extent > LEAST_SUPPORT * face)
-        return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
+        return np.asarray(extent <= LEAST_SUPPORT * face)
 
     def require_acceptable(self, displacement: Floats) -> None:
         """As `AssembledTerm.require_acceptable`: sets where the body is for further checks."""
@@ -390,9 +394,13 @@ class AssembledContact(GlobalUnknowns):
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
         for support, _, each in self._each():
-            closed = each.response.closed[support.part.owner] & support.active
+            owner = support.part.owner
+            closed = each.response.closed[owner] & support.active
             traction = support.distribute(each.response.traction)
-            support.part.store(traction, closed, support.gaps(displacement, each.moved))
+            # what is tolerated in a small support must not act on its traction in the next step
+            tolerated = np.where(self._is_small(support), each.slip[:, 0], 0.0)
+            gap = support.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
+            support.part.store(traction, closed, gap)
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
