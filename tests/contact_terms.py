@@ -90,7 +90,13 @@ def motion(kind: str, way: str, force: float, length: float, stress: float) -> d
 
 
 def pressed(
-    kind: str, law: str, way: str = FREE, length: float = 1.0, stress: float = 1.0, steps: int = 4
+    kind: str,
+    law: str,
+    way: str = FREE,
+    length: float = 1.0,
+    stress: float = 1.0,
+    steps: int = 4,
+    basis: str = "gimp",
 ) -> Simulation:
     """A block of 2 by 1.53 (in space 1.5 by 1.5 by 1.53) with a body on it, before its first step.
 
@@ -121,7 +127,7 @@ def pressed(
                      "density": 1.0}
         },
         "bodies": [
-            {"name": "soil", "material": "soil", "basis": "gimp", "points_per_cell": 2,
+            {"name": "soil", "material": "soil", "basis": basis, "points_per_cell": 2,
              "shape": {"type": "box", "lower": [0.0] * dim,
                        "upper": [length * edge for edge in upper]}}
         ],

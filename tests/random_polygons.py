@@ -157,6 +157,19 @@ def mean_depth(simulation: Simulation) -> tuple[float, float]:
     return (float(weight @ depth) / length if length > 0.0 else 0.0), length
 
 
+def tracked_depth(simulation: Simulation) -> tuple[float, float]:
+    """Mean overlap as the contact follows it, over the points in contact, and length of them.
+
+    It is the gap that these points carry on; other than measured ones it knows that the soil is
+    displaced beside a corner of the polygon within a cell only as the nodes allow.
+    """
+    (surface,) = simulation.contact_surfaces
+    touching = np.flatnonzero(surface.carried[:, 2] == 1.0)
+    weight = surface.weights(simulation.bodies[0].time, touching)
+    length = float(weight.sum())
+    return (-float(weight @ surface.carried[touching, 4]) / length if length > 0.0 else 0.0), length
+
+
 def thickness(surface: ContactSurface, position: Floats, normal: Floats, time: float) -> Floats:
     """Distance from points on a polygon to its other side, against the normal [length], (n,)."""
     vertices = surface.motion.position(np.array(surface.declared.geometry.vertices), time)

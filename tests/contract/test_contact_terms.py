@@ -47,6 +47,17 @@ def test_derivatives(kind: str, law: str, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @every_kind
+@pytest.mark.parametrize("basis", ["cpdi1", "cpdi2"])
+def test_derivatives_on_domains_with_corners(
+    kind: str, basis: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They couple the nodes of all cells in which the domains' corners lie."""
+    simulation = pressed(kind, "friction", DRIVEN, basis=basis)
+    simulation.advance(0.0, 0.25)
+    assert "stick" in branches_compared(*next_contact(simulation, 0.25, 0.5, monkeypatch))
+
+
+@every_kind
 @every_law
 def test_results_do_not_depend_on_the_units(
     kind: str, law: str, monkeypatch: pytest.MonkeyPatch

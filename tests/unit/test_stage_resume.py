@@ -225,7 +225,7 @@ def test_it_does_not_go_on_in_the_same_folder(whole: dict[str, Path], tmp_path: 
     assert_same_results(whole["plane_strain"], folder)
 
 
-@pytest.mark.parametrize("version", [None, 2, 99])
+@pytest.mark.parametrize("version", [None, 3, 99])
 def test_a_checkpoint_of_another_format_is_refused(
     version: int | None, whole: dict[str, Path], tmp_path: Path
 ) -> None:
@@ -236,7 +236,7 @@ def test_a_checkpoint_of_another_format_is_refused(
     write_checkpoint(
         folder / "checkpoint.npz", arrays, meta if version is None else meta | {"format": version}
     )
-    with pytest.raises(BadInput, match=r"this version of tilth .* reads format 3"):
+    with pytest.raises(BadInput, match=r"this version of tilth .* reads format 4"):
         resume(folder, quiet=True)
 
 

@@ -19,6 +19,10 @@ from tilth.terms.weak_springs import well_supported
 LARGEST_MOTION = 0.25
 """Largest motion in the last load step, in cells, for which nodes keep their own displacement."""
 
+REST = 10
+"""Steps without a guess from one on in which Newton's iteration failed with it, where soil is in
+contact: yielding soil that slides along a body fails again."""
+
 
 class Predictor:
     """Extrapolates the displacement of the last load step.
@@ -35,6 +39,7 @@ class Predictor:
         origin: of its grid [length], shape (dim,).
         key: of its nodes, shape (nodes,).
         displacement: of its nodes [length], shape (nodes, dim).
+        rest: number of further steps without a guess.
     """
 
     def __init__(self, dim: int) -> None:
@@ -42,13 +47,14 @@ class Predictor:
         self.origin: Floats = np.zeros(dim)
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.displacement: Floats = np.zeros((0, dim))
+        self.rest = 0
 
     def guess(self, soil: Soil, size: float) -> Floats | None:
         """Returns the nodal displacement of a step of this size [time], shape (nodes, dim).
 
-        None before the first step.
+        None before the first step, and while the predictor rests.
         """
-        if self.size == 0.0:
+        if self.size == 0.0 or self.rest > 0:
             return None
         active = soil.active
         guess = _from_points(soil)
@@ -59,10 +65,15 @@ class Predictor:
             guess[kept] = self.displacement[number[kept]]
         return np.asarray(size / self.size * guess)
 
+    def misled(self) -> None:
+        """Rests for `REST` steps: Newton's iteration failed with the guess of this step."""
+        self.rest = REST
+
     def commit(self, active: ActiveGrid, displacement: Floats, size: float) -> None:
         """Remembers a converged step."""
         self.size, self.origin = size, active.grid.origin
         self.key, self.displacement = active.key.copy(), displacement
+        self.rest = max(self.rest - 1, 0)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
@@ -71,15 +82,17 @@ class Predictor:
             "origin": self.origin,
             "key": self.key,
             "displacement": self.displacement,
+            "rest": np.array(self.rest),
         }
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint; raises `ValueError` if it is no such state."""
         require_table({name: state[name] for name in ("key", "displacement")}, increasing="key")
-        if len(state["origin"]) != len(self.origin) or state["size"] < 0.0:
-            raise ValueError("'origin' is no place, or 'size' is negative")
+        if len(state["origin"]) != len(self.origin) or min(state["size"], state["rest"]) < 0:
+            raise ValueError("'origin' is no place, or 'size' or 'rest' is negative")
         self.size, self.origin = float(state["size"]), state["origin"]
         self.key, self.displacement = state["key"], state["displacement"]
+        self.rest = int(state["rest"])
 
 
 def _from_points(soil: Soil) -> Floats:

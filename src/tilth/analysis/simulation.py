@@ -381,6 +381,8 @@ class Simulation:
                     balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
                 )
             except StepFailed as failure:
+                if guess is not None and self.contact_surfaces:
+                    self._predictor.misled()
                 guess = None
                 balance.restart()
                 if step.after > step.before:  # else a search for the starting state

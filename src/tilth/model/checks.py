@@ -220,7 +220,7 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
         yield Problem(
             f"boundaries[{affine[0]}].type",
             "an affine motion moves nodes everywhere and cannot be combined with other boundaries, "
-            "contact pairs or rigid bodies",
+            "rigid bodies or contact pairs",
             "keep either the affine motion or the others",
             "affine",
         )

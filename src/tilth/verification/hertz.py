@@ -1,30 +1,97 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A rigid cylinder on elastic soil (Hertz)."""
+"""A rigid cylinder and a rigid sphere on elastic soil (Hertz), and a circular footing on clay."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+from scipy.optimize import brentq
+
+from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.elastic_contact import (
     HertzCylinder,
+    HertzSphere,
     contact_modulus,
+    sphere_depth,
 )
-from tilth.verification.comparison import Comparison, relative
-from tilth.verification.contact_runs import fitted_ellipse, run_contact
+from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING
+from tilth.verification.comparison import Comparison, at_least, relative
+from tilth.verification.contact_runs import ContactRun, fitted_ellipse, run_contact
+from tilth.verification.convergence import log_slope
 
 PROBLEM = "hertz"
-RADIUS, CELL = 1.0, 0.025
-"""Of the cylinder and of the cells [m]."""
-HERTZ = "Hertz"
+RADIUS, SPHERE_RADIUS, EXTENT, CELL = 1.0, 5.0, 4.0, 0.025
+"""Of the cylinder, of the sphere, of the soil around it, and of the cells [m]."""
+FOOTING_RADIUS, STRENGTH = 0.5, 10e3
+"""Of the circular footing [m]; s_u of the clay [Pa]."""
+HERTZ, FINITE = "Hertz", "Hertz, less the depth lost in finite soil"
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Half-width and peak pressure of the contact, in the long form also on half the cells."""
+    """Half-width and peak pressure under the cylinder, and the smooth footing on clay.
+
+    In the long form also the rough footing, the sphere, and the cylinder on half the cells.
+    """
     yield from cylinder(CELL)
+    yield from footing("smooth")
     if long:
+        yield from footing("rough")
         yield from cylinder(0.5 * CELL)
+        yield from sphere()
+
+
+def sphere() -> Iterator[Comparison]:
+    """Rows: force, peak pressure and radius of the contact; the order; both controls the same."""
+    model = example(PROBLEM, "sphere.toml")
+    exact = HertzSphere(SPHERE_RADIUS, contact_modulus(elastic(model)))
+    run = run_contact(model)
+    force, depth = -float(run.force["sphere"][-1, 1]), -float(run.displacement[-1, 1])
+    expected = force_at(exact, model, depth)
+    yield relative("force, sphere", force, expected, 0.03, FINITE, "N")
+    state = run.contacts["sphere"]
+    peak, width = fitted_ellipse(state, state.position[:, 0])
+    yield relative("p0, sphere", peak, exact.peak_pressure(expected), 0.05, HERTZ, "Pa")
+    yield relative("a, sphere", width, exact.half_width(expected), 0.05, HERTZ, "m")
+    coarse = run_contact(varied(model, {"grid.cell_size": 2.0 * CELL}))
+    errors = [float(np.abs(force_errors(each, exact, model)).mean()) for each in (coarse, run)]
+    order = log_slope(errors[0], errors[1], 2.0)
+    quantity = "order of the force's mean error, sphere, 4 and 8 cells across"
+    yield at_least(quantity, order, 1.0, 0.0, "first order")
+    change = {"rigid_bodies.0.displacement": None, "rigid_bodies.0.force": {"y": -force}}
+    pushed = run_contact(varied(model, change))
+    quantity = "depth of the sphere under that force, in proportional steps"
+    reached = -float(pushed.displacement[-1, 1])
+    yield relative(quantity, reached, depth, 1e-3, "displacement given", "m")
+
+
+def force_at(exact: HertzSphere, model: Model, depth: float) -> float:
+    """Returns the force on the sphere at a depth [length] in the finite soil [N]."""
+    material, whole = elastic(model), exact.force(depth)
+
+    def too_deep(force: float) -> float:
+        return sphere_depth(exact, force, material, EXTENT) - depth
+
+    return float(brentq(too_deep, 0.5 * whole, 2.0 * whole))
+
+
+def force_errors(run: ContactRun, exact: HertzSphere, model: Model) -> Floats:
+    """Returns the relative errors of the force in the second half of a run's steps, shape (k,)."""
+    half = len(run.time) // 2
+    depth, force = -run.displacement[half:, 1], -run.force["sphere"][half:, 1]
+    expected = np.array([force_at(exact, model, float(each)) for each in depth])
+    return np.asarray(force / expected - 1.0)
+
+
+def footing(face: str) -> Iterator[Comparison]:
+    """Row: the mean pressure under a circular footing at its limit load, 12 mm deep, over s_u."""
+    changes = {"rigid_bodies.0.contact.tangential": face}
+    run = run_contact(varied(example(PROBLEM, "circular_footing.toml"), changes))
+    factor = -float(run.force["footing"][-1, 1]) / (np.pi * FOOTING_RADIUS**2 * STRENGTH)
+    quantity = f"P / (A s_u), circular footing, {face}, h R/8.5"
+    yield relative(quantity, factor, CIRCULAR_FOOTING[face], 0.05, "slip lines")
 
 
 def cylinder(cell: float) -> Iterator[Comparison]:

@@ -25,7 +25,7 @@ from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap, nearest_points
 from tilth.boundaries.contact.gather import REACH, TouchingSoil, scatter_of, trace_of_soil
 from tilth.boundaries.contact.measure import (
-    SAMPLES_OF_TRACE,
+    EVEN,
     SurfaceParts,
     measure,
     part_samples,
@@ -118,7 +118,7 @@ def _contact(
     quadrature = surface.quadrature()
     frame = frames_of(quadrature.edges)
     position, normal = quadrature.position, frame[:, :, 0]
-    parts = SurfaceParts(position, normal, tributary_parts(quadrature.edges))
+    parts = SurfaceParts(position, normal, tributary_parts(quadrature.edges), whole=True)
     reach, behind = REACH * surface.cell, BEHIND * surface.cell
 
     def measure_gap_at(
@@ -194,7 +194,7 @@ def _own_trace(
     """
     trace = trace_in_cells(own)
     if any(body.has_corners for body in points.bodies if body.name == name):
-        places = part_samples(parts.position, parts.tributary, SAMPLES_OF_TRACE)
+        places = part_samples(parts, EVEN)
         place = np.repeat(np.arange(len(places)), places.shape[1])
         sample = places.reshape(len(place), -1)
         nearest = nearest_points(

@@ -345,7 +345,10 @@ class AssembledContact(GlobalUnknowns):
             support.given = self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
-        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed."""
+        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.
+
+        What has turned round and sticks beyond its strength slides.
+        """
         changed = self.adapt(displacement)
         if self._held and not changed:
             assert self.body is not None
@@ -357,6 +360,10 @@ class AssembledContact(GlobalUnknowns):
             wide = self._too_wide(support, each)
             if wide.any():
                 support.augment(each.slip, wide)
+                changed = True
+            turned = each.response.turned & (support.area > 0.0)
+            if turned.any():
+                support.slip = np.where(turned[:, None], 0.0, support.slip)
                 changed = True
         if changed:
             self._revisions += 1
@@ -410,11 +417,12 @@ class AssembledContact(GlobalUnknowns):
         Between bodies that on the second one.
         """
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
-        on_soil = np.zeros(self._active.nodes, dtype=bool)
         for support, elements, each in self._each():
             _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
-            on_soil[support.part.at.node] = True
-        return np.where(on_soil[:, None], nodal, 0.0)
+            if self.is_between_bodies:
+                second = self._active.field[support.part.at.node[0, 0]]
+                nodal[self._active.field != second] = 0.0
+        return nodal
 
     def carried_force(self) -> Floats:
         """Returns the internal force of the tractions at the step's start [force], (nodes, dim)."""

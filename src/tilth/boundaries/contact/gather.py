@@ -12,7 +12,8 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.measure import (
-    SAMPLES_OF_TRACE,
+    DENSE,
+    EVEN,
     Measure,
     Measured,
     SurfaceParts,
@@ -142,22 +143,33 @@ def trace_of_soil(
 ) -> Trace:
     """Returns the soil's displacement at the n points `at`, with their parts and what was measured.
 
-    On domains with corners it is the mean over samples of the points' parts. cell: the smallest
-    edge of a cell [length].
+    On domains with corners it is the mean over samples of the points' parts, of many where only a
+    share of a part is opposite soil. cell: the smallest edge of a cell [length].
     """
     cornered = np.zeros(len(points), dtype=bool)
     for body in points.bodies:
         cornered[body.points] = body.has_corners
-    own = np.flatnonzero(cornered[measured.point])
-    if len(own) == 0:
+    own = cornered[measured.point]
+    place, foot, point = [], [], []
+    for chosen, coordinates in (
+        (np.flatnonzero(own & (measured.share == 1.0)), EVEN),
+        (np.flatnonzero(own & (measured.share < 1.0)), DENSE),
+    ):
+        if len(chosen) == 0:
+            continue
+        samples = sampled(parts.of(chosen), coordinates, measure_gap_at)
+        of = chosen[samples.part]
+        near = np.abs(samples.gap - measured.gap[of]) < LOST * cell
+        near &= cornered[samples.point]
+        of, gap = of[near], samples.gap[near]
+        place.append(of)
+        foot.append(samples.position[near] + gap[:, None] * parts.normal[of])
+        point.append(samples.point[near])
+    if not place:
         return trace_in_cells(at)
-    samples = sampled(parts.of(own), SAMPLES_OF_TRACE, measure_gap_at)
-    of = own[samples.part]
-    near = np.abs(samples.gap - measured.gap[of]) < LOST * cell
-    near &= cornered[samples.point]
-    of, gap, position = of[near], samples.gap[near], samples.position[near]
-    foot = position + gap[:, None] * parts.normal[of]
-    return trace_of_domains(active, points, at, of, foot, samples.point[near])
+    return trace_of_domains(
+        active, points, at, np.concatenate(place), np.concatenate(foot), np.concatenate(point)
+    )
 
 
 def _closed_on_plate(

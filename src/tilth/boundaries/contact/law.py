@@ -88,12 +88,15 @@ class ContactResponse:
         closed: whether there is contact, shape (m,).
         slip: direction of the shear traction where the shear strength is reached, unit vectors,
             shape (m, dim - 1); zero elsewhere.
+        turned: whether it sticks beyond the shear strength, because the shear traction points
+            against the slip at the last linearisation, shape (m,). No equilibrium may have that.
     """
 
     traction: Floats
     derivative: Floats
     closed: Flags
     slip: Floats
+    turned: Flags
 
     @property
     def sliding(self) -> Flags:
@@ -141,7 +144,8 @@ def respond(
     shear = trial[:, 1:]
     size = np.linalg.norm(shear, axis=1)
     turns_round = (strength > 0.0) & (np.einsum("mi,mi->m", shear, slip) < 0.0)
-    sliding = closed & (size > strength) & ~turns_round
+    beyond = closed & (size > strength)
+    sliding, turned = beyond & ~turns_round, beyond & turns_round
     direction = np.where(sliding, 1.0 / np.where(sliding, size, 1.0), 0.0)[:, None] * shear
     factor = np.where(sliding, strength, size) / np.where(size > 0.0, size, 1.0)
     factor = np.where(size > 0.0, factor, 1.0)
@@ -154,4 +158,4 @@ def respond(
     derivative[:, 1:, 1:] = (factor * stiff_t)[:, None, None] * tangent
     derivative[:, 1:, 0] = -(slope * stiff_n)[:, None] * direction
     derivative[~closed] = 0.0
-    return ContactResponse(traction, derivative, closed, direction)
+    return ContactResponse(traction, derivative, closed, direction, turned)

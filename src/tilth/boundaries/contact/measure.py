@@ -11,12 +11,6 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.gap import WIDENING
 
-SAMPLES_AT_EDGE = {2: 64, 3: 6}
-"""Samples along each edge of a part at the edge of the soil, by dimension."""
-
-SAMPLES_OF_TRACE = {2: 4, 3: 2}
-"""Samples along each edge of a part over which the soil's displacement is averaged."""
-
 ROUND_OFF = 1e-6
 """Share by which domains are wider across lines that measure where the soil ends: the widening with
 which no line slips between two domains would make the soil longer."""
@@ -28,6 +22,64 @@ surface that the grid has cut differ in size: all of the nearest points may lie 
 Measure = Callable[[Floats, Floats, float], tuple[Floats, Integers]]
 """Returns gaps and material points at positions with normals for a widening, see `measure_gap`."""
 
+Coordinates = Mapping[str, Floats]
+"""Coordinates along the edges of a part by its shape, shape (variants, samples, dim - 1). Each
+sample stands for the same area. The parts have the variants in turn."""
+
+
+def _intervals(count: int) -> Floats:
+    """Returns the middles of intervals of a segment, shape (1, count, 1)."""
+    return np.asarray((np.arange(count) + 0.5)[None, :, None] / count)
+
+
+def _triangles(share: Floats) -> Floats:
+    """Returns places in the part of a triangle that belongs to one of its corners, (v, 2 k, 2).
+
+    It is the quadrangle between the corner, the ends of the part's edges and the centroid, two
+    triangles of equal area. share: barycentric coordinates in each of them, shape (v, k, 2).
+    """
+    centroid = np.array([2.0, 2.0]) / 3.0
+    one, two = np.array([[1.0, 0.0], centroid]), np.array([centroid, [0.0, 1.0]])
+    return np.concatenate([share @ one, share @ two], axis=1)
+
+
+def _folded(place: Floats) -> Floats:
+    """Returns places in a unit square, (v, k, 2), folded into the triangle below its diagonal."""
+    return np.where(place.sum(axis=2, keepdims=True) > 1.0, 1.0 - place, place)
+
+
+def _scattered(variants: int, count: int) -> Floats:
+    """Returns places that fill a unit square, shape (variants, count, 2).
+
+    Successive parts of one sequence of low discrepancy, the multiples of 1/g and 1/g^2 with g^3 =
+    g + 1: a line divides them as it does the area, however it runs, and the errors of the variants
+    cancel.
+    """
+    number = np.arange(variants * count).reshape(variants, count, 1)
+    return np.asarray((0.5 + number / PLASTIC_NUMBER ** np.array([1.0, 2.0])) % 1.0)
+
+
+PLASTIC_NUMBER = 1.32471795724474602596
+"""The root g of g^3 = g + 1."""
+
+_CONGRUENT = np.array([[[1.0, 1.0], [4.0, 1.0], [1.0, 4.0], [2.0, 2.0]]]) / 6.0
+"""Barycentric coordinates of the centroids of four congruent parts of a triangle."""
+
+_SQUARES = np.array([[[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]]]) / 4.0
+"""The middles of four equal parts of a parallelogram."""
+
+EVEN: Coordinates = {
+    "segment": _intervals(4), "triangle": _triangles(_CONGRUENT), "parallelogram": _SQUARES
+}  # fmt: skip
+"""Samples over which the soil's displacement is averaged: linear functions are exact."""
+
+DENSE: Coordinates = {
+    "segment": _intervals(256),
+    "triangle": _triangles(_folded(_scattered(16, 128))),
+    "parallelogram": _scattered(16, 256),
+}
+"""Samples at the edge of the soil."""
+
 
 @dataclass(frozen=True)
 class SurfaceParts:
@@ -37,15 +89,26 @@ class SurfaceParts:
         position: [length], shape (n, dim).
         normal: unit, into the soil, shape (n, dim).
         tributary: parts [length], see `QuadraturePoints`, shape (n, dim, dim).
+        whole: whether in space the parts are the parallelograms of their edges, and not the parts
+            of triangles.
     """
 
     position: Floats
     normal: Floats
     tributary: Floats
+    whole: bool = False
+
+    @property
+    def shape(self) -> str:
+        """Of the parts, as in `Coordinates`."""
+        if self.position.shape[1] == 2:
+            return "segment"
+        return "parallelogram" if self.whole else "triangle"
 
     def of(self, chosen: Integers) -> SurfaceParts:
         """Returns the chosen points, shape (k,)."""
-        return SurfaceParts(self.position[chosen], self.normal[chosen], self.tributary[chosen])
+        position, normal = self.position[chosen], self.normal[chosen]
+        return SurfaceParts(position, normal, self.tributary[chosen], self.whole)
 
 
 @dataclass(frozen=True)
@@ -84,12 +147,9 @@ class Samples:
     point: Integers
 
 
-def sampled(parts: SurfaceParts, per_edge: Mapping[int, int], measure_gap: Measure) -> Samples:
-    """Returns samples evenly distributed on each part, the same number on each.
-
-    per_edge: along each edge of a part, by dimension.
-    """
-    places = part_samples(parts.position, parts.tributary, per_edge)
+def sampled(parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure) -> Samples:
+    """Returns samples of each part, the same number on each: `EVEN` or `DENSE` ones."""
+    places = part_samples(parts, coordinates)
     count, samples, dim = places.shape
     normal = np.repeat(parts.normal, samples, axis=0)
     place = places.reshape(-1, dim)
@@ -111,7 +171,7 @@ def measure(parts: SurfaceParts, measure_gap: Measure) -> Measured:
     edge = at_edge(parts.position, found)
     if len(edge) == 0:
         return Measured(gap, point, share)
-    samples = sampled(parts.of(edge), SAMPLES_AT_EDGE, measure_gap)
+    samples = sampled(parts.of(edge), DENSE, measure_gap)
     of_samples, owner = (each.reshape(len(edge), -1) for each in (samples.gap, samples.point))
     share[edge] = covered(owner >= 0, parts.position.shape[1]).mean(axis=1)
     nearest = np.where(owner >= 0, of_samples, np.inf).argmin(axis=1)
@@ -149,11 +209,9 @@ def covered(found: Flags, dim: int) -> Flags:
     return np.asarray(before & np.maximum.accumulate(found[:, ::-1], axis=1)[:, ::-1])
 
 
-def part_samples(position: Floats, tributary: Floats, per_edge: Mapping[int, int]) -> Floats:
+def part_samples(parts: SurfaceParts, coordinates: Coordinates) -> Floats:
     """Returns positions on tributary parts, shape (n, samples, dim); see `sampled`."""
-    dim = position.shape[1]
-    count = per_edge[dim]
-    along = (np.arange(count) + 0.5) / count
-    grid = np.stack(np.meshgrid(*[along] * (dim - 1), indexing="ij"), axis=-1).reshape(-1, dim - 1)
-    corner = position + tributary[:, 0]
-    return np.asarray(corner[:, None] + np.einsum("sk,nki->nsi", grid, tributary[:, 1:]))
+    corner = parts.position + parts.tributary[:, 0]
+    variants = coordinates[parts.shape]
+    along = variants[np.arange(len(corner)) % len(variants)]
+    return np.asarray(corner[:, None] + along @ parts.tributary[:, 1:])

@@ -12,8 +12,8 @@ LEAST_AREA = 0.3
 
 SLIVER = 0.02
 """Area of a support in faces of a cell below which it has no contact: soil that stands out beyond
-the edge of a body by as little, such as beside an indented part of its surface, would be held there
-by a stress that is not soil's."""
+the edge of a body by as little, as beside an indented part of its surface, would be held there by
+a stress that is not soil's."""
 
 LEAST_COSINE = 0.5
 """Least cosine between the normals of points in one support, as in `vertices.hpp`."""

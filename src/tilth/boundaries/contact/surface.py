@@ -2,8 +2,8 @@
 """The surface of a boundary or rigid body that soil can separate from and slide on.
 
 Its quadrature points are those of an implicit boundary. Each stores its traction for the next step,
-whether it is in contact, its gap at the end of the step if it is, and the gap that was measured
-there when it last was: where the soil's surface is known only to a part of the points' spacing,
+whether it is in contact, its gap at the end of the step, and the gap that was measured there when
+it last was in contact: where the soil's surface is known only to a part of the points' spacing,
 this is the zero of later gaps.
 """
 
@@ -38,6 +38,18 @@ BEHIND, BEHIND_PLATE = 1.0, 0.1
 LARGEST_CARRIED_GAP = 0.1
 """Greatest gap in cells that a point in contact carries to the next step."""
 
+PARALLEL = 0.02
+"""Greatest scatter of measured gaps, in cells, at which a point out of contact carries its gap: the
+domains' faces are parallel to the surface but for this. On steeper ones the soil would overlap."""
+
+LARGEST_OVERLAP = 3e-3
+"""Greatest overlap, in cells, with which a point begins to be in contact. A support can be open
+with some of its points as deep as `OVERLAP` in `forces.py`; what is deeper is not known so well."""
+
+NEVER, OPEN, AWAY = 0.0, -1.0, -2.0
+"""Stored states besides 1, in contact: never near soil; near it without contact at the end of the
+last step; near it earlier."""
+
 LOST = 0.25
 """Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
 the measured gaps with two material points per cell and direction."""
@@ -50,7 +62,8 @@ class Touch:
     Attributes:
         closed: whether there is contact, shape (n,).
         gap: distance to the soil's surface [length], shape (n,); in contact that of the last step,
-            which is zero in the mean over a support.
+            which is zero in the mean over a support; out of contact that of the last step as far as
+            the measured one confirms it, or the measured one.
         offset: zero of the measured gaps [length], shape (n,).
     """
 
@@ -71,8 +84,8 @@ class CarriedContact:
         body: the rigid body whose surface it is, or None.
         cell: the smallest edge of a cell [length].
         full: whether the soil touches all of the surface at the start.
-        carried: of each point the traction [stress], whether it is in contact (1), was (-1) or
-            never was (0), the zero of its measured gaps and its gap [length], shape (n, dim + 3).
+        carried: of each point the traction [stress], its state (1 in contact, or `NEVER`, `OPEN`,
+            `AWAY`), the zero of its measured gaps and its gap [length], shape (n, dim + 3).
     """
 
     name: str
@@ -95,21 +108,26 @@ class CarriedContact:
 
         measured: gaps [length], shape (n,), finite.
         scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never
-            was in contact counts as touching up to this gap.
+            was in contact counts as touching up to this gap. It is the height of the stair-case
+            of domains: the surface is within half of it.
         """
         dim = self.carried.shape[1] - 3
         stored = self.carried[chosen]
         was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
-        never = stored[:, dim] == 0.0
+        never = stored[:, dim] == NEVER
         tolerance = LOST * self.cell if self.full else scatter * self.touches_nearly
         near = never & (np.abs(measured) <= tolerance)
         offset[near] = measured[near]
         limit = LARGEST_OFFSET * self.cell
         gap = measured - np.clip(offset, -limit, limit)
+        carried, part = stored[:, dim + 2], 0.5 * scatter
+        known = (was_closed | (stored[:, dim] == OPEN)) & (scatter <= PARALLEL * self.cell)
+        gap = np.where(known, np.clip(carried, gap - part, gap + part), gap)
         closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
         closed |= near
-        carried = np.where(was_closed, stored[:, dim + 2], 0.0)
-        return Touch(closed, np.where(closed, carried, gap), offset)
+        begins = np.where(known, np.clip(gap, -LARGEST_OVERLAP * self.cell, 0.0), 0.0)
+        in_contact = np.where(was_closed, carried, begins)
+        return Touch(closed, np.where(closed, in_contact, gap), offset)
 
     def store(
         self,
@@ -127,15 +145,15 @@ class CarriedContact:
         """
         dim = self.carried.shape[1] - 3
         stored = np.zeros_like(self.carried)
-        stored[:, dim] = np.where(self.carried[:, dim] == 0.0, 0.0, -1.0)
+        stored[:, dim] = np.where(self.carried[:, dim] == NEVER, NEVER, AWAY)
         limit = LARGEST_OFFSET * self.cell
         now = np.clip(measured, -limit, limit)
         kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
         stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
-        stored[chosen, dim] = np.where(closed, 1.0, -1.0)
+        stored[chosen, dim] = np.where(closed, 1.0, OPEN)
         stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
         largest = LARGEST_CARRIED_GAP * self.cell
-        stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), 0.0)
+        stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), gap)
         self.carried = stored
 
 
@@ -230,6 +248,13 @@ class ContactSurface(CarriedContact, Implicit):
         assert self.quadrature is not None
         gradient = self.motion.gradient(self.quadrature.reference[chosen], self.factor(time))
         return np.asarray(pose.rotation[0] @ rotation_part(gradient))
+
+    def leave(self) -> None:
+        """Stores that no soil is near: points that were in contact have lost it."""
+        nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
+        touch = Touch(none > 0.0, none, none)
+        traction = np.zeros((0, self._columns - 3))
+        self.store(nowhere, traction, touch.closed, none, touch, none)
 
     def law(
         self, points: MaterialPoints, point: Integers, cohesion: Floats, slope: Floats

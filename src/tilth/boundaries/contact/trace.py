@@ -31,6 +31,9 @@ surface is not exactly the domains' boundary."""
 ITERATIONS = 12
 """Newton's iterations for local coordinates; four are enough in a domain that is not degenerate."""
 
+FLAT = 1e-9
+"""Least volume of a domain over that of a cube of its extent for which coordinates are sought."""
+
 ROUND_OFF = 1e-12
 """Weight of a corner that is round-off."""
 
@@ -109,7 +112,11 @@ def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
         if (np.abs(error).max(axis=1, initial=0.0) <= 1e-14 * size).all():
             break
         jacobian = np.einsum("nci,nck->nik", corner, slope)
-        xi += np.einsum("nki,ni->nk", np.linalg.pinv(jacobian), error)
+        flat = np.abs(np.linalg.det(jacobian)) <= FLAT * size**dim
+        jacobian[flat] = np.eye(dim)
+        xi += np.where(
+            flat[:, None], FARTHEST, np.linalg.solve(jacobian, error[:, :, None])[:, :, 0]
+        )
         xi.clip(-4.0, 4.0, out=xi)
     weight = (0.5 * (1.0 + signs * xi[:, None])).prod(axis=2)
     weight[np.abs(weight) < ROUND_OFF] = 0.0

@@ -150,6 +150,10 @@ class Implicit:
             return 0.0
         return self._curve.factor(time)
 
+    def leave(self) -> None:
+        """Stores that no soil touches the boundary: its points carry nothing."""
+        self.carried = np.zeros_like(self.carried)
+
     def extend_quadrature(self, lower: Floats, upper: Floats) -> BoundaryQuadrature:
         """Returns the quadrature points, which it first extends to the whole boundary in a box.
 

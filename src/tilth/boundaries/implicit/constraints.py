@@ -300,7 +300,7 @@ class ImplicitConstraints:
         for part, each in zip(self.parts, carried, strict=True):
             part.commit(each)
         for boundary in self.without_contact:
-            boundary.carried = np.zeros_like(boundary.carried)
+            boundary.leave()
 
 
 def _moduli(points: ElasticModuli) -> Floats:

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A cone pushed from its hole through clay on a coarse grid that follows it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
+from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms.limit_loads import cone_factor
+from tilth.verification.march import march
+
+SMOOTH_FOOTING = 5.69
+"""N of a smooth circular footing on the surface of clay (Cox, Eason and Hopkins 1961)."""
+
+DEPTH, CELL, STRENGTH = 0.3, 0.25, 10e3
+
+
+@pytest.mark.slow
+def test_a_cone_bears_more_than_a_footing_and_balances_its_base() -> None:
+    """Forces of cone and base are equal, no clay is in the cone, and none is lost."""
+    changes = {
+        "analysis.tolerance": 1e-9,
+        "grid.cell_size": CELL,
+        "bodies.0.shape.vertices": [
+            [0.0, 4.0], [4.0, 4.0], [4.0, 9.0], [0.5, 9.0], [0.5, 8.0], [0.0, 7.133975]
+        ],
+        "boundaries.0.at": 4.0,
+        "boundaries.1.geometry.point": [0.0, 4.0],
+        "boundaries.2.displacement": {"y": -DEPTH},
+        "schedule.steps": 12,
+    }  # fmt: skip
+    factors: list[float] = []
+    area = math.pi * 0.25
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        cone, base = result.resultant("cone")[1], result.resultant("base")[1]
+        assert abs(cone + base) < 1e-6 * abs(cone)
+        factors.append(-cone / (area * STRENGTH))
+
+    model = varied(example("cone_penetration", "contact.toml"), changes)
+    end = march(model, after_step)
+    assert SMOOTH_FOOTING < factors[-1] < 1.12 * cone_factor(100.0)
+    (cone,) = end.contact_surfaces
+    assert cone.distance(end.points.position, 1.0).min() > -0.1 * CELL
+    lost = 1.0 - end.points.volume.sum() / end.points.initial_volume.sum()
+    bulk = 2.98e6 / (3.0 * (1.0 - 2.0 * 0.49))
+    assert np.abs(lost) < factors[-1] * STRENGTH / bulk

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The gap of surface points at the start of a step, and how the area in contact spreads with it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tilth.arrays import Floats
+from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, ContactSurface, Touch
+from tilth.verification.cases import example, varied
+from tilth.verification.contact_runs import ContactRun, run_contact
+
+CELL = 2.0
+
+
+def touch(state: float, carried: float, measured: float, scatter: float) -> Touch:
+    """The contact of one point of a rigid body, in plane strain; lengths in cells."""
+    surface: Any = SimpleNamespace(
+        carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL]]),
+        cell=CELL,
+        body=object(),
+        _full=False,
+        _columns=5,
+    )
+    gaps = np.array([measured]) * CELL, np.array([scatter]) * CELL
+    return ContactSurface.touch(surface, np.array([0]), *gaps)
+
+
+@pytest.mark.parametrize(
+    ("state", "carried", "measured", "scatter", "expected"),
+    [
+        (OPEN, 0.011, 0.005, 0.02, 0.011),
+        (OPEN, 0.030, 0.005, 0.02, 0.015),
+        (OPEN, 0.001, 0.050, 0.02, 0.040),
+        (OPEN, 0.030, 0.005, 0.00, 0.005),
+        (OPEN, 0.011, 0.005, 0.03, 0.005),
+        (AWAY, 0.000, 0.005, 0.02, 0.005),
+        (NEVER, 0.000, 0.005, 0.02, 0.005),
+    ],
+    ids=["carried", "upper end", "lower end", "exactly known", "steep", "away", "never near"],
+)
+def test_gap_without_contact(
+    state: float, carried: float, measured: float, scatter: float, expected: float
+) -> None:
+    """The carried one within half the scatter of the measured one, or the measured one."""
+    found = touch(state, carried, measured, scatter)
+    assert not found.closed[0]
+    assert found.gap[0] / CELL == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("state", "carried", "measured", "expected"),
+    [
+        (1.0, 0.07, -0.05, 0.07),
+        (OPEN, -0.002, 0.005, -0.002),
+        (OPEN, -0.008, -0.005, -0.003),
+        (AWAY, 0.0, -0.005, 0.0),
+        (NEVER, 0.0, -0.005, 0.0),
+    ],
+    ids=["was in contact", "overlaps", "overlaps far", "away", "never near"],
+)
+def test_gap_in_contact(state: float, carried: float, measured: float, expected: float) -> None:
+    found = touch(state, carried, measured, 0.02)
+    assert found.closed[0]
+    assert found.gap[0] / CELL == pytest.approx(expected, abs=1e-15)
+
+
+def pressed(changes: dict[str, Any]) -> ContactRun:
+    """The sphere of examples/hertz in soil of 0.6 m."""
+    small = {
+        "bodies.0.shape.upper": [0.6, 0.6],
+        "boundaries.0.at": 0.6,
+        "rigid_bodies.0.geometry.centre": [0.0, 5.6],
+        "rigid_bodies.0.centre": [0.0, 5.6],
+    }
+    return run_contact(varied(example("hertz", "sphere.toml"), small | changes))
+
+
+def force(run: ContactRun) -> Floats:
+    return np.asarray(-run.force["sphere"][:, 1])
+
+
+@pytest.mark.slow
+def test_an_elastic_contact_depends_on_neither_steps_nor_control() -> None:
+    """Without friction the force belongs to the depth, however it was reached."""
+    runs = [pressed({"schedule.steps": steps}) for steps in (5, 10, 20)]
+    last = [float(force(run)[-1]) for run in runs]
+    assert last[0] == pytest.approx(last[2], rel=1e-3)
+    assert last[1] == pytest.approx(last[2], rel=1e-3)
+    control = {"rigid_bodies.0.displacement": None, "rigid_bodies.0.force": {"y": -last[1]}}
+    depth = -float(pressed(control).displacement[-1, 1])
+    assert depth == pytest.approx(0.002, rel=1e-3)
