@@ -195,7 +195,9 @@ class Supports:
         touch, cell = self.part.touch, self.part.boundary.cell
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         # a gap in the mean of a support in contact would open it
-        alone = np.bincount(self.part.owner[touch.closed], minlength=self.count)[self.part.owner] == 0
+        alone = (
+            np.bincount(self.part.owner[touch.closed], minlength=self.count)[self.part.owner] == 0
+        )
         self.activate(touch.closed | (alone & (touch.gap < nearest + NEAR * cell)))
         self.slip = first_slip(self.law, self.before)
 

@@ -329,6 +329,8 @@ class AssembledContact(GlobalUnknowns):
             holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
             among = support.part.at_hole(holes, held & (support.active | touches))
             if new.any() or len(among):
+                # a gap in the mean of a support in contact would open it
+                among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
                 support.close(among, gaps[among])
                 new[among] = True
                 support.activate(support.active | new)
