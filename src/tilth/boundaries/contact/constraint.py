@@ -187,18 +187,22 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.restart()
 
-    def restart(self) -> None:
-        """Sets the state at the start of the step."""
-        self.given = False
+    def restart(self, cautious: bool = False) -> None:
+        """Sets the state at the start of the step.
+
+        cautious: whether the shear strength is that at the start of the step, and supports in
+            contact begin without points near the soil, whose gap in the mean would open them.
+        """
+        self.given = cautious
         self.added = np.zeros((self.count, len(self.frame)))
         self.first_gap = self.part.touch.gap.copy()
         touch, cell = self.part.touch, self.part.boundary.cell
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
-        # a gap in the mean of a support in contact would open it
-        alone = (
-            np.bincount(self.part.owner[touch.closed], minlength=self.count)[self.part.owner] == 0
-        )
-        self.activate(touch.closed | (alone & (touch.gap < nearest + NEAR * cell)))
+        near = touch.gap < nearest + NEAR * cell
+        if cautious:
+            owner = self.part.owner
+            near &= np.bincount(owner[touch.closed], minlength=self.count)[owner] == 0
+        self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
 
     def activate(self, active: Flags) -> None:

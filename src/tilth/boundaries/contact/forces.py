@@ -65,7 +65,8 @@ balance is that of a minimum (of an elastic soil's energy) and has a solution.
 """
 
 RESTARTS = 2
-"""Attempts at a step after which the shear strength is that one from the first iteration on."""
+"""Attempts at a step after which contact is cautious: the shear strength is that one from the first
+iteration on, and points that join a support in contact do not open it by their gap."""
 
 
 @dataclass
@@ -329,8 +330,8 @@ class AssembledContact(GlobalUnknowns):
             holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
             among = support.part.at_hole(holes, held & (support.active | touches))
             if new.any() or len(among):
-                # a gap in the mean of a support in contact would open it
-                among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
+                if self._is_cautious:  # a gap in the mean would open the support
+                    among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
                 support.close(among, gaps[among])
                 new[among] = True
                 support.activate(support.active | new)
@@ -343,8 +344,11 @@ class AssembledContact(GlobalUnknowns):
         self._restarts += 1
         self._may_hold = len(self.scale) > 0
         for support in self._supports:
-            support.restart()
-            support.given = self._restarts >= RESTARTS
+            support.restart(cautious=self._is_cautious)
+
+    @property
+    def _is_cautious(self) -> bool:
+        return self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.
