@@ -21,7 +21,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.between_bodies import BodyContact
-from tilth.boundaries.contact.constraint import ContactConstraint, Supports
+from tilth.boundaries.contact.constraint import Supports
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.boundaries.contact.state import ContactState
@@ -29,7 +29,7 @@ from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import GlobalUnknowns, NodeLists, Term
+from tilth.terms.protocol import GlobalUnknowns
 
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
@@ -69,6 +69,14 @@ RESTARTS = 2
 iteration on, and points that join a support in contact do not open it by their gap."""
 
 
+RESTARTS_BEFORE_FIXED = 3
+"""Attempts at a step after which contact opens and closes only between equilibria, one support at a
+time: within Newton's iteration supports may open and close in turn for ever."""
+
+MAXIMUM_REVISIONS_FIXED = 60
+"""As `MAXIMUM_REVISIONS`, where single supports change."""
+
+
 @dataclass
 class _Evaluated:
     """The response of a surface at one displacement: slips, response, motion of its points."""
@@ -78,46 +86,8 @@ class _Evaluated:
     moved: Floats
 
 
-class ContactForces(Term):
-    """Contact of soil with the surfaces of one boundary or rigid body in a step.
-
-    Args:
-        name: of the boundary or body.
-        parts: its surfaces near soil, with their multipliers.
-        body: the rigid body, if it is one.
-        after: time at the end of the step.
-        force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
-            scale of the springs that hold free bodies.
-        nodes: number of nodes of the grid.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        parts: Sequence[ContactConstraint],
-        body: RigidBody | None,
-        after: float,
-        force: float,
-        nodes: int,
-    ) -> None:
-        self._name, self._body, self._after = name, body, after
-        self._force = force
-        self._supports = [Supports(part, nodes) for part in parts]
-
-    @property
-    def coupled(self) -> list[NodeLists]:
-        """As `Term.coupled`."""
-        return [(each.node_start, each.node) for each in self._supports]
-
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
-        """As `Term.assembled`."""
-        return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._force, active
-        )
-
-
 class AssembledContact(GlobalUnknowns):
-    """`ContactForces` in the matrix's pattern."""
+    """`ContactForces` (`terms.py`) in the matrix's pattern."""
 
     def __init__(
         self,
@@ -164,6 +134,8 @@ class AssembledContact(GlobalUnknowns):
         for support in self._supports:
             moved = self._moved(support, unknowns)
             slip = support.slips(displacement, moved)
+            if self._is_fixed and support.fixed is None:
+                support.fixed = support.respond(slip).closed
             found.append(_Evaluated(slip, support.respond(slip), moved))
         if self._may_hold:
             self._hold(found)
@@ -347,6 +319,22 @@ class AssembledContact(GlobalUnknowns):
             support.restart(cautious=self._is_cautious)
 
     @property
+    def _is_fixed(self) -> bool:
+        """Whether contact opens and closes only between equilibria."""
+        return self._restarts >= RESTARTS_BEFORE_FIXED
+
+    def _change_fixed(self) -> bool:
+        """Opens or closes what is most against the law at an equilibrium; whether anything is."""
+        violations = [support.violation(each.slip) for support, _, each in self._each()]
+        largest = max((float(each.max(initial=0.0)) for each in violations), default=0.0)
+        if largest == 0.0:
+            return False
+        for support, violation in zip(self._supports, violations, strict=True):
+            assert support.fixed is not None
+            support.fixed = support.fixed ^ (violation == largest)
+        return True
+
+    @property
     def _is_cautious(self) -> bool:
         return self._restarts >= RESTARTS
 
@@ -371,10 +359,13 @@ class AssembledContact(GlobalUnknowns):
             if turned.any():
                 support.slip = np.where(turned[:, None], 0.0, support.slip)
                 changed = True
+        if self._is_fixed and self._change_fixed():
+            changed = True
         if changed:
             self._revisions += 1
             self._linearisations = 0
-            if self._revisions > MAXIMUM_REVISIONS:
+            most = MAXIMUM_REVISIONS_FIXED if self._is_fixed else MAXIMUM_REVISIONS
+            if self._revisions > most:
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
 
@@ -477,31 +468,3 @@ class AssembledContact(GlobalUnknowns):
                 )
             )
         return ContactState.joined(parts, displacement.shape[1])
-
-
-def contact_terms(
-    contacts: Sequence[ContactConstraint],
-    bodies: Sequence[RigidBody],
-    after: float,
-    force: float,
-    nodes: int,
-) -> list[ContactForces]:
-    """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
-
-    Args: see `ContactForces`.
-
-    Raises:
-        StepFailed: no soil is near a free body that nothing else holds against the force on it.
-    """
-    terms = []
-    for body in bodies:
-        own = [part for part in contacts if part.boundary.body is body]
-        if not own and body.falls_along(after) is not None:
-            raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
-        terms.append(ContactForces(body.name, own, body, after, force, nodes))
-    terms += [
-        ContactForces(part.boundary.name, [part], None, after, force, nodes)
-        for part in contacts
-        if part.boundary.body is None
-    ]
-    return terms
