@@ -26,8 +26,8 @@ SOFT, STIFF = 100.0, 300.0
 """G / s_u of the case file and of a second clay [-]."""
 WIDE = 10.0
 """Outer radius of the second clay, whose plastic zone is larger [m]; that of the case file is 8."""
-STEP = 0.02
-"""How far a step pushes it [m]."""
+STEP, STEP_STIFF = 0.02, 0.025
+"""How far a step pushes it [m], in the first and the second clay."""
 TRAVEL, SHORTER = 3.0, 2.0
 """How far it is pushed from the bottom of its hole, and how far on the finer grid [m]."""
 WINDOW = 0.1
@@ -66,7 +66,7 @@ def deep() -> Iterator[Comparison]:
     coarse = cone_resistance(curve, SHORTER)
     fine = cone_resistance(penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER), SHORTER)
     yield relative("N_kt at two diameters, Ir 100, h D/6", coarse, fine, 0.05, "h D/8")
-    stiff = cone_resistance(penetrate(stiff_clay(), 6, TRAVEL), TRAVEL)
+    stiff = cone_resistance(penetrate(stiff_clay(), 6, TRAVEL, STEP_STIFF), TRAVEL)
     yield relative("N_kt, Ir 300, h D/6", stiff, cone_factor(STIFF), 0.12, source)
     quantity = "N_kt of Ir 300 less that of Ir 100, h D/6"
     yield absolute(quantity, stiff - soft, 1.9, 0.5, "1.4 to 2.4; Lu et al. 1.76")
@@ -86,15 +86,16 @@ def stiff_clay() -> Model:
     return varied(model, changes)
 
 
-def penetrate(model: Model, cells: int, travel: float) -> Curve:
+def penetrate(model: Model, cells: int, travel: float, step: float = STEP) -> Curve:
     """Returns N_kt = q / s_u against the depth.
 
     cells: of the grid, to the diameter. travel: depth below the hole at the end [m].
+    step: how far a step pushes [m].
     """
     changes = {
         "grid.cell_size": DIAMETER / cells,
         "boundaries.2.displacement": {"y": -travel},
-        "schedule.steps": round(travel / STEP),
+        "schedule.steps": round(travel / step),
     }
     curve = reaction_curve(varied(model, changes))
     area = 0.25 * math.pi * DIAMETER**2
