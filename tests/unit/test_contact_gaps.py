@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, ContactSurface, Touch
+from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
 from tilth.verification.cases import example, varied
 from tilth.verification.contact_runs import ContactRun, run_contact
 
@@ -22,12 +22,11 @@ def touch(state: float, carried: float, measured: float, scatter: float) -> Touc
     surface: Any = SimpleNamespace(
         carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL]]),
         cell=CELL,
-        body=object(),
-        _full=False,
-        _columns=5,
+        full=False,
+        touches_nearly=False,
     )
     gaps = np.array([measured]) * CELL, np.array([scatter]) * CELL
-    return ContactSurface.touch(surface, np.array([0]), *gaps)
+    return CarriedContact.touch(surface, np.array([0]), *gaps)
 
 
 @pytest.mark.parametrize(

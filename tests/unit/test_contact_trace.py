@@ -20,6 +20,7 @@ from tilth.boundaries.contact.measure import (
     part_samples,
 )
 from tilth.boundaries.contact.supports import SLIVER, is_sliver
+from tilth.boundaries.contact.surface import AWAY, NEVER
 from tilth.boundaries.contact.trace import domain_weights
 from tilth.geometry.quadrature import _tributary_parts
 
@@ -162,5 +163,5 @@ def test_a_surface_that_all_soil_has_left_remembers_that_it_touched() -> None:
     for surface, before in zip(simulation.contact_surfaces, touched, strict=True):
         surface.leave()
         after = surface.carried[:, 2]
-        np.testing.assert_array_equal(after, np.where(before == 0.0, 0.0, -1.0))
+        np.testing.assert_array_equal(after, np.where(before == NEVER, NEVER, AWAY))
         assert not surface.carried[:, [0, 1, 3, 4]].any()

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.comm import norm
+from tilth.model import Analysis
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance, Forces
 
@@ -58,6 +59,25 @@ class State:
     forces: Forces
     free: float
     relative: float
+
+
+def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list[Newton]:
+    """Returns how a step is tried, one after the other: with a line search if it fails without.
+
+    round_off: residual that counts as zero [force]. contact: whether soil can separate from
+        something; then the step is tried twice more, see `AssembledContact`.
+    """
+    plain = Newton(
+        tolerance=analysis.tolerance,
+        maximum_iterations=analysis.maximum_iterations,
+        line_search=analysis.line_search or False,
+        round_off=round_off,
+    )
+    patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
+    attempts = [plain, patient] if analysis.line_search is None else [plain]
+    if contact:
+        attempts += [replace(attempts[-1], adapts=True), attempts[-1]]
+    return attempts
 
 
 class Residual:

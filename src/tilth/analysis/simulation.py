@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
     DECLARED_POSITION,
@@ -38,10 +38,11 @@ from tilth.boundaries import (
 from tilth.boundaries.axis import Axis
 from tilth.boundaries.contact.between_bodies import require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
-from tilth.boundaries.contact.forces import AssembledContact, contact_terms
+from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
+from tilth.boundaries.contact.terms import contact_terms
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
@@ -153,18 +154,10 @@ class Simulation:
             * float(self.points.elastic_moduli().young.max())
             * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
         )
-        plain = Newton(
-            tolerance=model.analysis.tolerance,
-            maximum_iterations=model.analysis.maximum_iterations,
-            line_search=model.analysis.line_search or False,
-            round_off=self.round_off,
-        )
-        patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
         self.run_warnings.departures(model, self.grid.cell_size)
-        self._attempts = [plain, patient] if model.analysis.line_search is None else [plain]
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
-        if self.contact_surfaces or self.body_contacts:
-            self._attempts.append(replace(self._attempts[-1], adapts=True))
+        touching = bool(self.contact_surfaces or self.body_contacts)
+        self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
@@ -196,6 +189,11 @@ class Simulation:
     def warnings(self) -> list[str]:
         """Texts not yet reported; the caller empties the list."""
         return self.run_warnings.texts
+
+    @property
+    def _is_forced(self) -> bool:
+        """Whether components of a rigid body are free."""
+        return any(body.free.any() for body in self.bodies)
 
     @property
     def solved(self) -> str:
@@ -373,7 +371,7 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self.model.analysis.predictor:
+        if self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
             guess = self._predictor.guess(soil, step.after - step.before)
         for newton in attempts[:-1]:
             try:
@@ -437,8 +435,7 @@ class Simulation:
             warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
-            forced = any(body.free.any() for body in self.bodies)
-            if not forced and np.array_equal(balance.load_before, equilibrium.load):
+            if not self._is_forced and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )

@@ -167,10 +167,12 @@ class Supports:
         law: of each multiplier.
         slip: directions in which they slide at the last linearisation, shape (m, dim - 1).
         given: whether the shear strength is that of the pressure at the start of the step.
+        fixed: which are closed, whatever their traction, shape (m,); None by the law.
     """
 
     slip: Floats
     given: bool
+    fixed: Flags | None
     node_start: Integers
     node: npt.NDArray[np.int32]
 
@@ -187,14 +189,23 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.restart()
 
-    def restart(self) -> None:
-        """Sets the state at the start of the step."""
-        self.given = False
+    def restart(self, cautious: bool = False) -> None:
+        """Sets the state at the start of the step.
+
+        cautious: whether the shear strength is that at the start of the step, and supports in
+            contact begin without points near the soil, whose gap in the mean would open them.
+        """
+        self.given = cautious
+        self.fixed = None
         self.added = np.zeros((self.count, len(self.frame)))
         self.first_gap = self.part.touch.gap.copy()
         touch, cell = self.part.touch, self.part.boundary.cell
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
-        self.activate(touch.closed | (touch.gap < nearest + NEAR * cell))
+        near = touch.gap < nearest + NEAR * cell
+        if cautious:
+            owner = self.part.owner
+            near &= np.bincount(owner[touch.closed], minlength=self.count)[owner] == 0
+        self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
 
     def activate(self, active: Flags) -> None:
@@ -266,7 +277,18 @@ class Supports:
         held: which multipliers are not to open now, shape (m,).
         """
         given = self.law.strength(-self.before[:, 0])[0] if self.given else None
-        return respond(self.law, self.trial(slip), self.stiffness, self.slip, given, held)
+        trial, fixed = self.trial(slip), self.fixed
+        return respond(self.law, trial, self.stiffness, self.slip, given, held, fixed)
+
+    def violation(self, slip: Floats) -> Floats:
+        """Returns by how much fixed contact is against the law [stress], shape (m,), 0 if not.
+
+        Tension beyond the tensile strength where it is closed, pressure where it is open.
+        """
+        assert self.fixed is not None
+        normal = self.trial(slip)[:, 0]
+        wrong = (self.law.holds(normal) != self.fixed) & (self.area > 0.0)
+        return np.where(wrong, np.abs(normal - self.law.tension), 0.0)
 
     def augment(self, slip: Floats, chosen: Flags) -> None:
         """Adds the normal tractions of the chosen multipliers, (m,), to the carried ones."""

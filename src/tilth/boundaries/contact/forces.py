@@ -21,7 +21,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.between_bodies import BodyContact
-from tilth.boundaries.contact.constraint import ContactConstraint, Supports
+from tilth.boundaries.contact.constraint import Supports
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.boundaries.contact.state import ContactState
@@ -29,7 +29,7 @@ from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import GlobalUnknowns, NodeLists, Term
+from tilth.terms.protocol import GlobalUnknowns
 
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
@@ -65,7 +65,16 @@ balance is that of a minimum (of an elastic soil's energy) and has a solution.
 """
 
 RESTARTS = 2
-"""Attempts at a step after which the shear strength is that one from the first iteration on."""
+"""Attempts at a step after which contact is cautious: the shear strength is that one from the first
+iteration on, and points that join a support in contact do not open it by their gap."""
+
+
+RESTARTS_BEFORE_FIXED = 3
+"""Attempts at a step after which contact opens and closes only between equilibria, one support at a
+time: within Newton's iteration supports may open and close in turn for ever."""
+
+MAXIMUM_REVISIONS_FIXED = 60
+"""As `MAXIMUM_REVISIONS`, where single supports change."""
 
 
 @dataclass
@@ -77,46 +86,8 @@ class _Evaluated:
     moved: Floats
 
 
-class ContactForces(Term):
-    """Contact of soil with the surfaces of one boundary or rigid body in a step.
-
-    Args:
-        name: of the boundary or body.
-        parts: its surfaces near soil, with their multipliers.
-        body: the rigid body, if it is one.
-        after: time at the end of the step.
-        force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
-            scale of the springs that hold free bodies.
-        nodes: number of nodes of the grid.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        parts: Sequence[ContactConstraint],
-        body: RigidBody | None,
-        after: float,
-        force: float,
-        nodes: int,
-    ) -> None:
-        self._name, self._body, self._after = name, body, after
-        self._force = force
-        self._supports = [Supports(part, nodes) for part in parts]
-
-    @property
-    def coupled(self) -> list[NodeLists]:
-        """As `Term.coupled`."""
-        return [(each.node_start, each.node) for each in self._supports]
-
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
-        """As `Term.assembled`."""
-        return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._force, active
-        )
-
-
 class AssembledContact(GlobalUnknowns):
-    """`ContactForces` in the matrix's pattern."""
+    """`ContactForces` (`terms.py`) in the matrix's pattern."""
 
     def __init__(
         self,
@@ -163,6 +134,8 @@ class AssembledContact(GlobalUnknowns):
         for support in self._supports:
             moved = self._moved(support, unknowns)
             slip = support.slips(displacement, moved)
+            if self._is_fixed and support.fixed is None:
+                support.fixed = support.respond(slip).closed
             found.append(_Evaluated(slip, support.respond(slip), moved))
         if self._may_hold:
             self._hold(found)
@@ -329,6 +302,8 @@ class AssembledContact(GlobalUnknowns):
             holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
             among = support.part.at_hole(holes, held & (support.active | touches))
             if new.any() or len(among):
+                if self._is_cautious:  # a gap in the mean would open the support
+                    among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
                 support.close(among, gaps[among])
                 new[among] = True
                 support.activate(support.active | new)
@@ -341,8 +316,27 @@ class AssembledContact(GlobalUnknowns):
         self._restarts += 1
         self._may_hold = len(self.scale) > 0
         for support in self._supports:
-            support.restart()
-            support.given = self._restarts >= RESTARTS
+            support.restart(cautious=self._is_cautious)
+
+    @property
+    def _is_fixed(self) -> bool:
+        """Whether contact opens and closes only between equilibria."""
+        return self._restarts >= RESTARTS_BEFORE_FIXED
+
+    def _change_fixed(self) -> bool:
+        """Opens or closes what is most against the law at an equilibrium; whether anything is."""
+        violations = [support.violation(each.slip) for support, _, each in self._each()]
+        largest = max((float(each.max(initial=0.0)) for each in violations), default=0.0)
+        if largest == 0.0:
+            return False
+        for support, violation in zip(self._supports, violations, strict=True):
+            assert support.fixed is not None
+            support.fixed = support.fixed ^ (violation == largest)
+        return True
+
+    @property
+    def _is_cautious(self) -> bool:
+        return self._restarts >= RESTARTS
 
     def revise(self, displacement: Floats) -> bool:
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.
@@ -365,20 +359,27 @@ class AssembledContact(GlobalUnknowns):
             if turned.any():
                 support.slip = np.where(turned[:, None], 0.0, support.slip)
                 changed = True
+        if self._is_fixed and self._change_fixed():
+            changed = True
         if changed:
             self._revisions += 1
             self._linearisations = 0
-            if self._revisions > MAXIMUM_REVISIONS:
+            most = MAXIMUM_REVISIONS_FIXED if self._is_fixed else MAXIMUM_REVISIONS
+            if self._revisions > most:
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
 
     def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
+        held = each.response.closed & ~self._is_small(support)
+        return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
+
+    def _is_small(self, support: Supports) -> Flags:
+        """Returns which multipliers have a support whose mean gap does not count, (k,)."""
         part = support.part
         extent = np.bincount(part.owner, np.where(support.active, part.area, 0.0), support.count)
         face = self._cell ** (self._active.grid.dim - 1)
-        held = each.response.closed & (extent > LEAST_SUPPORT * face)
-        return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
+        return np.asarray(extent <= LEAST_SUPPORT * face)
 
     def require_acceptable(self, displacement: Floats) -> None:
         """As `AssembledTerm.require_acceptable`: sets where the body is for further checks."""
@@ -390,9 +391,13 @@ class AssembledContact(GlobalUnknowns):
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
         for support, _, each in self._each():
-            closed = each.response.closed[support.part.owner] & support.active
+            owner = support.part.owner
+            closed = each.response.closed[owner] & support.active
             traction = support.distribute(each.response.traction)
-            support.part.store(traction, closed, support.gaps(displacement, each.moved))
+            # what is tolerated in a small support must not act on its traction in the next step
+            tolerated = np.where(self._is_small(support), each.slip[:, 0], 0.0)
+            gap = support.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
+            support.part.store(traction, closed, gap)
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
@@ -463,31 +468,3 @@ class AssembledContact(GlobalUnknowns):
                 )
             )
         return ContactState.joined(parts, displacement.shape[1])
-
-
-def contact_terms(
-    contacts: Sequence[ContactConstraint],
-    bodies: Sequence[RigidBody],
-    after: float,
-    force: float,
-    nodes: int,
-) -> list[ContactForces]:
-    """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
-
-    Args: see `ContactForces`.
-
-    Raises:
-        StepFailed: no soil is near a free body that nothing else holds against the force on it.
-    """
-    terms = []
-    for body in bodies:
-        own = [part for part in contacts if part.boundary.body is body]
-        if not own and body.falls_along(after) is not None:
-            raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
-        terms.append(ContactForces(body.name, own, body, after, force, nodes))
-    terms += [
-        ContactForces(part.boundary.name, [part], None, after, force, nodes)
-        for part in contacts
-        if part.boundary.body is None
-    ]
-    return terms

@@ -62,6 +62,10 @@ class ContactLaw:
             self.bilateral[chosen],
         )
 
+    def holds(self, normal: Floats) -> Flags:
+        """Returns which are in contact at trial normal tractions [stress], shape (m,)."""
+        return self.bilateral | (normal <= self.tension)
+
     def strength(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Returns the shear strength r [stress] and its derivative by the pressure [-], (m,) each.
 
@@ -122,6 +126,7 @@ def respond(
     slip: Floats,
     given: Floats | None = None,
     held: Flags | None = None,
+    fixed: Flags | None = None,
 ) -> ContactResponse:
     """Returns the response to trial tractions.
 
@@ -132,10 +137,11 @@ def respond(
         slip: of the response at the last linearisation, shape (m, dim - 1).
         given: shear strength [stress], shape (m,), in place of that of the pressure.
         held: which multipliers are not to open now, shape (m,); none if not given.
+        fixed: which are closed, whatever their traction, shape (m,); by the law if not given.
     """
     count, dim = trial.shape
     stiff_n, stiff_t = stiffness.T
-    closed = law.bilateral | (trial[:, 0] <= law.tension)
+    closed = law.holds(trial[:, 0]) if fixed is None else fixed
     if held is not None:
         closed = closed | held
     strength, slope = law.strength(-trial[:, 0])

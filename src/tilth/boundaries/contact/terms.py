@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The terms of contact in the balance of a step: one for each rigid body, boundary and pair."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tilth.boundaries.contact.constraint import ContactConstraint, Supports
+from tilth.boundaries.contact.forces import AssembledContact
+from tilth.boundaries.contact.rigid_body import RigidBody
+from tilth.errors import StepFailed
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.pattern import Elements
+from tilth.terms.protocol import NodeLists, Term
+
+
+class ContactForces(Term):
+    """Contact of soil with the surfaces of one boundary or rigid body in a step.
+
+    Args:
+        name: of the boundary or body.
+        parts: its surfaces near soil, with their multipliers.
+        body: the rigid body, if it is one.
+        after: time at the end of the step.
+        force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
+            scale of the springs that hold free bodies.
+        nodes: number of nodes of the grid.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        parts: Sequence[ContactConstraint],
+        body: RigidBody | None,
+        after: float,
+        force: float,
+        nodes: int,
+    ) -> None:
+        self._name, self._body, self._after = name, body, after
+        self._force = force
+        self._supports = [Supports(part, nodes) for part in parts]
+
+    @property
+    def coupled(self) -> list[NodeLists]:
+        """As `Term.coupled`."""
+        return [(each.node_start, each.node) for each in self._supports]
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
+        """As `Term.assembled`."""
+        return AssembledContact(
+            self._name, self._supports, elements, self._body, self._after, self._force, active
+        )
+
+
+def contact_terms(
+    contacts: Sequence[ContactConstraint],
+    bodies: Sequence[RigidBody],
+    after: float,
+    force: float,
+    nodes: int,
+) -> list[ContactForces]:
+    """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
+
+    Args: see `ContactForces`.
+
+    Raises:
+        StepFailed: no soil is near a free body that nothing else holds against the force on it.
+    """
+    terms = []
+    for body in bodies:
+        own = [part for part in contacts if part.boundary.body is body]
+        if not own and body.falls_along(after) is not None:
+            raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
+        terms.append(ContactForces(body.name, own, body, after, force, nodes))
+    terms += [
+        ContactForces(part.boundary.name, [part], None, after, force, nodes)
+        for part in contacts
+        if part.boundary.body is None
+    ]
+    return terms
