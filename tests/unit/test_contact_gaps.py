@@ -8,8 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contact_terms import DRIVEN, next_contact
+from contact_terms import pressed as pressed_block
 
 from tilth.arrays import Floats
+from tilth.boundaries.contact.constraint import (
+    INEXACT_DRIFT,
+    LARGEST_DRIFT,
+    SCATTER_OF_MEANS,
+)
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
 from tilth.verification.cases import example, varied
 from tilth.verification.contact_runs import ContactRun, run_contact
@@ -20,7 +27,7 @@ CELL = 2.0
 def touch(state: float, carried: float, measured: float, scatter: float) -> Touch:
     """The contact of one point of a rigid body, in plane strain; lengths in cells."""
     surface: Any = SimpleNamespace(
-        carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL]]),
+        carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL, 0.0]]),
         cell=CELL,
         full=False,
         touches_nearly=False,
@@ -93,3 +100,42 @@ def test_an_elastic_contact_depends_on_neither_steps_nor_control() -> None:
     control = {"rigid_bodies.0.displacement": None, "rigid_bodies.0.force": {"y": -last[1]}}
     depth = -float(pressed(control).displacement[-1, 1])
     assert depth == pytest.approx(0.002, rel=1e-3)
+
+
+def test_gaps_follow_what_is_measured_since_contact_closed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a hundredth of a cell a step, beyond what is inexact; not if they agree."""
+    simulation = pressed_block("plane_strain", "friction", DRIVEN)
+    simulation.advance(0.0, 0.25)
+    _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
+    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
+    touch, cell = support.part.touch, support.part.boundary.cell
+    assert touch.closed.any()
+    inexact = (INEXACT_DRIFT + SCATTER_OF_MEANS * touch.scatter.max() / cell) * cell
+    for drift, expected in (
+        (0.0, 0.0),
+        (-0.9 * INEXACT_DRIFT * cell, 0.0),
+        (-inexact - cell, -LARGEST_DRIFT * cell),
+        (inexact + cell, LARGEST_DRIFT * cell),
+    ):
+        touch.moved[:] = touch.gap + drift
+        support.restart()
+        present = touch.closed & (support.part.pose.weight > 0.0)
+        followed = (support.first_gap - touch.gap)[present]
+        np.testing.assert_allclose(followed, expected, rtol=0, atol=1e-12 * cell)
+        assert not (support.first_gap - touch.gap)[~touch.closed].any()
+
+
+def test_what_was_measured_when_contact_closed_is_kept() -> None:
+    """Over steps in which the soil slides, until the contact is lost."""
+    simulation = pressed_block("plane_strain", "friction", DRIVEN)
+    simulation.advance(0.0, 0.25)
+    before = [each.carried.copy() for each in simulation.contact_surfaces]
+    simulation.advance(0.25, 0.5)
+    kept = 0
+    for surface, was in zip(simulation.contact_surfaces, before, strict=True):
+        both = (surface.carried[:, 2] == 1.0) & (was[:, 2] == 1.0)
+        kept += int(both.sum())
+        np.testing.assert_allclose(surface.carried[both, 5], was[both, 5], rtol=0, atol=1e-15)
+    assert kept > 0

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, require_table
 from tilth.boundaries.contact.law import ContactLaw
-from tilth.boundaries.contact.surface import CarriedContact, parameters
+from tilth.boundaries.contact.surface import NUMBERS, CarriedContact, parameters
 from tilth.model import ContactPair
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_vector
@@ -48,7 +48,7 @@ class BodyContactSurface(CarriedContact):
         self._tracked = tracked
         self._cell = float(cell_size.min())
         dim = len(cell_size)
-        self.carried = np.zeros((0, dim + 3))
+        self.carried = np.zeros((0, dim + NUMBERS))
         self._reference = np.zeros((0, dim))
         self._has_begun = False
 

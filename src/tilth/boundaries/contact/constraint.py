@@ -39,6 +39,14 @@ NEAR = 0.01
 """Gap in cells beyond the smallest one up to which soil takes part in contact from the start."""
 
 
+INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
+"""Difference, in the mean over a support, between measured and carried gaps that is not drift: in
+cells, and as a share of the scatter of measured gaps."""
+
+LARGEST_DRIFT = 0.01
+"""By how much a support follows what is measured in one step, in cells."""
+
+
 @dataclass(frozen=True)
 class ContactConstraint(PointsNearSoil):
     """The n points of a surface that soil can touch in a step, ordered by cell.
@@ -198,8 +206,8 @@ class Supports:
         self.given = cautious
         self.fixed = None
         self.added = np.zeros((self.count, len(self.frame)))
-        self.first_gap = self.part.touch.gap.copy()
         touch, cell = self.part.touch, self.part.boundary.cell
+        self.first_gap = touch.gap + self._drift()
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         near = touch.gap < nearest + NEAR * cell
         if cautious:
@@ -207,6 +215,26 @@ class Supports:
             near &= np.bincount(owner[touch.closed], minlength=self.count)[owner] == 0
         self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
+
+    def _drift(self) -> Floats:
+        """Returns by how much points in contact follow what is measured in a step [length], (n,).
+
+        The gaps carried are those of supports; along a curved surface soil drifts off it while it
+        slides. What is measured tells, in the mean over a support, beyond what is inexact in it.
+        """
+        part, touch, cell = self.part, self.part.touch, self.part.boundary.cell
+        weight = np.where(touch.closed, part.pose.weight, 0.0)
+        area = np.bincount(part.owner, weight, self.count)
+        area = np.where(area > 0.0, area, 1.0)
+
+        def mean(value: Floats) -> Floats:
+            return np.asarray(np.bincount(part.owner, weight * value, self.count) / area)
+
+        drift = mean(touch.moved - touch.gap)
+        unknown = INEXACT_DRIFT * cell + SCATTER_OF_MEANS * mean(touch.scatter)
+        beyond = np.sign(drift) * np.maximum(np.abs(drift) - unknown, 0.0)
+        step = np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell)
+        return np.where(touch.closed, step[part.owner], 0.0)
 
     def activate(self, active: Flags) -> None:
         """Sets which points take part, shape (n,)."""

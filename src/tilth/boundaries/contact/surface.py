@@ -50,6 +50,9 @@ NEVER, OPEN, AWAY = 0.0, -1.0, -2.0
 """Stored states besides 1, in contact: never near soil; near it without contact at the end of the
 last step; near it earlier."""
 
+NUMBERS = 4
+"""What each point carries besides its traction."""
+
 LOST = 0.25
 """Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
 the measured gaps with two material points per cell and direction."""
@@ -65,15 +68,25 @@ class Touch:
             which is zero in the mean over a support; out of contact that of the last step as far as
             the measured one confirms it, or the measured one.
         offset: zero of the measured gaps [length], shape (n,).
+        moved: what is measured less what was measured when contact closed [length], shape (n,).
+        scatter: how inexact measured gaps are [length], shape (n,).
     """
 
     closed: Flags
     gap: Floats
     offset: Floats
+    moved: Floats
+    scatter: Floats
 
     def of(self, chosen: Integers) -> Touch:
         """Returns that of the chosen points."""
-        return Touch(self.closed[chosen], self.gap[chosen], self.offset[chosen])
+        return Touch(
+            self.closed[chosen],
+            self.gap[chosen],
+            self.offset[chosen],
+            self.moved[chosen],
+            self.scatter[chosen],
+        )
 
 
 class CarriedContact:
@@ -85,7 +98,8 @@ class CarriedContact:
         cell: the smallest edge of a cell [length].
         full: whether the soil touches all of the surface at the start.
         carried: of each point the traction [stress], its state (1 in contact, or `NEVER`, `OPEN`,
-            `AWAY`), the zero of its measured gaps and its gap [length], shape (n, dim + 3).
+            `AWAY`), the zero of its measured gaps, its gap, and the measured gap at which contact
+            closed [length], shape (n, dim + NUMBERS).
     """
 
     name: str
@@ -111,7 +125,7 @@ class CarriedContact:
             was in contact counts as touching up to this gap. It is the height of the stair-case
             of domains: the surface is within half of it.
         """
-        dim = self.carried.shape[1] - 3
+        dim = self.carried.shape[1] - NUMBERS
         stored = self.carried[chosen]
         was_closed, offset = stored[:, dim] == 1.0, stored[:, dim + 1].copy()
         never = stored[:, dim] == NEVER
@@ -127,7 +141,8 @@ class CarriedContact:
         closed |= near
         begins = np.where(known, np.clip(gap, -LARGEST_OVERLAP * self.cell, 0.0), 0.0)
         in_contact = np.where(was_closed, carried, begins)
-        return Touch(closed, np.where(closed, in_contact, gap), offset)
+        moved = np.where(was_closed, measured - stored[:, dim + 3], in_contact)
+        return Touch(closed, np.where(closed, in_contact, gap), offset, moved, scatter)
 
     def store(
         self,
@@ -143,7 +158,7 @@ class CarriedContact:
         closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
         [length], shape (n,). touch: contact at its start. gap: at its end [length], shape (n,).
         """
-        dim = self.carried.shape[1] - 3
+        dim = self.carried.shape[1] - NUMBERS
         stored = np.zeros_like(self.carried)
         stored[:, dim] = np.where(self.carried[:, dim] == NEVER, NEVER, AWAY)
         limit = LARGEST_OFFSET * self.cell
@@ -154,6 +169,8 @@ class CarriedContact:
         stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
         largest = LARGEST_CARRIED_GAP * self.cell
         stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), gap)
+        closing = np.where(touch.closed, measured - touch.moved, measured - touch.gap)
+        stored[chosen, dim + 3] = np.where(closed, closing, 0.0)
         self.carried = stored
 
 
@@ -190,7 +207,7 @@ class ContactSurface(CarriedContact, Implicit):
         self.body = body
         self._shapes = shapes
         self.full = full
-        self._columns = len(grid.origin) + 3
+        self._columns = len(grid.origin) + NUMBERS
         self.carried = np.zeros((0, self._columns))
 
     @property
@@ -252,8 +269,8 @@ class ContactSurface(CarriedContact, Implicit):
     def leave(self) -> None:
         """Stores that no soil is near: points that were in contact have lost it."""
         nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
-        touch = Touch(none > 0.0, none, none)
-        traction = np.zeros((0, self._columns - 3))
+        touch = Touch(none > 0.0, none, none, none, none)
+        traction = np.zeros((0, self._columns - NUMBERS))
         self.store(nowhere, traction, touch.closed, none, touch, none)
 
     def law(
