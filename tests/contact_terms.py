@@ -150,10 +150,10 @@ class Stopped(Exception):
     """Ends a step where its balance is known."""
 
 
-def next_contact(
+def next_balance(
     simulation: Simulation, before: float, after: float, monkeypatch: pytest.MonkeyPatch
-) -> tuple[Balance, AssembledContact]:
-    """Balance and contact term of the next step, which is not taken."""
+) -> Balance:
+    """Balance of the next step, which is not taken."""
     found: list[Balance] = []
 
     def stop(balance: Balance, *_: Any) -> None:
@@ -164,8 +164,16 @@ def next_contact(
         patched.setattr(tilth.analysis.simulation, "solve_step", stop)
         with pytest.raises(Stopped):
             simulation.advance(before, after)
-    (term,) = [each for each in found[0].terms if isinstance(each, AssembledContact)]
-    return found[0], term
+    return found[0]
+
+
+def next_contact(
+    simulation: Simulation, before: float, after: float, monkeypatch: pytest.MonkeyPatch
+) -> tuple[Balance, AssembledContact]:
+    """Balance and contact term of the next step, which is not taken."""
+    balance = next_balance(simulation, before, after, monkeypatch)
+    (term,) = [each for each in balance.terms if isinstance(each, AssembledContact)]
+    return balance, term
 
 
 def linearised(term: AssembledContact, balance: Balance, u: Floats, g: Floats) -> Floats:

@@ -19,6 +19,7 @@ from small_problems import (
 
 from tilth import Model, run
 from tilth.analysis.recorder import Recorder
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
 
@@ -80,6 +81,17 @@ def assert_same_results(one: Path, other: Path) -> None:
     assert arrays.keys() == again.keys()
     for name, array in arrays.items():
         assert array.tobytes() == again[name].tobytes(), f"{name} differs"
+
+
+def restored(simulation: Simulation) -> Simulation:
+    """A simulation from the arrays of another one; all of them are the same again."""
+    stored = {key: array.copy() for key, array in simulation.arrays().items()}
+    found = Simulation.restored(simulation.model, stored)
+    again = found.arrays()
+    assert again.keys() == stored.keys()
+    for key, array in stored.items():
+        np.testing.assert_array_equal(again[key], array, err_msg=key)
+    return found
 
 
 def checkpoint_of(folder: Path) -> Path:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contact_terms import next_balance
 from implicit_blocks import flat, implicit
 from small_problems import material_entries
 
-import tilth.analysis.simulation
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
@@ -26,10 +26,6 @@ TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", 
 TERMS += ["weak springs"]
 """In the order of `Simulation.terms`."""
 ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
-
-
-class Stopped(Exception):
-    """Ends a step where its balance is known."""
 
 
 def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float = 1.0) -> Simulation:
@@ -83,22 +79,7 @@ def loaded(kind: str, gamma: float = 0.005, length: float = 1.0, stress: float =
 
 def balance_of(kind: str, monkeypatch: pytest.MonkeyPatch, *options: float) -> Balance:
     """The balance of the second step of that block."""
-    return next_balance(loaded(kind, *options), monkeypatch)
-
-
-def next_balance(simulation: Simulation, monkeypatch: pytest.MonkeyPatch) -> Balance:
-    """The balance of the second step of a simulation."""
-    found: list[Balance] = []
-
-    def stop(balance: Balance, *_: Any) -> None:
-        found.append(balance)
-        raise Stopped
-
-    with monkeypatch.context() as patched:
-        patched.setattr(tilth.analysis.simulation, "solve_step", stop)
-        with pytest.raises(Stopped):
-            simulation.advance(0.25, 0.5)
-    return found[0]
+    return next_balance(loaded(kind, *options), 0.25, 0.5, monkeypatch)
 
 
 def bedded() -> Balance:
@@ -275,12 +256,12 @@ def test_a_restored_term_has_the_same_force(
     restored = Simulation.restored(simulation.model, stored)
     forgetful = Simulation(simulation.model, restored.points)
     number = TERMS.index(name)
-    balances = [next_balance(each, monkeypatch) for each in (simulation, restored)]
+    balances = [next_balance(each, 0.25, 0.5, monkeypatch) for each in (simulation, restored)]
     u, _ = displacements(balances[0])
     force, again = (balance.terms[number].force(u) for balance in balances)
     np.testing.assert_array_equal(again, force)
     if name in ("boundaries", "ghost", "axis"):
         still = np.zeros_like(u)
-        other = next_balance(forgetful, monkeypatch).terms[number].force(still)
+        other = next_balance(forgetful, 0.25, 0.5, monkeypatch).terms[number].force(still)
         force = balances[0].terms[number].force(still)
         assert np.abs(other - force).max() > 1e-8 * np.abs(force).max()
