@@ -3,6 +3,7 @@
 #include "../kernel/cell_shares.hpp"
 #include "../kernel/cell_volumes.hpp"
 #include "../kernel/internal_force.hpp"
+#include "../kernel/mass.hpp"
 #include "../kernel/predictor.hpp"
 #include "../kernel/stiffness.hpp"
 #include "../kernel/strain_smoothing.hpp"
@@ -128,6 +129,19 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
                                              response.data(), centres.get(), matrix.data());
   });
   require(fits, "block_position", "does not fit to block_start, stencil and matrix");
+}
+
+void add_mass(nb::handle stencil_handle, ConstIntegers block_start, ConstShorts block_position,
+              ConstDoubles mass, Doubles matrix) {
+  const StencilView stencil(stencil_handle);
+  require_size(mass, stencil.points(), "mass");
+  require_size(block_start, stencil.groups, "block_start");
+  const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
+                                      size_of(block_position), size_of(matrix)};
+  nb::gil_scoped_release release;
+  const auto add = stencil.dim == 2 ? &kernel::add_mass<2> : &kernel::add_mass<3>;
+  require(add(stencil, blocks, mass.data(), matrix.data()), "block_position",
+          "does not fit to block_start, stencil and matrix");
 }
 
 /// Adds each point's volume and its volume times `weight` to the cells that its domain intersects.
@@ -356,6 +370,8 @@ void bind_points(nb::module_& module) {
   module.def("stiffness", &stiffness, "kind"_a, "stencil"_a, "block_start"_a, "block_position"_a,
              "volume"_a, "position"_a, "response"_a, "matrix"_a, nb::arg("centres").none(),
              "Adds the consistent stiffness to the blocks (entries, dim, dim).");
+  module.def("add_mass", &add_mass, "stencil"_a, "block_start"_a, "block_position"_a, "mass"_a,
+             "matrix"_a, "Adds the points' consistent mass to the blocks (entries).");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
              "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times weight of the points to filled (cells, 2).");

@@ -46,9 +46,10 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     require_no_radial_motion(
         simulation.axis, simulation.boundaries, simulation.implicit, step.active, times
     )
-    require_no_rigid_motion(
-        step.active, simulation.kind, step.conditions.constrained, step.constraints
-    )
+    if simulation.dynamics is None:
+        require_no_rigid_motion(
+            step.active, simulation.kind, step.conditions.constrained, step.constraints
+        )
     require_near_soil(model, simulation.surfaces, step.active)
     for key, text in warnings_of(simulation):
         simulation.run_warnings.note(key, text)

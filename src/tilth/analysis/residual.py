@@ -105,7 +105,8 @@ class Residual:
             free = math.hypot(free, *(forces.global_residual / balance.global_scale))
         reaction = norm(comm, np.where(self._constrained, forces.residual, 0.0)[own])
         # not all internal force: implicit boundaries balance the soil's in it
-        size = max(norm(comm, forces.load[own]), norm(comm, forces.soil[own]), reaction)
+        sums = (forces.load, forces.soil, forces.inertia)
+        size = max(*(norm(comm, force[own]) for force in sums), reaction)
         # without stress the only force is that of an implicit boundary that begins to move
         relative = free / size if size > 0.0 else float(free > 0.0)
         return State(displacement, unknowns, forces, free, relative)

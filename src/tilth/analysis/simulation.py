@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.analysis.checks import check_first_step
+from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import newton_attempts
@@ -158,6 +159,7 @@ class Simulation:
         self.run_warnings.departures(model, self.grid.cell_size)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
+        self.dynamics = Dynamics.of(model)
         self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -243,6 +245,8 @@ class Simulation:
         }
         if self.model.stage.number > 0:
             owners["released"] = self.released
+        if self.dynamics is not None:
+            owners["dynamics"] = self.dynamics
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
@@ -322,6 +326,8 @@ class Simulation:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
                 passes through an implicit boundary.
         """
+        if self.dynamics is not None:
+            self.dynamics.begin(self, before, after - before)
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
         terms = self.terms(step, soil)
@@ -372,7 +378,9 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
+        if self.dynamics is not None and step.after > step.before:
+            guess = self.dynamics.guess(balance)
+        elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
             guess = self._predictor.guess(soil, step.after - step.before)
         for newton, following in zip_longest(attempts, attempts[1:]):
             try:
@@ -473,6 +481,8 @@ class Simulation:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.number > 0:
             terms.append(Release(self.released, active, before, after))
+        if self.dynamics is not None:
+            terms += self.dynamics.terms(step, soil, self._ghost.faces)
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
 

@@ -141,8 +141,9 @@ def _first_state(
     initial_reaction = np.zeros_like(zero)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
         first = residual.at(zero, unknowns)
-        internal = first.forces.residual + first.forces.load
-        initial_reaction = np.where(constrained, internal - balance.load_before, 0.0)
+        internal = first.forces.residual + first.forces.load - first.forces.inertia
+        external = balance.load_before - balance.inertia_before
+        initial_reaction = np.where(constrained, internal - external, 0.0)
     if guess is None:
         return first, initial_reaction, moving
     try:

@@ -36,10 +36,13 @@ from tilth.model.geometry import SplineGeometry as SplineGeometry
 from tilth.model.geometry import StlGeometry as StlGeometry
 from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
 from tilth.model.implicit import Rotation as Rotation
+from tilth.model.inertia import Inertia as Inertia
+from tilth.model.inertia import RayleighDamping as RayleighDamping
 from tilth.model.initial import AtRest as AtRest
 from tilth.model.initial import GivenStress as GivenStress
 from tilth.model.initial import GravityStress as GravityStress
 from tilth.model.initial import Initial as Initial
+from tilth.model.initial import InitialVelocity as InitialVelocity
 from tilth.model.initial import MaterialAtRest as MaterialAtRest
 from tilth.model.initial import StressOfRun as StressOfRun
 from tilth.model.initial import TableStress as TableStress

@@ -41,6 +41,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_needs_water(model),
         *_densities(model),
         *_needs_gravity(model),
+        *_needs_time(model),
         *size_problems(model),
         *contact_problems(model),
         *contact_pair_problems(model),
@@ -186,17 +187,26 @@ def _needs_water(model: Model) -> Iterator[Problem]:
 
 
 def _densities(model: Model) -> Iterator[Problem]:
-    """A body force acts on mass, so every material it acts on needs a density."""
-    if not any(isinstance(load, BodyForce) for load in model.loads):
+    """A body force and inertia act on mass, so every material of a body needs a density."""
+    moves = model.analysis.inertia is not None
+    if not moves and not any(isinstance(load, BodyForce) for load in model.loads):
         return
+    why = "it has inertia" if moves else "a body force acts on this material"
     used = {material for body in model.bodies for material in body.materials}
     for name, material in model.materials.items():
-        if name in used and material.density is None:
+        if name in used and not (material.density if moves else material.density is not None):
             yield Problem(
                 dotted(("materials", name, "density")),
-                "missing",
-                "give the density [mass / length^3]: a body force acts on this material",
+                "missing" if material.density is None else "is zero",
+                f"give the density [mass / length^3]: {why}",
             )
+
+
+def _needs_time(model: Model) -> Iterator[Problem]:
+    """With inertia time is a quantity like length and force."""
+    if model.analysis.inertia is not None and not model.units.time:
+        remedy = 'give the unit of the schedule\'s time that fits to the others, such as "s"'
+        yield Problem("units.time", "missing: with inertia time has a unit", remedy)
 
 
 def _needs_gravity(model: Model) -> Iterator[Problem]:
@@ -232,7 +242,7 @@ def _constrained_directions(model: Model) -> Iterator[Problem]:
     What an implicit boundary or a rigid body constrains depends on its contact with soil: the
     simulation checks it.
     """
-    if model.rigid_bodies:
+    if model.rigid_bodies or model.analysis.inertia is not None:
         return
     if not model.boundaries:
         yield Problem(

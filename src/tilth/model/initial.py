@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of the bodies at the start: their stress."""
+"""The state of the bodies at the start: their stress and velocity."""
 
 from __future__ import annotations
 
@@ -21,10 +21,17 @@ from tilth.model.fields import (
     NotNegative,
     Real,
     Vector,
+    as_list,
     real,
 )
 from tilth.model.problems import reject, rejection
-from tilth.model.variation import Level, VaryingNotNegative, VaryingPositive, variations
+from tilth.model.variation import (
+    Level,
+    VaryingNotNegative,
+    VaryingPositive,
+    VaryingReal,
+    variations,
+)
 
 JAKY = "1-sin_phi"
 """The coefficient of earth pressure at rest that follows from the friction angle."""
@@ -47,6 +54,15 @@ def _overconsolidated(value: float) -> float:
     return value
 
 
+def _angular_velocity(value: Any) -> float | tuple[float, ...]:
+    if (numbers := as_list(value)) is None:
+        return real(value)
+    if len(numbers) != 3:
+        raise reject("must be a number in 2D, or a vector of three numbers in 3D")
+    return tuple(real(each) for each in numbers)
+
+
+AngularVelocity = Annotated[float | Sequence[float], PlainValidator(_angular_velocity)]
 CoefficientAtRest = Annotated[float | str, PlainValidator(_at_rest)]
 Overconsolidation = Annotated[Real, AfterValidator(_overconsolidated)]
 
@@ -175,6 +191,37 @@ InitialStress = Annotated[
 ]
 
 
+class InitialVelocity(Declared):
+    """Velocity of a body at the start: a translation, a rotation about a centre, or both.
+
+    A component is a number, or varies from place to place as the parameters of a material do.
+    """
+
+    body: Name
+    """Name of the body."""
+    x: VaryingReal = 0.0
+    """Velocity along x [length/time]; in axisymmetry along the radius."""
+    y: VaryingReal = 0.0
+    """Velocity along y [length/time]."""
+    z: VaryingReal = 0.0
+    """Velocity along z [length/time], in 3D."""
+    angular_velocity: AngularVelocity | None = None
+    """Angular velocity [radians/time], not in axisymmetry: a number in 2D, positive from x to y; a
+    vector in 3D."""
+    centre: Vector | None = None
+    """Centre of this rotation [length], shape (dimension,)."""
+
+    @model_validator(mode="after")
+    def _centre_of_rotation(self) -> Any:
+        if (self.angular_velocity is None) != (self.centre is None):
+            given = self.centre is not None
+            key = "angular_velocity" if given else "centre"
+            remedy = "give both, or neither"
+            raise rejection([Problem(key, "missing: a rotation has both", remedy)])
+        return self
+
+
+InitialVelocities = Annotated[Sequence[InitialVelocity], Entries, AsTuple]
 InitialStresses = Annotated[Sequence[InitialStress], Entries, AsTuple]
 
 
@@ -187,6 +234,9 @@ class Initial(Declared):
 
     stress: InitialStresses = ()
     """Stress of bodies, an entry [[initial.stress]] for each."""
+    velocity: InitialVelocities = ()
+    """Velocity of bodies, an entry [[initial.velocity]] for each; bodies without one are at rest.
+    With `analysis.inertia` only."""
     equilibrium: Flag = True
     """Whether equilibrium is found before the first step; without it the first step has to balance
     what the declared stress does not."""
@@ -194,8 +244,8 @@ class Initial(Declared):
     """Whether the equivalent plastic strain begins with zero after this equilibrium."""
 
     def functions(self) -> list[Any]:
-        """Returns the functions of the user, "file.py:name", that give a stress."""
-        found = [v for each in self.stress for v in variations(each).values()]
+        """Returns the functions of the user, "file.py:name", that give a stress or a velocity."""
+        found = [v for each in (*self.stress, *self.velocity) for v in variations(each).values()]
         return [getattr(each, "function", None) for each in found]
 
     def of(self, body: str) -> tuple[str, InitialStress] | None:

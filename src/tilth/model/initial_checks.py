@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is wrong between the initial stress and the other entries of a model."""
+"""What is wrong between the initial state and the other entries of a model."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 
 def initial_problems(model: Model) -> Iterator[Problem]:
-    """Yields what is wrong with the initial stress."""
+    """Yields what is wrong with the initial stress and velocity."""
     yield from _entries(model)
+    yield from _velocities(model)
     for i, body in enumerate(model.bodies):
         entry = model.initial.of(body.name)
         for key, name in zip(body.material_keys(), body.materials, strict=True):
@@ -63,6 +64,35 @@ def _entries(model: Model) -> Iterator[Problem]:
         if isinstance(entry, GravityStress) and not model.initial.equilibrium:
             what = "gravity loading is a search for equilibrium, which is switched off"
             yield Problem("initial.equilibrium", what, "leave it out", value=False)
+
+
+def _velocities(model: Model) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.bodies}
+    numbers: dict[str, int] = {}
+    for i, entry in enumerate(model.initial.velocity):
+        key = f"initial.velocity[{i}]"
+        if model.analysis.inertia is None:
+            what, remedy = "has no meaning without inertia", "add `inertia` to [analysis]"
+            yield Problem(key, what, remedy)
+        if entry.body not in bodies:
+            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
+        if numbers.setdefault(entry.body, i) != i:
+            what = f"has its velocity from initial.velocity[{numbers[entry.body]}] already"
+            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
+        if model.dimension == 2 and entry.z != 0.0:
+            yield Problem(f"{key}.z", "is for 3D only", "leave it out", entry.z)
+        if (rotation := entry.angular_velocity) is None or entry.centre is None:
+            continue
+        is_vector = not isinstance(rotation, float)
+        if model.analysis.kind == "axisymmetric":
+            what = "is not possible in axisymmetry"
+            yield Problem(f"{key}.angular_velocity", what, "leave it out", rotation)
+        elif is_vector != (model.dimension == 3):
+            what = f"must be {'a vector in 3D' if model.dimension == 3 else 'a number in 2D'}"
+            yield Problem(f"{key}.angular_velocity", what, "", rotation)
+        if len(entry.centre) != model.dimension:
+            what = f"has {len(entry.centre)} coordinates, expected {model.dimension}"
+            yield Problem(f"{key}.centre", what, "", entry.centre)
 
 
 def _is_loaded(model: Model) -> bool:

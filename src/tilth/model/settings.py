@@ -22,6 +22,7 @@ from tilth.model.fields import (
     Vector,
     extent_problems,
 )
+from tilth.model.inertia import Inertia
 from tilth.model.laws import state_units
 from tilth.model.problems import rejection
 
@@ -68,6 +69,9 @@ class Analysis(Declared):
     """Dimensionless stiffness that couples partly filled cells at a body's edge to the material
     beside them [-]; with 0 only weak springs support their nodes.
     """
+    inertia: Inertia | None = None
+    """Inertia: the analysis is then dynamic, and the schedule's time a physical one. Without it the
+    soil is in equilibrium after every step."""
     solver: Literal["auto", "superlu", "pardiso", "banded", "multigrid"] = "auto"
     """Linear solver; "auto" selects "multigrid" for many unknowns, "banded" for slender bodies, and
     otherwise the fastest installed direct solver.

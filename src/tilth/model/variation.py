@@ -25,6 +25,7 @@ from tilth.model.fields import (
     Positive,
     PositivePerDirection,
     PythonFunction,
+    Real,
     as_list,
     real,
 )
@@ -254,10 +255,12 @@ if TYPE_CHECKING:  # for type checkers a number: `tilth.fields` evaluates all el
     VaryingModulus = Positive
     VaryingPositive = Positive
     VaryingNotNegative = NotNegative
+    VaryingReal = Real
 else:
     VaryingModulus = or_varying(Positive, by_stress=True)
     VaryingPositive = or_varying(Positive)
     VaryingNotNegative = or_varying(NotNegative)
+    VaryingReal = or_varying(Real)
 
 
 def variations(declared: Declared) -> dict[str, Variation]:

@@ -14,6 +14,7 @@ from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
 from tilth.mpm.domains import keep_off_axis
+from tilth.mpm.initial_motion import initial_motion
 from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
@@ -86,6 +87,8 @@ def initial_points(model: Model) -> MaterialPoints:
         _at_all_points(bodies, declared, start),
     )
     start_with_stress(points, model, starts)
+    if model.analysis.inertia is not None:
+        points.motion = initial_motion(points, model)
     if model.analysis.kind == "axisymmetric":
         for point_range in bodies:
             if point_range.convected_by_gradient:

@@ -134,6 +134,9 @@ class MaterialPoints:
             each row [length], shape (n, dim, dim); (n, 0, dim) if no body has such domains.
         corner: corners of the points' domains relative to the point, x fastest [length], shape
             (n, 2^dim, dim); (n, 0, dim) if no body's basis has corners.
+        motion: velocity [length/time], acceleration and algorithmic acceleration (the one that
+            displacement and velocity follow, terms/inertia.py) [length/time^2], shape (n, 3, dim);
+            (n, 0, dim) without inertia.
         varying: values of the material parameters that vary from place to place, by the keys of the
             case file, in the order of the permanent numbers, shape (n,); "not a number" where the
             material has no such parameter. Only of whole sets of points; it does not change.
@@ -158,6 +161,7 @@ class MaterialPoints:
     half_length: Floats
     initial_half_edge: Floats
     corner: Floats
+    motion: Floats
     varying: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
@@ -205,6 +209,7 @@ class MaterialPoints:
             half_length=np.array(half_length, dtype=np.float64, order="C"),
             initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
             corner=np.array(corner, dtype=np.float64, order="C"),
+            motion=np.zeros((n, 0, dim)),
             varying=varying or {},
         )
         points.update_bounding_boxes()

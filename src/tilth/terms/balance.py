@@ -24,12 +24,14 @@ class Forces:
         residual: internal minus external force of all terms.
         load: external force.
         soil: internal force of the soil.
+        inertia: of the soil.
         global_residual: residual of the global unknowns' equations [force times scale], shape (m,).
     """
 
     residual: Floats
     load: Floats
     soil: Floats
+    inertia: Floats
     global_residual: Floats
 
 
@@ -45,7 +47,8 @@ class Balance:
         active: the grid of the step, with the pattern of all terms.
         terms: the assembled terms.
         comm: communicator of the processes that share the grid.
-        load_before: external force at the start of the step [force], shape (nodes, dim).
+        load_before, inertia_before: external force and inertia force at the start of the step
+            [force], shape (nodes, dim).
         global_scale: of the global unknowns of all terms, one term after the other
             (`Border.scale`), shape (m,).
     """
@@ -62,6 +65,7 @@ class Balance:
         ]
         self.comm = comm
         self.load_before = self._sum(term.load_before() for term in self.terms)
+        self.inertia_before = self._sum(term.inertia_before() for term in self.terms)
         scales = [t.scale if isinstance(t, GlobalUnknowns) else np.zeros(0) for t in self.terms]
         ends = np.cumsum([0, *map(len, scales)])
         self._slices = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
@@ -89,7 +93,7 @@ class Balance:
         Raises:
             StepFailed: a term has no force at this displacement.
         """
-        residual, load, soil = self._zero(), self._zero(), self._zero()
+        residual, load, soil, inertia = (self._zero() for _ in range(4))
         if unknowns is None:
             unknowns = np.zeros_like(self.global_scale)
         global_residual = np.zeros_like(self.global_scale)
@@ -103,7 +107,9 @@ class Balance:
                 load -= force
             elif term.role is Role.SOIL:
                 soil += force
-        return Forces(residual, load, soil, global_residual)
+            elif term.role is Role.INERTIA:
+                inertia += force
+        return Forces(residual, load, soil, inertia, global_residual)
 
     def fill_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """Sets node blocks (blocks, dim, dim) to the derivative of the residual [force/length].

@@ -119,6 +119,7 @@ class Faces:
         weight: of each face [-]; in axisymmetry times 2 pi r [length], shape (faces,).
         free: components on which the penalty acts, shape (faces, n, dim).
         modulus: of the soil in the two cells [stress], shape (faces,).
+        emptiness: share of the greatest penalty, in axisymmetry times 2 pi r, shape (faces,).
     """
 
     axis: int
@@ -128,6 +129,7 @@ class Faces:
     weight: Floats
     free: npt.NDArray[np.bool_]
     modulus: Floats
+    emptiness: Floats
 
     def coupling(self, moved: Floats | None = None) -> FaceCoupling:
         """Returns the penalty on the step's displacement and on that of earlier steps, `moved`.
@@ -222,8 +224,11 @@ def ghost_faces(
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             circumference = 2.0 * np.pi * radius
-        kinds = ((weak, far, None), (stiff, end & (exterior_ends > 0.0), coupled))
-        for weight, ends, only in kinds:
+        kinds = (
+            (weak, gamma, far, None),
+            (stiff, EXTERIOR_STIFFNESS, end & (exterior_ends > 0.0), coupled),
+        )
+        for weight, greatest, ends, only in kinds:
             some = np.flatnonzero(weight > 0.0)
             if len(some) == 0:
                 continue
@@ -240,6 +245,7 @@ def ghost_faces(
                     weight=weight[some] * circumference[some],
                     free=free,
                     modulus=mean_modulus[some],
+                    emptiness=weight[some] / greatest * circumference[some],
                 )
             )
     return faces
@@ -299,6 +305,11 @@ class Ghost:
             self._current.append((face, faces, moved))
             found.append(faces.coupling(moved))
         return found
+
+    @property
+    def faces(self) -> list[Faces]:
+        """The faces of the step for which `couplings` was called last."""
+        return [faces for _, faces, _ in self._current]
 
     def supported_nodes(
         self, active: ActiveGrid, constrained: npt.NDArray[np.bool_]

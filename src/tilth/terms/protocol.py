@@ -37,6 +37,7 @@ class Role(Enum):
 
     SOIL = auto()
     LOAD = auto()
+    INERTIA = auto()
     OTHER = auto()
 
 
@@ -122,6 +123,10 @@ class AssembledTerm(ABC):
 
     def load_before(self) -> Floats | None:
         """Returns the external force at the start of the step [force], (nodes, dim); None for 0."""
+        return None
+
+    def inertia_before(self) -> Floats | None:
+        """Returns the inertia force at the start of the step [force], (nodes, dim); None for 0."""
         return None
 
     def constant_force(self) -> Floats | None:

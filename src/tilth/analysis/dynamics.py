@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The equations of motion in the steps of an analysis (docs/theory/inertia.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.analysis.step_result import PreparedStep
+from tilth.arrays import Floats
+from tilth.model import Inertia as DeclaredInertia
+from tilth.model import Model
+from tilth.mpm.soil import Soil
+from tilth.terms.balance import Balance
+from tilth.terms.ghost import Faces
+from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration
+from tilth.terms.protocol import Term
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
+
+START = 1e-3
+"""Size of the step that gives the accelerations at the start, relative to that of the first one."""
+
+
+class Dynamics:
+    """Inertia of the soil, and the accelerations at the start.
+
+    Args:
+        declared: the user's declaration.
+
+    Attributes:
+        begun: whether the accelerations at the start are known.
+    """
+
+    def __init__(self, declared: DeclaredInertia) -> None:
+        radius = declared.spectral_radius
+        self._integration = (
+            TimeIntegration.newmark()
+            if radius is None
+            else TimeIntegration.generalised_alpha(radius)
+        )
+        self._damping = 0.0 if declared.damping is None else declared.damping.mass
+        self._start = 0.0
+        self.begun = False
+
+    @classmethod
+    def of(cls, model: Model) -> Dynamics | None:
+        """Returns that of a model; None if it is quasi-static."""
+        return None if model.analysis.inertia is None else cls(model.analysis.inertia)
+
+    def terms(self, step: PreparedStep, soil: Soil, faces: Sequence[Faces]) -> list[Term]:
+        """Returns the inertia in a step; none in one of no size, a search for equilibrium.
+
+        faces: of the ghost stabilisation in this step.
+        """
+        size, integration = step.after - step.before, self._integration
+        damping = self._damping
+        if self._start > 0.0:
+            size, integration, damping = self._start, TimeIntegration.backward_euler(), 0.0
+        elif size == 0.0:
+            return []
+        constrained, increment = step.conditions.constrained, step.conditions.increment
+        from_rest = self._start > 0.0
+        return [Inertia(soil, faces, integration, size, damping, constrained, increment, from_rest)]
+
+    def begin(self, simulation: Simulation, time: float, size: float) -> None:
+        """Finds the accelerations at the start, if they are unknown.
+
+        They are those after a very short step from rest, under the forces at its start.
+
+        size: of the first step [time].
+
+        Raises:
+            StepFailed: they are not found.
+        """
+        if self.begun:
+            return
+        self._start = START * size
+        try:
+            step = simulation.prepare(time, time)
+            soil = simulation.soil_on(step.active)
+            balance = Balance(step.active, simulation.terms(step, soil))
+            found = simulation.solve(step, soil, balance, lambda iteration, residual: None)
+        finally:
+            self._start = 0.0
+        after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
+        acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
+        motion[:, 1] = motion[:, 2] = acceleration
+        self.begun = True
+
+    @staticmethod
+    def guess(balance: Balance) -> Floats:
+        """Returns the displacement of a step without a change of the acceleration, (nodes, dim)."""
+        return inertia_of(balance).guess()
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns the arrays for a checkpoint."""
+        return {"begun": np.array([self.begun])}
+
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        if state["begun"].shape != (1,):
+            raise ValueError("'begun' is not one flag")
+        self.begun = bool(state["begun"][0])
+
+
+def inertia_of(balance: Balance) -> AssembledInertia:
+    """Returns the inertia in the balance of a dynamic step."""
+    return next(term for term in balance.terms if isinstance(term, AssembledInertia))

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inertia of the soil and its integration over time (docs/theory/inertia.md).
+
+Newmark's method and the generalised-alpha method of Chung and Hulbert (1993), in the form of Arnold
+and Bruels (2007): the balance M w + r = 0 holds at the end of the step, with the acceleration w
+there. Displacement and velocity follow another one, the algorithmic acceleration a:
+
+    u = h v + h^2 (1/2 - beta) a + h^2 beta a',       v' = v + h (1 - gamma) a + h gamma a',
+    (1 - alpha_m) a' + alpha_m a = (1 - alpha_f) w' + alpha_f w,
+
+with the values at the end of the step primed. With Newmark's method a = w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.mass import ConsistentMass
+from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.soil import Soil
+from tilth.terms.ghost import Faces
+from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+
+GHOST_MASS = 1.0 / 12.0
+"""Factor of the ghost mass, rho h^3 int [du/dn] [dw/dn] over a face of an empty cell: Coombs (2022)
+has (rho / 4) (h^3 / 3)."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Velocity, acceleration and algorithmic acceleration of nodes, or of a rigid body.
+
+    Arrays of the same shape [length/time, length/time^2].
+    """
+
+    velocity: Floats
+    acceleration: Floats
+    algorithmic: Floats
+
+
+@dataclass(frozen=True)
+class TimeIntegration:
+    """Parameters of the method [-], see the module's description."""
+
+    beta: float
+    gamma: float
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+
+    @classmethod
+    def newmark(cls) -> TimeIntegration:
+        """The trapezoidal rule: no damping, of order 2."""
+        return cls(beta=0.25, gamma=0.5)
+
+    @classmethod
+    def generalised_alpha(cls, spectral_radius: float) -> TimeIntegration:
+        """The method of order 2 with this spectral radius at infinite frequency, 0 to 1."""
+        alpha_m = (2.0 * spectral_radius - 1.0) / (spectral_radius + 1.0)
+        alpha_f = spectral_radius / (spectral_radius + 1.0)
+        gamma = 0.5 - alpha_m + alpha_f
+        return cls(0.25 * (0.5 + gamma) ** 2, gamma, alpha_m, alpha_f)
+
+    @classmethod
+    def backward_euler(cls) -> TimeIntegration:
+        """Backward Euler, if the algorithmic acceleration before the step is 0."""
+        return cls(beta=1.0, gamma=1.0)
+
+    def after(self, u: Floats, h: float, before: Motion) -> Motion:
+        """Returns the motion at the end of a step of size h [time] with the displacement u."""
+        v, a = before.velocity, before.algorithmic
+        b, g = self.beta, self.gamma
+        algorithmic = (u - h * v - h**2 * (0.5 - b) * a) / (h**2 * b)
+        mean = (1.0 - self.alpha_m) * algorithmic + self.alpha_m * a
+        acceleration = (mean - self.alpha_f * before.acceleration) / (1.0 - self.alpha_f)
+        return Motion(v + h * ((1.0 - g) * a + g * algorithmic), acceleration, algorithmic)
+
+    def derivatives(self, h: float) -> tuple[float, float]:
+        """Returns the derivatives of velocity [1/time] and acceleration [1/time^2] after by u."""
+        by_u = 1.0 / (h**2 * self.beta)
+        return h * self.gamma * by_u, (1.0 - self.alpha_m) / (1.0 - self.alpha_f) * by_u
+
+
+class Inertia(Term):
+    """Inertia of all material points in one step, and damping proportional to their mass.
+
+    Where a displacement is prescribed the nodes begin the step with the velocity that the points
+    have there, at fixed nodes at rest, and end it with the mean velocity of the step.
+
+    Args:
+        soil: on the grid of the step.
+        faces: of the ghost stabilisation.
+        integration: the method.
+        size: of the step [time].
+        damping: factor of the force damping * M v [1/time].
+        constrained: prescribed components, shape (nodes, dim).
+        increment: their displacement in the step [length], shape (nodes, dim).
+        from_rest: whether the step begins without velocity and acceleration, whatever the points'.
+    """
+
+    def __init__(
+        self,
+        soil: Soil,
+        faces: Sequence[Faces],
+        integration: TimeIntegration,
+        size: float,
+        damping: float,
+        constrained: Flags,
+        increment: Floats,
+        from_rest: bool,
+    ) -> None:
+        self._soil, self._faces = soil, faces
+        self._integration, self._size, self._damping = integration, size, damping
+        self._constrained, self._increment = constrained, increment
+        self._from_rest = from_rest
+
+    def supported_nodes(self) -> Flags:
+        """As `Term.supported_nodes`: mass holds all nodes."""
+        return np.ones(len(self._constrained), dtype=bool)
+
+    @property
+    def coupled(self) -> list[NodeLists]:
+        """As `Term.coupled`: the nodes of faces with ghost mass."""
+        return [(same_starts(each.node), each.node.ravel()) for each in self._faces]
+
+    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledInertia:
+        """As `Term.assembled`."""
+        density = self._nodal_density() if self._faces else np.zeros(0)
+        ghost = [
+            (each, faces.unit, self._ghost_mass(faces, density))
+            for each, faces in zip(elements, self._faces, strict=True)
+        ]
+        mass = ConsistentMass(self._soil, active, ghost)
+        return AssembledInertia(
+            self._soil, mass, active, self._integration, self._size, self._damping,
+            self._constrained, self._increment, self._from_rest,
+        )  # fmt: skip
+
+    def _nodal_density(self) -> Floats:
+        soil = self._soil
+        mass = soil.scatter(soil.points.mass[:, None])[:, 0]
+        return np.asarray(mass / np.maximum(soil.nodal_volume, 1e-300))
+
+    def _ghost_mass(self, faces: Faces, density: Floats) -> Floats:
+        """Returns the factor of the unit matrix, which has h int [du/dn] [dw/dn], (faces,)."""
+        width = self._soil.active.grid.cell_size[faces.axis]
+        return np.asarray(
+            GHOST_MASS * width**2 * density[faces.node].mean(axis=1) * faces.emptiness
+        )
+
+
+class AssembledInertia(AssembledTerm):
+    """`Inertia` in the matrix's pattern: a force that is linear in the displacement.
+
+    Attributes:
+        before: motion of the nodes at the start of the step, shape (nodes, dim) each.
+    """
+
+    role = Role.INERTIA
+
+    def __init__(
+        self,
+        soil: Soil,
+        mass: ConsistentMass,
+        active: ActiveGrid,
+        integration: TimeIntegration,
+        size: float,
+        damping: float,
+        constrained: Flags,
+        increment: Floats,
+        from_rest: bool,
+    ) -> None:
+        self._soil, self._mass, self._pattern = soil, mass, active
+        self._integration, self._size, self._damping = integration, size, damping
+        self._constrained, self._prescribed = constrained, increment / size
+        zero = np.zeros_like(increment)
+        self.before = Motion(zero, zero, zero) if from_rest else self._motion_before()
+
+    def _motion_before(self) -> Motion:
+        n, kinds, dim = self._soil.points.motion.shape
+        known = np.tile(self._constrained, (1, kinds))
+        known[:, :dim] &= self._prescribed == 0.0
+        quantity = self._soil.points.motion.reshape(n, kinds * dim)
+        nodal = self._mass.projected(quantity, known, np.zeros(known.shape))
+        return Motion(*(nodal[:, k * dim : (k + 1) * dim] for k in range(kinds)))
+
+    def after(self, displacement: Floats) -> Motion:
+        """Returns the motion of the nodes at the end of the step for their displacement in it."""
+        found = self._integration.after(displacement, self._size, self.before)
+        fixed, velocity = self._constrained, self._prescribed
+        acceleration = (velocity - self.before.velocity) / self._size
+        return Motion(
+            np.where(fixed, velocity, found.velocity),
+            np.where(fixed, acceleration, found.acceleration),
+            np.where(fixed, acceleration, found.algorithmic),
+        )
+
+    def inertia_before(self) -> Floats:
+        """As `AssembledTerm.inertia_before`."""
+        before = self.before
+        return self._mass.times(before.acceleration + self._damping * before.velocity)
+
+    def guess(self) -> Floats:
+        """Returns the displacement of the step without a change of the acceleration."""
+        h, motion = self._size, self.before
+        return np.asarray(h * motion.velocity + 0.5 * h**2 * motion.algorithmic)
+
+    def force(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.force`."""
+        motion = self.after(displacement)
+        return self._mass.times(motion.acceleration + self._damping * motion.velocity)
+
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """As `AssembledTerm.add_stiffness`."""
+        of_velocity, of_acceleration = self._integration.derivatives(self._size)
+        scaled = (of_acceleration + self._damping * of_velocity) * self._mass.blocks
+        for k in range(displacement.shape[1]):
+            blocks[:, k, k] += scaled
+
+    def magnitude(self, displacement: Floats) -> Floats:
+        """As `AssembledTerm.magnitude`."""
+        _, factor = self._integration.derivatives(self._size)
+        moved = np.abs(displacement) + self._size * np.abs(self.before.velocity)
+        return np.asarray(factor * self._mass.times(moved))
+
+    def commit(self, displacement: Floats) -> None:
+        """As `AssembledTerm.commit`: the points get the nodes' increments of velocity.
+
+        Their accelerations are those of the grid.
+        """
+        motion, after = self._soil.points.motion, self.after(displacement)
+        motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
+        motion[:, 1] = self._soil.interpolate(after.acceleration)
+        motion[:, 2] = self._soil.interpolate(after.algorithmic)
