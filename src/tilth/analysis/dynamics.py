@@ -11,12 +11,13 @@ import numpy.typing as npt
 
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
+from tilth.boundaries.contact.forces import AssembledContact
 from tilth.model import Inertia as DeclaredInertia
 from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
-from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration
+from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Term
 
 if TYPE_CHECKING:
@@ -52,20 +53,23 @@ class Dynamics:
         """Returns that of a model; None if it is quasi-static."""
         return None if model.analysis.inertia is None else cls(model.analysis.inertia)
 
-    def terms(self, step: PreparedStep, soil: Soil, faces: Sequence[Faces]) -> list[Term]:
+    def step(self, before: float, after: float) -> TimeStep | None:
+        """Returns the step between two times; None if they are the same: it has no inertia."""
+        if self._start > 0.0:
+            return TimeStep(TimeIntegration.backward_euler(), self._start, from_rest=True)
+        return TimeStep(self._integration, after - before) if after > before else None
+
+    def terms(self, prepared: PreparedStep, soil: Soil, faces: Sequence[Faces]) -> list[Term]:
         """Returns the inertia in a step; none in one of no size, a search for equilibrium.
 
         faces: of the ghost stabilisation in this step.
         """
-        size, integration = step.after - step.before, self._integration
-        damping = self._damping
-        if self._start > 0.0:
-            size, integration, damping = self._start, TimeIntegration.backward_euler(), 0.0
-        elif size == 0.0:
+        step = self.step(prepared.before, prepared.after)
+        if step is None:
             return []
-        constrained, increment = step.conditions.constrained, step.conditions.increment
-        from_rest = self._start > 0.0
-        return [Inertia(soil, faces, integration, size, damping, constrained, increment, from_rest)]
+        conditions = prepared.conditions
+        damping = 0.0 if step.from_rest else self._damping
+        return [Inertia(soil, faces, step, damping, conditions.constrained, conditions.increment)]
 
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.
@@ -90,6 +94,9 @@ class Dynamics:
         after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration
+        for term, own in balance.unknowns(found.global_unknowns):
+            if isinstance(term, AssembledContact) and term.body is not None:
+                term.body.start(own)
         self.begun = True
 
     @staticmethod

@@ -28,7 +28,7 @@ from tilth.analysis.state import (
 )
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep, StepResult
-from tilth.arrays import Flags, Floats
+from tilth.arrays import Floats
 from tilth.boundaries import (
     Conditions,
     ImplicitConstraints,
@@ -51,7 +51,7 @@ from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
-from tilth.mpm.initial_points import initial_points
+from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil
@@ -71,13 +71,6 @@ from tilth.terms.soil_forces import SoilForces
 from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
-
-
-def present_points(model: Model, points: MaterialPoints) -> Flags:
-    """Returns which points belong to bodies that are there in the stage of a model, shape (n,)."""
-    there = np.array([model.present(body.name) for body in model.bodies])
-    return np.asarray(there[points.body_id])
-
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
@@ -296,8 +289,9 @@ class Simulation:
         """
         with self.timers.measure("basis"):
             active = self.locate(before)
+        time_step = None if self.dynamics is None else self.dynamics.step(before, after)
         for body in self.bodies:
-            body.begin(after)
+            body.begin(after, time_step)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared)
         with self.timers.measure("boundaries"):

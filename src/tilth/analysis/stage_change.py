@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from tilth.analysis.placement import placed_on_ground, settlement
-from tilth.analysis.simulation import Simulation, present_points
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags, Floats
 from tilth.bodies.inside import inside_of
 from tilth.boundaries.implicit.boundary import Implicit
@@ -20,7 +20,7 @@ from tilth.model import Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
 from tilth.model.staging import copied
-from tilth.mpm.initial_points import initial_points
+from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.terms.balance import Balance
 

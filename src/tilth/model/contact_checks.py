@@ -179,9 +179,44 @@ def _form_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]
             yield Problem(f"{key}.moments_of_inertia", what, "give [Ixx, Iyy, Izz]", inertia)
 
 
+def _inertia_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
+    """Free components need inertia, and only they have a velocity of their own."""
+    components = body.components(model.dimension, model.analysis.kind)
+    free = [each for each in components if not body.is_prescribed(each)]
+    moving, turning = [c for c in free if c in AXES], [c for c in free if c not in AXES]
+    remedy = "give it, or prescribe them in `displacement` (0 holds them)"
+    if moving and body.mass is None:
+        what = f"missing: {', '.join(moving)} are free and have inertia"
+        yield Problem(f"{key}.mass", what, remedy)
+    if turning and body.moments_of_inertia is None:
+        what = f"missing: {', '.join(turning)} is free and has inertia"
+        yield Problem(f"{key}.moments_of_inertia", what, remedy.replace("displacement", "rotation"))
+    dim, spin = model.dimension, body.angular_velocity
+    if body.velocity is not None:
+        if len(body.velocity) != dim:
+            what = f"has {len(body.velocity)} components, expected {dim}"
+            yield Problem(f"{key}.velocity", what, "", body.velocity)
+        elif held := [a for a, v in zip(AXES, body.velocity, strict=False) if v and a not in free]:
+            what = f"is not zero along {', '.join(held)}, which is not free"
+            yield Problem(f"{key}.velocity", what, "give 0 there", body.velocity)
+    if spin is not None:
+        if not turning:
+            yield Problem(f"{key}.angular_velocity", "no rotation is free", "leave it out", spin)
+        elif isinstance(spin, float) == (dim == 3):
+            what = f"must be {'a vector in 3D' if dim == 3 else 'a number in 2D'}"
+            yield Problem(f"{key}.angular_velocity", what, "", spin)
+
+
 def _free_components(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
     """Free components with nothing that holds or loads them."""
     gravity = any(isinstance(load, BodyForce) for load in model.loads)
+    if model.analysis.inertia is not None:
+        yield from _inertia_problems(model, key, body)
+        return
+    for name in ("velocity", "angular_velocity"):
+        if (value := getattr(body, name)) is not None:
+            remedy = "add `inertia` to [analysis], or leave it out"
+            yield Problem(f"{key}.{name}", "has no meaning without inertia", remedy, value)
     if body.mass is not None and gravity:
         return
     loose = [

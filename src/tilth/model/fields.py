@@ -319,6 +319,14 @@ def _axis_or_direction(value: Any) -> str | Sequence[float]:
     raise reject("names no axis", remedy)
 
 
+def _angular_velocity(value: Any) -> float | tuple[float, ...]:
+    if (numbers := as_list(value)) is None:
+        return real(value)
+    if len(numbers) != 3:
+        raise reject("must be a number in 2D, or a vector of three numbers in 3D")
+    return tuple(real(each) for each in numbers)
+
+
 Real = Annotated[float, PlainValidator(real)]
 Positive = Annotated[float, PlainValidator(_positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
@@ -338,6 +346,7 @@ PositivePerDirection = Annotated[
 CountPerDirection = Annotated[int | Sequence[int], PlainValidator(_per_direction_of(_count))]
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direction)]
+AngularVelocity = Annotated[float | Sequence[float], PlainValidator(_angular_velocity)]
 Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]

@@ -12,6 +12,7 @@ from tilth.errors import Problem
 from tilth.model.base import Declared, chosen_by
 from tilth.model.fields import (
     LEAST,
+    AngularVelocity,
     AsTuple,
     Count,
     Entries,
@@ -21,7 +22,6 @@ from tilth.model.fields import (
     NotNegative,
     Real,
     Vector,
-    as_list,
     real,
 )
 from tilth.model.problems import reject, rejection
@@ -54,15 +54,6 @@ def _overconsolidated(value: float) -> float:
     return value
 
 
-def _angular_velocity(value: Any) -> float | tuple[float, ...]:
-    if (numbers := as_list(value)) is None:
-        return real(value)
-    if len(numbers) != 3:
-        raise reject("must be a number in 2D, or a vector of three numbers in 3D")
-    return tuple(real(each) for each in numbers)
-
-
-AngularVelocity = Annotated[float | Sequence[float], PlainValidator(_angular_velocity)]
 CoefficientAtRest = Annotated[float | str, PlainValidator(_at_rest)]
 Overconsolidation = Annotated[Real, AfterValidator(_overconsolidated)]
 

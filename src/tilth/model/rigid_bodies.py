@@ -14,6 +14,7 @@ from tilth.model.base import Declared
 from tilth.model.contact import Contact
 from tilth.model.fields import (
     AXES,
+    AngularVelocity,
     AsTuple,
     Axis,
     Name,
@@ -98,9 +99,15 @@ class RigidBody(Declared):
     mass: Positive | None = None
     """Mass [mass], > 0: its weight is the mass times the acceleration of the body forces."""
     moments_of_inertia: PositivePerDirection | None = None
-    """Moment of inertia about the centre [mass length^2], > 0, in 3D three about the axes; kept for
-    dynamics, without effect in equilibrium.
+    """Moment of inertia about the centre [mass length^2], > 0, in 3D three principal ones about the
+    axes at time 0; needed by a free rotation with `analysis.inertia`, without effect otherwise.
     """
+    velocity: Vector | None = None
+    """Velocity of the centre at the start [length/time], shape (dimension,), of free components;
+    with `analysis.inertia` only."""
+    angular_velocity: AngularVelocity | None = None
+    """Angular velocity at the start [radians/time], of a free rotation: a number in 2D, positive
+    anticlockwise; a vector in 3D. With `analysis.inertia` only."""
     springs: Springs | None = None
     """Springs between the body and the ground on free components [force/length; moment/rad], > 0,
     by component: x, y, z, rotation, in 3D rotation_x, rotation_y, rotation_z.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 from tilth.bodies import BodyPoints, discretise
 from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
@@ -95,6 +95,12 @@ def initial_points(model: Model) -> MaterialPoints:
                 keep_off_axis(points.part(point_range))
         points.update_bounding_boxes()
     return points
+
+
+def present_points(model: Model, points: MaterialPoints) -> Flags:
+    """Returns which points belong to bodies that are there in the stage of a model, shape (n,)."""
+    there = np.array([model.present(body.name) for body in model.bodies])
+    return np.asarray(there[points.body_id])
 
 
 def _parameters(

@@ -125,6 +125,14 @@ class Balance:
         parts = [t.first_unknowns() for t in self.terms if isinstance(t, GlobalUnknowns)]
         return np.concatenate([np.zeros(0), *parts])
 
+    def unknowns(self, values: Floats) -> list[tuple[GlobalUnknowns, Floats]]:
+        """Returns the terms with global unknowns, and these of all terms (m,) term by term."""
+        return [
+            (term, values[own])
+            for term, own in zip(self.terms, self._slices, strict=True)
+            if isinstance(term, GlobalUnknowns)
+        ]
+
     def restart(self, changes: Changes) -> None:
         """Undoes what `adapt` and `revise` changed; from now on the terms change as given."""
         for term in self.terms:

@@ -85,6 +85,21 @@ class TimeIntegration:
         return h * self.gamma * by_u, (1.0 - self.alpha_m) / (1.0 - self.alpha_f) * by_u
 
 
+@dataclass(frozen=True)
+class TimeStep:
+    """A step of the equations of motion.
+
+    Attributes:
+        integration: the method.
+        size: [time].
+        from_rest: whether it begins without velocity and acceleration, whatever has been before.
+    """
+
+    integration: TimeIntegration
+    size: float
+    from_rest: bool = False
+
+
 class Inertia(Term):
     """Inertia of all material points in one step, and damping proportional to their mass.
 
@@ -94,29 +109,24 @@ class Inertia(Term):
     Args:
         soil: on the grid of the step.
         faces: of the ghost stabilisation.
-        integration: the method.
-        size: of the step [time].
+        step: its size and method.
         damping: factor of the force damping * M v [1/time].
         constrained: prescribed components, shape (nodes, dim).
         increment: their displacement in the step [length], shape (nodes, dim).
-        from_rest: whether the step begins without velocity and acceleration, whatever the points'.
     """
 
     def __init__(
         self,
         soil: Soil,
         faces: Sequence[Faces],
-        integration: TimeIntegration,
-        size: float,
+        step: TimeStep,
         damping: float,
         constrained: Flags,
         increment: Floats,
-        from_rest: bool,
     ) -> None:
         self._soil, self._faces = soil, faces
-        self._integration, self._size, self._damping = integration, size, damping
+        self._step, self._damping = step, damping
         self._constrained, self._increment = constrained, increment
-        self._from_rest = from_rest
 
     def supported_nodes(self) -> Flags:
         """As `Term.supported_nodes`: mass holds all nodes."""
@@ -136,9 +146,8 @@ class Inertia(Term):
         ]
         mass = ConsistentMass(self._soil, active, ghost)
         return AssembledInertia(
-            self._soil, mass, active, self._integration, self._size, self._damping,
-            self._constrained, self._increment, self._from_rest,
-        )  # fmt: skip
+            self._soil, mass, self._step, self._damping, self._constrained, self._increment
+        )
 
     def _nodal_density(self) -> Floats:
         soil = self._soil
@@ -166,19 +175,16 @@ class AssembledInertia(AssembledTerm):
         self,
         soil: Soil,
         mass: ConsistentMass,
-        active: ActiveGrid,
-        integration: TimeIntegration,
-        size: float,
+        step: TimeStep,
         damping: float,
         constrained: Flags,
         increment: Floats,
-        from_rest: bool,
     ) -> None:
-        self._soil, self._mass, self._pattern = soil, mass, active
-        self._integration, self._size, self._damping = integration, size, damping
-        self._constrained, self._prescribed = constrained, increment / size
+        self._soil, self._mass, self._damping = soil, mass, damping
+        self._integration, self._size = step.integration, step.size
+        self._constrained, self._prescribed = constrained, increment / step.size
         zero = np.zeros_like(increment)
-        self.before = Motion(zero, zero, zero) if from_rest else self._motion_before()
+        self.before = Motion(zero, zero, zero) if step.from_rest else self._motion_before()
 
     def _motion_before(self) -> Motion:
         n, kinds, dim = self._soil.points.motion.shape

@@ -102,10 +102,10 @@ class AssembledContact(GlobalUnknowns):
         self._after, self._active = after, active
         self.scale = np.zeros(0) if body is None else body.scale
         self._cell = float(active.grid.cell_size.min())
-        self._weak = np.zeros(0)
-        if body is not None:
+        self._weak = np.zeros_like(self.scale)
+        if body is not None and body.step is None:
             self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
-        self._held, self._may_hold = False, len(self.scale) > 0
+        self._held, self._may_hold = False, self._is_free
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
         self._evaluated: list[_Evaluated] = []
@@ -115,6 +115,11 @@ class AssembledContact(GlobalUnknowns):
     def is_between_bodies(self) -> bool:
         """Whether both sides are soil."""
         return any(isinstance(support.part, BodyContact) for support in self._supports)
+
+    @property
+    def _is_free(self) -> bool:
+        """Whether only contact may hold the body."""
+        return self.body is not None and self.body.step is None and len(self.scale) > 0
 
     def _increments(self, unknowns: Floats) -> Floats:
         assert self.body is not None
@@ -167,6 +172,8 @@ class AssembledContact(GlobalUnknowns):
 
         Along the force on it, until it would overlap the nearest soil a little.
         """
+        if self.body is not None and self.body.step is not None:
+            return self.body.first_unknowns
         zero = np.zeros_like(self.scale)
         direction = None if self.body is None else self.body.falls_along(self._after)
         if self.body is None or direction is None:
@@ -312,7 +319,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._changes = changes
-        self._may_hold = len(self.scale) > 0
+        self._may_hold = self._is_free
         for support in self._supports:
             support.restart(cautious=self._is_cautious)
 

@@ -35,8 +35,9 @@ def make_rigid_bodies(
     for number, declared in enumerate(model.rigid_bodies):
         key = f"rigid_bodies[{number}]"
         body = RigidBody(
-            declared, model.dimension, model.analysis.kind, model.schedule.end, acceleration
-        )
+            declared, model.dimension, model.analysis.kind, model.schedule.end, acceleration,
+            dynamic=model.analysis.inertia is not None,
+        )  # fmt: skip
         shapes = make_shapes(declared, model)
         for i, shape in enumerate(shapes):
             stand_in = ImplicitBoundary(

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats
+from tilth.boundaries.contact.body_inertia import BodyInertia
 from tilth.boundaries.contact.rotation import (
     derivative,
     left_jacobian,
@@ -26,6 +27,7 @@ from tilth.boundaries.contact.rotation import (
 )
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.model import RigidBody as DeclaredBody
+from tilth.terms.inertia import TimeStep
 
 WEAK_SPRING = 1e-10
 """Stiffness of the springs that hold a free body against the step's start, relative to the soil's
@@ -42,6 +44,7 @@ class RigidBody:
         kind: of the analysis.
         end: of the schedule, in a stage of the stage's.
         acceleration: acceleration of all body forces at a time, shape (dim,).
+        dynamic: whether it has inertia.
 
     Attributes:
         name: given by the user.
@@ -55,6 +58,8 @@ class RigidBody:
         force, moment: of the soil on the body at the end of the last step [force], [force length],
             shapes (dim,) and (1,) or (3,), the moment about its centre.
         size: of the body, to scale rotations [length].
+        inertia: velocities and inertia; None in a quasi-static analysis.
+        step: of the equations of motion; None in equilibrium.
     """
 
     def __init__(
@@ -64,6 +69,7 @@ class RigidBody:
         kind: str,
         end: float,
         acceleration: Callable[[float], Floats],
+        dynamic: bool = False,
     ) -> None:
         self.name = declared.name
         self.declared = declared
@@ -84,6 +90,8 @@ class RigidBody:
         self.force: Floats = np.zeros(dim)
         self.moment: Floats = np.zeros(turns)
         self._increments: Floats = np.zeros(dim + turns)
+        self.inertia = BodyInertia.of(declared, dim) if dynamic else None
+        self.step: TimeStep | None = None
 
     @staticmethod
     def _slot(name: str, dim: int) -> int:
@@ -112,21 +120,28 @@ class RigidBody:
         """Factor of those springs: 1/size [1/length], in axisymmetry for the circumference 2 pi."""
         return 2.0 * np.pi if len(self.components) == 1 else 1.0 / self.size
 
-    def begin(self, after: float) -> None:
-        """Begins a step to the time `after`, with the free components at rest."""
-        self._end = after
+    def begin(self, after: float, step: TimeStep | None = None) -> None:
+        """Begins a step to the time `after`, with the free components at rest.
+
+        step: of the equations of motion; None where equilibrium is sought.
+        """
+        self._end, self.step = after, step
         self._increments = self._prescribed(self.time, after)
 
     @property
     def needs_contact(self) -> bool:
-        """Whether a translation is free that no spring holds."""
+        """Whether a translation is free that neither spring nor inertia holds."""
+        if self.step is not None:
+            return False
         return bool((self.free & (self._axis < self.dim) & (self.springs == 0.0)).any())
 
     def falls_along(self, time: float) -> Floats | None:
         """Returns the direction of the force on it if only soil can hold it there, unit, (dim,).
 
-        None if no translation is free, if springs hold it, or without a force.
+        None if no translation is free, if springs or inertia hold it, or without a force.
         """
+        if self.step is not None:
+            return None
         translations = self._axis[self.free] < self.dim
         if not translations.any() or self.springs[self.free][translations].any():
             return None
@@ -135,6 +150,19 @@ class RigidBody:
         force[self._axis[self.free][translations]] = applied[translations]
         size = float(np.linalg.norm(force))
         return force / size if size > 0.0 else None
+
+    @property
+    def first_unknowns(self) -> Floats:
+        """The free components where the search for a dynamic step begins, shape (m,)."""
+        assert self.inertia is not None
+        assert self.step is not None
+        guess = self.inertia.guess(self.rotation, self.step)
+        return np.asarray(guess[self._axis[self.free]])
+
+    def start(self, unknowns: Floats) -> None:
+        """Sets the accelerations to those after a short step from rest, shape (m,)."""
+        if self.inertia is not None and self.step is not None:
+            self.inertia.start(self.increments(unknowns), self.rotation, self.step)
 
     def moved_by(self, translation: Floats) -> Floats:
         """Returns the free components of a translation (dim,) [length], shape (m,)."""
@@ -218,7 +246,9 @@ class RigidBody:
         return np.asarray(whole[np.ix_(slots, slots)])
 
     def applied(self, increments: Floats, time: float) -> Floats:
-        """Returns force and moment on the free components at a time, with weight and springs, (m,).
+        """Returns force and moment on the free components at a time, shape (m,).
+
+        With weight and springs, less what inertia needs.
 
         increments: of the step so far. Forces in [force], moments in [force length].
         """
@@ -226,6 +256,8 @@ class RigidBody:
         load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
         total = np.concatenate([self.displacement, self.turn]) + increments
         load[self._axis] -= self.springs * total[self._axis]
+        if self.inertia is not None and self.step is not None:
+            load -= self.inertia.force(increments, self.rotation, self.step)
         return np.asarray(load[self._axis[self.free]])
 
     def load_stiffness(self, increments: Floats, time: float) -> Floats:
@@ -235,6 +267,8 @@ class RigidBody:
         whole[self._axis, self._axis] = self.springs
         moment = self._declared_load(time)[dim:]
         whole[dim:, dim:] -= left_jacobian_derivative(increments[dim:], moment)
+        if self.inertia is not None and self.step is not None:
+            whole += self.inertia.stiffness(increments, self.rotation, self.step)
         slots = self._axis[self.free]
         return np.asarray(whole[np.ix_(slots, slots)])
 
@@ -265,6 +299,8 @@ class RigidBody:
     def commit(self, unknowns: Floats, force: Floats, moment: Floats) -> None:
         """Ends the step with these free components (m,) and the soil's force and moment."""
         step = self.increments(unknowns)
+        if self.inertia is not None and self.step is not None:
+            self.inertia.commit(step, self.rotation, self.step)
         self.displacement = self.displacement + step[: self.dim]
         self.turn = self.turn + step[self.dim :]
         self.rotation = rotation_by(step[self.dim :]) @ self.rotation
@@ -278,7 +314,8 @@ class RigidBody:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {
+        motion = {} if self.inertia is None else self.inertia.state()
+        return motion | {
             "time": np.array([self.time]),
             "displacement": self.displacement,
             "turn": self.turn,
@@ -297,4 +334,6 @@ class RigidBody:
         self.displacement, self.turn = state["displacement"], state["turn"]
         self.rotation, self.force = state["rotation"], state["force"]
         self.moment = state["moment"]
+        if self.inertia is not None:
+            self.inertia.restore(state)
         self._increments = np.zeros(self.dim + len(self.turn))
