@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
@@ -78,14 +79,15 @@ class Clock:
         """Returns the first time of output after the time reached."""
         return self._outputs[bisect_right(self._outputs, self.time)]
 
-    def accept(self, time: float) -> None:
-        """Records that the step to `time` has converged."""
+    def accept(self, time: float, possible: float = math.inf) -> None:
+        """Records that the step to `time` has converged; possible: size of the next one at most."""
         self.step += 1
         self.time = time
         self.successes += 1
         if self.successes >= GROW_AFTER and self.size < self._regular_size:
             self.size = min(2.0 * self.size, self._regular_size)
             self.successes = 0
+        self.size = min(self.size, max(possible, self.schedule.least_step))
 
     @property
     def is_least(self) -> bool:

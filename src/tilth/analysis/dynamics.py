@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import numpy.typing as npt
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.boundaries.contact.forces import AssembledContact
+from tilth.errors import StepFailed
 from tilth.model import Inertia as DeclaredInertia
 from tilth.model import Model
 from tilth.mpm.soil import Soil
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
 
 START = 1e-3
 """Size of the step that gives the accelerations at the start, relative to that of the first one."""
+
+
+WITHIN, SAFETY = 0.95, 0.9
+"""Possible relative size of a step from which it is accepted, and what of it is then tried."""
 
 
 class Dynamics:
@@ -44,6 +50,8 @@ class Dynamics:
             if radius is None
             else TimeIntegration.generalised_alpha(radius)
         )
+        self._largest_error = declared.largest_error or math.inf
+        self._largest_motion = declared.largest_motion or math.inf
         self._damping = 0.0 if declared.damping is None else declared.damping.mass
         self._start = 0.0
         self.begun = False
@@ -103,6 +111,33 @@ class Dynamics:
     def guess(balance: Balance) -> Floats:
         """Returns the displacement of a step without a change of the acceleration, (nodes, dim)."""
         return inertia_of(balance).guess()
+
+    def possible_size(
+        self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
+    ) -> float:
+        """Returns the size of a step, relative to this one, that keeps error and motion in limits.
+
+        displacement: of the nodes (nodes, dim); moved: of the points, (n, dim).
+        """
+        share = math.inf
+        if self._largest_motion < math.inf:
+            most = float(np.abs(moved / cell_size).max())
+            share = self._largest_motion / max(most, 1e-300)
+        if self._largest_error < math.inf:
+            error = inertia_of(balance).local_error(displacement) / cell_size
+            most = float(np.linalg.norm(error, axis=1).max())
+            share = min(share, (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0))
+        return share
+
+    def require_accurate(self, share: float) -> None:
+        """Checks that a step is short enough; share: its possible relative size.
+
+        Raises:
+            StepFailed: it must be shorter.
+        """
+        if share < WITHIN:
+            reason = "the error or the motion in the step is larger than `analysis.inertia` allows"
+            raise StepFailed(reason, share=SAFETY * share)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

@@ -17,7 +17,7 @@ import numpy as np
 from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residual, State
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
-from tilth.analysis.step_result import PreparedStep, StepResult
+from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.fields.tables import place_text
@@ -198,7 +198,7 @@ class _Search:
                 still = Equilibrium(
                     zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns
                 )
-                return simulation.result(step, balance, still), now.relative
+                return result_of(step, balance, still), now.relative
             share = self._share()
             unbalanced = np.where(constrained, 0.0, now.forces.residual)
             withheld.withheld = (1.0 - share) * unbalanced

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.dynamics import SAFETY
 from tilth.analysis.likely_causes import likely_causes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
@@ -56,7 +57,7 @@ def load_steps(
             when = f"in step {clock.step + 1} to time {after:.6g}{_of_stage(simulation)}"
             raise error.during(when) from error
         cuts = 0
-        clock.accept(after)
+        clock.accept(after, SAFETY * result.possible_size * (after - before))
         yield after - before, result
 
 

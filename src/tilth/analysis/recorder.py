@@ -6,7 +6,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from tilth import __version__
 from tilth.analysis.clock import Clock
 from tilth.analysis.contact_output import ContactOutput
+from tilth.analysis.energies import Energies
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
@@ -67,9 +68,8 @@ class Recorder:
     tables: StepTables
     contact: ContactOutput
     log: RunLog
-    work: float = 0.0
-    friction: float = 0.0
-    """Work that friction has dissipated since the start [force length]."""
+    energies: Energies
+    """Sums over the steps since the start."""
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
@@ -98,6 +98,7 @@ class Recorder:
             tables=StepTables(folder, model, analysis.initial),
             contact=ContactOutput(model, analysis.initial),
             log=RunLog(folder / LOG),
+            energies=Energies.at_start(simulation),
         )
         recorder._header(len(active.cells()), threads, 0)
         result, iterations = None, 0
@@ -106,7 +107,7 @@ class Recorder:
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
         recorder._output(recorder._snapshot(active, result, 0, 0.0))
-        recorder.tables.append(0, (0.0, 0.0), simulation, result, iterations, (0.0, 0.0))
+        recorder.tables.append(0, (0.0, 0.0), simulation, result, iterations, recorder.energies)
         recorder._log_stage()
         return recorder
 
@@ -126,8 +127,7 @@ class Recorder:
             tables=StepTables(folder, model, initial, stored.rows),
             contact=ContactOutput(model, initial),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
-            work=progress.work,
-            friction=progress.friction,
+            energies=Energies(**progress.energies.model_dump()),
         )
         kept = read_results(folder / RESULTS)
         regular = {0.0, *output_times(model)}
@@ -243,8 +243,7 @@ class Recorder:
     def step(self, clock: Clock, size: float, result: StepResult) -> None:
         """Records a converged step."""
         equilibrium = result.equilibrium
-        self.work += result.work
-        self.friction += result.friction_work
+        self.energies.add(result)
         time = self.analysis.time
         self.log.step(clock.step, time, size, equilibrium.residuals)
         self._say_warnings()
@@ -252,7 +251,7 @@ class Recorder:
         with self.simulation.timers.measure("other"):
             self.tables.append(
                 clock.step, (time, clock.time), self.simulation, result,
-                equilibrium.iterations, (self.work, self.friction),
+                equilibrium.iterations, self.energies,
             )  # fmt: skip
             self._last = (clock.step, time, result)
             self._drop_output_of_stop()
@@ -339,8 +338,7 @@ class Recorder:
                 "size": clock.size,
                 "successes": clock.successes,
             },
-            "work": self.work,
-            "friction": self.friction,
+            "energies": asdict(self.energies),
             "model": zlib.crc32((self.folder / MODEL).read_bytes()),
             **self.tables.sync(),
             "outputs": self.results.outputs,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import zip_longest
@@ -27,7 +28,7 @@ from tilth.analysis.state import (
     state_of,
 )
 from tilth.analysis.step import Equilibrium, solve_step
-from tilth.analysis.step_result import PreparedStep, StepResult
+from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
 from tilth.boundaries import (
     Conditions,
@@ -40,7 +41,6 @@ from tilth.boundaries import (
 from tilth.boundaries.axis import Axis
 from tilth.boundaries.contact.between_bodies import require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
@@ -334,6 +334,13 @@ class Simulation:
             self._require_inside(moved)
             require_short_motion(self.body_contacts, self.points, moved)
             balance.require_acceptable(displacement)
+            possible = math.inf
+            if self.dynamics is not None:
+                possible = self.dynamics.possible_size(
+                    balance, displacement, moved, self.grid.cell_size
+                )
+                if not is_least:
+                    self.dynamics.require_accurate(possible)
             if self.implicit and not is_least:
                 position, touching = self.points.position + moved, self.contact_surfaces
                 with self.timers.measure("boundaries"):
@@ -345,13 +352,14 @@ class Simulation:
             failure.residuals = equilibrium.residuals
             raise
         self._move_surfaces(balance.active, displacement, moved)
-        result = self.result(step, balance, equilibrium)
+        with self.timers.measure("boundaries"):
+            result = result_of(step, balance, equilibrium)
         balance.commit(displacement)
         for pair in self.body_contacts:
             pair.begin()
         self._predictor.commit(balance.active, displacement, after - before)
         self._warn(step, balance, equilibrium, moved)
-        return result
+        return replace(result, possible_size=possible)
 
     def solve(
         self,
@@ -391,41 +399,6 @@ class Simulation:
                 if step.after > step.before:  # else a search for the starting state
                     self.run_warnings.line_search(failure.reason, step.after)
         raise AssertionError("a step is tried at least once")
-
-    def result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
-        """Returns the result of a converged step; call it before the step is committed."""
-        conditions, constraints = step.conditions, step.constraints
-        with self.timers.measure("boundaries"):
-            carried = constraints.after(equilibrium.displacement)
-            forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
-            contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
-            forces |= {contact.name: contact.nodal_force() for contact in contacts}
-            touching, between = np.zeros_like(equilibrium.load), np.zeros_like(equilibrium.load)
-            for contact in contacts:
-                total = between if contact.is_between_bodies else touching
-                total += contact.carried_force()
-            reaction_before = constraints.reaction_before(
-                equilibrium.initial_reaction,
-                conditions.constrained,
-                balance.constant_force(),
-                touching,
-                between,
-            )
-            states = {each.name: each.state(equilibrium.displacement) for each in contacts}
-            areas = constraints.areas | {name: each.area for name, each in states.items()}
-        result = StepResult(
-            balance.active,
-            equilibrium,
-            forces,
-            0.0,
-            step.after,
-            areas=areas,
-            contacts=states,
-            between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
-            friction_work=sum(each.friction_work() for each in contacts),
-        )
-        twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
-        return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
 
     def _warn(
         self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats

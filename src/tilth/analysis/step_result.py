@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,8 +12,11 @@ from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.axis import AxisConstraints
+from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.state import ContactState
 from tilth.mpm.grid import ActiveGrid
+from tilth.terms.balance import Balance
+from tilth.terms.inertia import AssembledInertia
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,9 @@ class StepResult:
         between_bodies: names of the contacts between bodies among them; their force is that on the
             second body.
         friction_work: work that friction dissipates in the step [force length], >= 0.
+        damping_work: the same of Rayleigh damping.
+        possible_size: greatest size of a step relative to this one that keeps the declared limits
+            of error and motion; infinite without limits.
     """
 
     active: ActiveGrid
@@ -42,6 +49,8 @@ class StepResult:
     contacts: dict[str, ContactState] = field(default_factory=dict)
     between_bodies: frozenset[str] = frozenset()
     friction_work: float = 0.0
+    damping_work: float = 0.0
+    possible_size: float = math.inf
 
     @property
     def reaction(self) -> Floats:
@@ -83,3 +92,39 @@ class PreparedStep:
     def conditions(self) -> Conditions:
         """All conditions on nodes."""
         return self.on_axis.conditions
+
+
+def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
+    """Returns the result of a converged step; call it before the step is committed."""
+    conditions, constraints = step.conditions, step.constraints
+    carried = constraints.after(equilibrium.displacement)
+    forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
+    contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
+    forces |= {contact.name: contact.nodal_force() for contact in contacts}
+    touching, between = np.zeros_like(equilibrium.load), np.zeros_like(equilibrium.load)
+    for contact in contacts:
+        total = between if contact.is_between_bodies else touching
+        total += contact.carried_force()
+    reaction_before = constraints.reaction_before(
+        equilibrium.initial_reaction,
+        conditions.constrained,
+        balance.constant_force(),
+        touching,
+        between,
+    )
+    states = {each.name: each.state(equilibrium.displacement) for each in contacts}
+    inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
+    result = StepResult(
+        balance.active,
+        equilibrium,
+        forces,
+        0.0,
+        step.after,
+        areas=constraints.areas | {name: each.area for name, each in states.items()},
+        contacts=states,
+        between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
+        friction_work=sum(each.friction_work() for each in contacts),
+        damping_work=sum(each.damping_work(equilibrium.displacement) for each in inertia),
+    )
+    twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
+    return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from tilth.analysis.energies import Energies
 from tilth.analysis.motions import motion_columns, motion_values
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
@@ -82,15 +83,14 @@ class StepTables:
         simulation: Simulation,
         result: StepResult | None,
         iterations: int,
-        work: tuple[float, float],
+        energies: Energies,
     ) -> None:
         """Writes the rows of a step.
 
-        time: total time and that of the stage. work: external work and work that friction
-        dissipated, since the start [force length].
+        time: total time and that of the stage. energies: with those of this step.
         """
         stage = (simulation.model.stage.name, time[1])
-        values = self._tracker.values(simulation, result, *work)
+        values = self._tracker.values(simulation, result, energies)
         self._history.append(step, time[0], iterations, values, stage)
         if self._boundaries is not None:
             values = motion_values(self._model, simulation, result)

@@ -30,7 +30,7 @@ from tilth.output.folder import (
 )
 from tilth.output.history import Mark
 
-CHECKPOINT_FORMAT = 4
+CHECKPOINT_FORMAT = 5
 """Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -58,6 +58,18 @@ class TimeTaken(_Plain):
     processor: dict[str, _Seconds]
 
 
+_Energy = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class EnergySums(_Plain):
+    """As `Energies`."""
+
+    start: _Energy
+    work: _Energy
+    friction: _Energy
+    damping: _Energy
+
+
 class Progress(_Plain):
     """The plain data of a checkpoint, and what it counts on in the other files.
 
@@ -66,8 +78,7 @@ class Progress(_Plain):
         format: of the checkpoint, `CHECKPOINT_FORMAT`.
         stage: number of the stage among those of the type "loading", from 0.
         clock: where the run is in its schedule.
-        work: external work since the start [force length].
-        friction: work that friction dissipated since the start [force length].
+        energies: see `Energies`.
         model: check sum of model.json.
         history: size and check sum of the rows of history.csv up to the step.
         boundaries: the same of boundaries.csv; zeros without that file.
@@ -79,8 +90,7 @@ class Progress(_Plain):
     format: _Number
     stage: _Number
     clock: ClockState
-    work: Annotated[float, Field(allow_inf_nan=False)]
-    friction: Annotated[float, Field(allow_inf_nan=False)]
+    energies: EnergySums
     model: _Number
     history: tuple[_Number, _Number]
     boundaries: tuple[_Number, _Number]

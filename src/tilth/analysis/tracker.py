@@ -8,11 +8,12 @@ number"; the reaction of a boundary that does not act is 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
 from tilth.analysis.embedment import Embedment
+from tilth.analysis.energies import Energies
 from tilth.analysis.motions import area_unit, force_unit, moment_unit
 from tilth.analysis.rigid_shapes import placed
 from tilth.analysis.simulation import Simulation
@@ -24,9 +25,6 @@ from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
-
-Energies = Mapping[str, float]
-"""Energies since the start that are sums over the steps, by their kind [force length]."""
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 
@@ -51,15 +49,9 @@ class Tracker:
         self,
         simulation: Simulation,
         result: StepResult | None,
-        work: float,
-        friction: float = 0.0,
+        energies: Energies,
     ) -> list[float]:
-        """Returns the quantities after a step (`result` None: before the first one).
-
-        `work` is the external work since the start, `friction` what friction dissipated of it
-        [force length].
-        """
-        energies = {"external_work": work, "friction_dissipation": friction}
+        """Returns the quantities after a step (`result` None: before the first one)."""
         return [
             track.scale * evaluate(simulation, result, energies)
             for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
@@ -105,7 +97,8 @@ class Tracker:
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
             return lambda simulation, result, energies: _extent(track, simulation.points, axis)
-        return lambda simulation, result, energies: _energy(track, simulation, energies)
+        kind = track.kind or ""
+        return lambda simulation, result, energies: energies.value(kind, simulation)
 
 
 def unit_of(track: Track, model: Model) -> str:
@@ -231,12 +224,3 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
         chosen = points.of_body(track.body)
     upper = (upper_edges(points) if track.of == "domains" else points.position)[chosen, axis]
     return float(upper.max()) if len(upper) else math.nan
-
-
-def _energy(track: Track, simulation: Simulation, energies: Energies) -> float:
-    if (track.kind or "") in energies:
-        return energies[track.kind or ""]
-    if track.kind == "elastic":
-        return simulation.points.stored_energy()
-    points = simulation.points
-    return float(points.plastic[:, 1] @ points.initial_volume)

@@ -9,7 +9,7 @@ from pydantic import PlainValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import NotNegative, real
+from tilth.model.fields import NotNegative, Positive, real
 from tilth.model.problems import reject, rejection
 
 
@@ -48,6 +48,12 @@ class Inertia(Declared):
     (no damping) to 0 (all are gone after one step)."""
     damping: RayleighDamping | None = None
     """Rayleigh damping; none if not given."""
+    largest_error: Positive | None = None
+    """Largest local error of the displacement in a step [cells]; a step with more is shortened, and
+    shortened steps grow again up to those of the schedule. 0.001 is a common value; no limit if not
+    given."""
+    largest_motion: Positive | None = None
+    """Largest displacement of a material point in a step [cells], as `largest_error`."""
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:

@@ -31,6 +31,16 @@ Quantity = Literal[
     "state",
 ]
 
+EnergyKind = Literal[
+    "elastic",
+    "external_work",
+    "plastic_dissipation",
+    "friction_dissipation",
+    "kinetic",
+    "damping_dissipation",
+    "numerical_dissipation",
+]
+
 _AXES = ("x", "y", "z")
 _TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz", "mean", "von_mises")
 _COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
@@ -94,7 +104,8 @@ class Track(Declared):
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
-    | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation" |
+    | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
+with inertia "kinetic", "damping_dissipation", "numerical_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -124,10 +135,9 @@ class Track(Declared):
     """Axis along which the run-out is measured."""
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
-    kind: (
-        Literal["elastic", "external_work", "plastic_dissipation", "friction_dissipation"] | None
-    ) = None
-    """Kind of energy [force length]."""
+    kind: EnergyKind | None = None
+    """Kind of energy [force length]. With inertia "numerical_dissipation" is what of the work and
+    of the energy at the start is in none of the others."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

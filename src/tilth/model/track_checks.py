@@ -17,6 +17,7 @@ _OF_BODIES = ("rigid_displacement", "rigid_rotation")
 _OF_IMPLICIT = ("penetration",)
 _OF_BOTH = ("contact_area", "embedment")
 _OF_PAIRS = ("reaction", "moment", "contact_area")
+_OF_INERTIA = ("kinetic", "damping_dissipation", "numerical_dissipation")
 WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
 
@@ -28,6 +29,9 @@ def track_problems(model: Model) -> Iterator[Problem]:
     implicit = [name for name, each in boundaries.items() if isinstance(each, ImplicitBoundary)]
     pairs = [pair.name for pair in model.contact_pairs]
     for i, track in enumerate(model.track):
+        if track.kind in _OF_INERTIA and model.analysis.inertia is None:
+            remedy = "add `inertia` to [analysis], or leave it out"
+            yield Problem(f"track[{i}].kind", "has no meaning without inertia", remedy, track.kind)
         name, quantity = track.boundary or "", track.quantity
         if name in pairs and name not in bodies and name not in boundaries:
             yield from _problems_of_pair(i, track)

@@ -405,6 +405,11 @@ class MaterialPoints:
             total += float(density @ self.initial_volume[s])
         return total
 
+    def kinetic_energy(self) -> float:
+        """Returns the kinetic energy of all points [force length]; 0 without inertia."""
+        square = (self.motion[:, :1] ** 2).sum(axis=(1, 2))
+        return 0.5 * float(self.mass @ square)
+
     @property
     def elastic_strain(self) -> Floats:
         """Elastic logarithmic strain [-], half the logarithm of that tensor, shape (n, 6)."""

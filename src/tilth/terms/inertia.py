@@ -233,6 +233,24 @@ class AssembledInertia(AssembledTerm):
         moved = np.abs(displacement) + self._size * np.abs(self.before.velocity)
         return np.asarray(factor * self._mass.times(moved))
 
+    def local_error(self, displacement: Floats) -> Floats:
+        """Returns the local error of the points' displacements [length], shape (n, dim).
+
+        It is (beta - 1/6) h^2 (a' - a): what Newmark's formula lacks of Taylor's series
+        (Zienkiewicz and Xie 1991).
+        """
+        change = self.after(displacement).algorithmic - self.before.algorithmic
+        factor = (self._integration.beta - 1.0 / 6.0) * self._size**2
+        return factor * self._soil.interpolate(change)
+
+    def damping_work(self, displacement: Floats) -> float:
+        """Returns the work of the damping in the step [force length], by the trapezoidal rule."""
+        if self._damping == 0.0:
+            return 0.0
+        velocity = self.before.velocity + self.after(displacement).velocity
+        force = 0.5 * self._damping * self._mass.times(velocity)
+        return float((force * displacement).sum())
+
     def commit(self, displacement: Floats) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' increments of velocity.
 

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Energies of an analysis, and what of the work done on the soil is not found again in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
+
+
+@dataclass
+class Energies:
+    """Energies that are sums over the steps [force length].
+
+    Attributes:
+        start: elastic and kinetic energy before the first step.
+        work: work of loads and boundaries on the soil.
+        friction: what friction dissipated of it.
+        damping: what Rayleigh damping dissipated of it.
+    """
+
+    start: float = 0.0
+    work: float = 0.0
+    friction: float = 0.0
+    damping: float = 0.0
+
+    @classmethod
+    def at_start(cls, simulation: Simulation) -> Energies:
+        """Returns those before the first step."""
+        points = simulation.points
+        return cls(start=points.stored_energy() + points.kinetic_energy())
+
+    def add(self, result: StepResult) -> None:
+        """Adds those of a converged step."""
+        self.work += result.work
+        self.friction += result.friction_work
+        self.damping += result.damping_work
+
+    def value(self, kind: str, simulation: Simulation) -> float:
+        """Returns an energy after the steps so far, by its kind as in `Track`."""
+        points = simulation.points
+        sums = {
+            "external_work": self.work,
+            "friction_dissipation": self.friction,
+            "damping_dissipation": self.damping,
+        }
+        if kind in sums:
+            return sums[kind]
+        if kind == "elastic":
+            return points.stored_energy()
+        if kind == "kinetic":
+            return points.kinetic_energy()
+        plastic = float(points.plastic[:, 1] @ points.initial_volume)
+        if kind == "plastic_dissipation":
+            return plastic
+        stored = points.stored_energy() + points.kinetic_energy()
+        return self.start + self.work - stored - plastic - self.friction - self.damping

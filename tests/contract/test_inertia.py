@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Inertia of soil and rigid bodies: tangents, momentum, units, order, energy, closed forms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from contact_terms import next_balance
+
+from tilth import Model
+from tilth.analysis.dynamics import inertia_of
+from tilth.analysis.energies import Energies
+from tilth.analysis.simulation import Simulation
+from tilth.boundaries.contact.body_inertia import BodyInertia
+from tilth.boundaries.contact.rotation import rotation_by
+from tilth.terms.inertia import Motion, TimeIntegration, TimeStep
+
+NEWMARK: dict[str, Any] = {"scheme": "newmark"}
+ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.6}
+BASES = ["linear", "gimp", "cpdi1", "cpdi2"]
+KINDS = ["plane_strain", "axisymmetric", "3d"]
+GRAVITY = 9.81
+
+
+def block(
+    kind: str = "plane_strain",
+    basis: str = "gimp",
+    inertia: dict[str, Any] = NEWMARK,
+    turns: bool = True,
+    length: float = 1.0,
+    time: float = 1.0,
+) -> Simulation:
+    """An elastic block beside the grid's lines that moves, turns and falls.
+
+    `length` and `time` are units: how often the ones of the numbers below go into them.
+    """
+    dim = 3 if kind == "3d" else 2
+    lower = np.array([0.0 if kind == "axisymmetric" else 0.13, 0.21, 0.17][:dim])
+    upper = np.array([0.93, 1.32, 0.71][:dim])
+    box = {"type": "box", "lower": (length * lower).tolist(), "upper": (length * upper).tolist()}
+    velocity: dict[str, Any] = {"body": "block", "y": 0.7 * length / time}
+    if kind != "axisymmetric":
+        velocity["x"] = 0.3 * length / time
+    if kind != "axisymmetric" and turns:
+        spin = np.array([0.1, 0.4, -0.3]) / time
+        velocity["angular_velocity"] = float(spin[1]) if dim == 2 else spin.tolist()
+        velocity["centre"] = (0.5 * length * (lower + upper)).tolist()
+    gravity = [0.0] * (dim - 1) + [-GRAVITY * length / time**2]
+    entries: dict[str, Any] = {
+        "units": {"time": "s"},
+        "analysis": {"kind": kind, "inertia": inertia, "tolerance": 1e-12},
+        "grid": {"cell_size": 0.25 * length},
+        "materials": {
+            "soil": {
+                "model": "hencky_elastic", "poisson_ratio": 0.3, "density": 1e3 / length**3,
+                "young_modulus": 1e5 / (length * time**2),
+            }
+        },
+        "bodies": [
+            {"name": "block", "material": "soil", "basis": basis, "points_per_cell": 2,
+             "shape": box}
+        ],
+        "initial": {"velocity": [velocity]},
+        "loads": [
+            {"type": "body_force", "acceleration": gravity, "factor": [[0.0, 1.0], [time, 1.0]]}
+        ],
+        "schedule": {"end": 0.2 * time, "steps": 10},
+    }  # fmt: skip
+    return Simulation(Model.from_dict(entries))
+
+
+def run(simulation: Simulation) -> Energies:
+    """Takes all steps."""
+    simulation.check()
+    energies = Energies.at_start(simulation)
+    schedule = simulation.model.schedule
+    for number in range(schedule.steps or 0):
+        times = schedule.regular_time(number), schedule.regular_time(number + 1)
+        energies.add(simulation.advance(*times))
+    return energies
+
+
+@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA | {"damping": {"mass": 3.0}}])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
+    kind: str, inertia: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulation = block(kind, inertia=inertia)
+    simulation.advance(0.0, 0.02)
+    balance = next_balance(simulation, 0.02, 0.05, monkeypatch)
+    term, random = inertia_of(balance), np.random.default_rng(3)
+    shape = (balance.active.nodes, balance.active.grid.dim)
+    u, direction = 1e-3 * random.normal(size=shape), random.normal(size=shape)
+    direction[term._constrained] = 0.0  # the axis
+    blocks = np.zeros((len(balance.active.column), shape[1], shape[1]))
+    term.add_stiffness(u, blocks)
+    rows = np.repeat(np.arange(shape[0]), np.diff(balance.active.row_start))
+    product = np.zeros(shape)
+    np.add.at(product, rows, np.einsum("bij,bj->bi", blocks, direction[balance.active.column]))
+    difference = term.force(u + direction) - term.force(u)
+    np.testing.assert_allclose(product, difference, rtol=0, atol=1e-9 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA])
+def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any]) -> None:
+    """The parabola is in the space of the method: displacement, velocity and no stress."""
+    simulation = block(kind, basis, inertia, turns=False)
+    run(simulation)
+    points, end = simulation.points, 0.2
+    first = np.zeros(points.position.shape[1])
+    first[1] = 0.7
+    first[0] = 0.0 if kind == "axisymmetric" else 0.3
+    gravity = np.zeros_like(first)
+    gravity[-1] = -GRAVITY
+    moved = first * end + 0.5 * gravity * end**2
+    np.testing.assert_allclose(points.displacement, np.tile(moved, (len(points), 1)), atol=1e-10)
+    velocity = np.tile(first + gravity * end, (len(points), 1))
+    np.testing.assert_allclose(points.motion[:, 0], velocity, rtol=0, atol=1e-8)
+    assert np.abs(points.stress).max() < 1e-4 * 1e3 * GRAVITY
+
+
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_momentum_is_kept(kind: str, basis: str) -> None:
+    """That of a turning, vibrating block in free fall, whatever lies on the grid's lines."""
+    simulation = block(kind, basis, ALPHA)
+    run(simulation)
+    points = simulation.points
+    first = np.array([0.3, 0.7, 0.0][: points.position.shape[1]])
+    first[-1] -= GRAVITY * 0.2
+    momentum = points.mass @ points.motion[:, 0]
+    np.testing.assert_allclose(momentum, points.mass.sum() * first, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_results_do_not_depend_on_the_units(kind: str) -> None:
+    one, other = block(kind), block(kind, length=1000.0, time=60.0)
+    for each in (one, other):
+        run(each)
+    order, again = one.points.in_order, other.points.in_order
+    np.testing.assert_allclose(
+        other.points.displacement[again] / 1000.0, one.points.displacement[order], atol=1e-11
+    )
+    velocity = other.points.motion[again, 0] * 60.0 / 1000.0
+    np.testing.assert_allclose(velocity, one.points.motion[order, 0], atol=1e-8)
+
+
+def bar(cells: int, steps: int, inertia: dict[str, Any] = NEWMARK) -> tuple[float, Energies, Any]:
+    """Two periods of a fixed-free bar in its first mode; period over 4 L / c, energies, run.
+
+    Its velocity at the start is the mode, sin(pi x / (2 L)).
+    """
+    length, speed = 1.0, 100.0
+    period = 4.0 * length / speed
+    simulation = Simulation(
+        Model.from_dict(
+            {
+                "units": {"time": "s"},
+                "analysis": {"kind": "plane_strain", "inertia": inertia, "tolerance": 1e-10},
+                "grid": {"cell_size": length / cells},
+                "materials": {
+                    "steel": {
+                        "model": "hencky_elastic",
+                        "young_modulus": 1e3 * speed**2,
+                        "poisson_ratio": 0.0,
+                        "density": 1e3,
+                    }
+                },
+                "bodies": [
+                    {
+                        "name": "bar",
+                        "material": "steel",
+                        "basis": "linear",
+                        "points_per_cell": 2,
+                        "shape": {
+                            "type": "box",
+                            "lower": [0.0, 0.0],
+                            "upper": [length, length / cells],
+                        },
+                    }
+                ],
+                "boundaries": [
+                    {"name": "end", "type": "plane", "axis": "x", "at": 0.0, "condition": "roller"}
+                ],
+                "schedule": {"end": 2.0 * period, "steps": 2 * steps},
+            }
+        )
+    )
+    points = simulation.points
+    points.motion[:, 0, 0] = 1e-5 * np.sin(0.5 * np.pi * points.position[:, 0])
+    tip = points.point_id[[points.position[:, 0].argmax()]]
+    energies = Energies.at_start(simulation)
+    times, moved = [0.0], [0.0]
+    for number in range(2 * steps):
+        times.append(2.0 * period * (number + 1) / (2 * steps))
+        energies.add(simulation.advance(times[-2], times[-1]))
+        moved.append(float(points.displacement[points.index_of(tip)[0], 0]))
+    crossing = [
+        times[i] - moved[i] * (times[i + 1] - times[i]) / (moved[i + 1] - moved[i])
+        for i in range(1, 2 * steps)
+        if moved[i] * moved[i + 1] < 0.0
+    ]
+    found = 2.0 * (crossing[-1] - crossing[0]) / (len(crossing) - 1)
+    return found / period, energies, simulation
+
+
+def test_a_bar_has_its_period_and_keeps_its_energy() -> None:
+    """0.2 % with 40 cells and 80 steps; the method's own error is (omega h)^2 / 12 and so on."""
+    period, energies, simulation = bar(40, 80)
+    assert period == pytest.approx(1.0, abs=2e-3)
+    assert abs(energies.value("numerical_dissipation", simulation)) < 1e-7 * energies.start
+
+
+def test_the_period_is_of_second_order() -> None:
+    errors = [abs(bar(cells, 2 * cells)[0] - 1.0) for cells in (10, 20, 40)]
+    rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+@pytest.mark.parametrize("radius", [1.0, 0.8, 0.5, 0.0])
+def test_the_spectral_radius_is_that_of_high_frequencies(radius: float) -> None:
+    """The largest eigenvalue of the method's amplification matrix at infinite frequency."""
+    method, h = TimeIntegration.generalised_alpha(radius), 1.0
+    omega = 1e8
+    _, by_u = method.derivatives(h)
+    columns = []
+    for unit in np.eye(4):  # displacement, velocity, acceleration, algorithmic acceleration
+        u, v, w, a = unit
+        before = Motion(np.array([v]), np.array([w]), np.array([a]))
+        constant = method.after(np.zeros(1), h, before).acceleration
+        increment = -(constant + omega**2 * u) / (by_u + omega**2)
+        after = method.after(increment, h, before)
+        columns.append(
+            [u + increment[0], after.velocity[0], after.acceleration[0], after.algorithmic[0]]
+        )
+    matrix = np.array(columns).T
+    scale = np.array([1.0, 1.0 / h, omega**2, omega**2])  # balance
+    values = np.abs(np.linalg.eigvals(matrix * (1.0 / scale)[:, None] * scale))
+    assert values.max() == pytest.approx(radius, abs=2e-2)
+
+
+@pytest.mark.parametrize("radius", [None, 0.7])
+def test_the_stiffness_of_a_bodys_inertia_is_the_derivative_of_its_force(
+    radius: float | None,
+) -> None:
+    method = (
+        TimeIntegration.newmark() if radius is None else TimeIntegration.generalised_alpha(radius)
+    )
+    random = np.random.default_rng(5)
+    body = BodyInertia(3.0, np.array([2.0, 5.0, 7.0]), random.normal(size=3), random.normal(size=3))
+    step, rotation = TimeStep(method, 0.3), rotation_by(random.normal(size=3))
+    body.motion.acceleration[:] = random.normal(size=6)
+    increments = 0.3 * random.normal(size=6)
+    stiffness = body.stiffness(increments, rotation, step)
+    for j, unit in enumerate(1e-4 * np.eye(6)):
+        ahead = body.force(increments + unit, rotation, step)
+        behind = body.force(increments - unit, rotation, step)
+        difference = (ahead - behind) / 2e-4
+        np.testing.assert_allclose(stiffness[:, j], difference, rtol=1e-6, atol=1e-5)
+
+
+def test_a_symmetric_top_precesses() -> None:
+    """Its axis turns about its angular momentum at the rate L / I_1 (Euler's equations)."""
+    moments, spin = np.array([2.0, 2.0, 3.0]), np.array([0.3, 0.0, 2.0])
+    momentum = moments * spin
+    body = BodyInertia(1.0, moments, np.zeros(3), spin.copy())
+    acceleration = -np.cross(spin, momentum) / moments
+    body.motion.acceleration[3:] = body.motion.algorithmic[3:] = acceleration
+    size, rotation = 0.01, np.eye(3)
+    step, energy = TimeStep(TimeIntegration.newmark(), size), body.energy()
+    count = 300
+    for _ in range(count):
+        increments = body.guess(rotation, step)
+        for _ in range(4):
+            force = body.force(increments, rotation, step)
+            increments -= np.linalg.solve(body.stiffness(increments, rotation, step), force)
+        body.commit(increments, rotation, step)
+        rotation = rotation_by(increments[3:]) @ rotation
+    axis, length = momentum / np.linalg.norm(momentum), float(np.linalg.norm(momentum))
+    turned = rotation_by(axis * length / moments[0] * size * count) @ np.array([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(rotation[:, 2], turned, atol=2e-4)
+    np.testing.assert_allclose(
+        rotation @ (moments * body.motion.velocity[3:]), momentum, atol=2e-4 * length
+    )
+    assert body.energy() == pytest.approx(energy, rel=1e-5)
