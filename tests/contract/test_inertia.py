@@ -15,7 +15,7 @@ from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.contact.body_inertia import BodyInertia
 from tilth.boundaries.contact.rotation import rotation_by
-from tilth.terms.inertia import Motion, TimeIntegration, TimeStep
+from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration, TimeStep
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.6}
@@ -96,6 +96,8 @@ def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
     direction[term._constrained] = 0.0  # the axis
     blocks = np.zeros((len(balance.active.column), shape[1], shape[1]))
     term.add_stiffness(u, blocks)
+    shift = RELATIVE_SHIFT * blocks[:, 0, 0].max() / (1.0 + RELATIVE_SHIFT)
+    blocks[balance.active.diagonal] -= shift * np.eye(shape[1])
     rows = np.repeat(np.arange(shape[0]), np.diff(balance.active.row_start))
     product = np.zeros(shape)
     np.add.at(product, rows, np.einsum("bij,bj->bi", blocks, direction[balance.active.column]))
@@ -212,7 +214,7 @@ def test_a_bar_has_its_period_and_keeps_its_energy() -> None:
     """0.2 % with 40 cells and 80 steps; the method's own error is (omega h)^2 / 12 and so on."""
     period, energies, simulation = bar(40, 80)
     assert period == pytest.approx(1.0, abs=2e-3)
-    assert abs(energies.value("numerical_dissipation", simulation)) < 1e-7 * energies.start
+    assert abs(energies.value("numerical_dissipation", simulation, 0.0)) < 1e-7 * energies.start
 
 
 def test_the_period_is_of_second_order() -> None:

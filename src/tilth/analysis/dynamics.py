@@ -17,6 +17,8 @@ from tilth.errors import StepFailed
 from tilth.model import Inertia as DeclaredInertia
 from tilth.model import Model
 from tilth.mpm.soil import Soil
+from tilth.mpm.water import PhreaticSurface
+from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
@@ -67,7 +69,13 @@ class Dynamics:
             return TimeStep(TimeIntegration.backward_euler(), self._start, from_rest=True)
         return TimeStep(self._integration, after - before) if after > before else None
 
-    def terms(self, prepared: PreparedStep, soil: Soil, faces: Sequence[Faces]) -> list[Term]:
+    def terms(
+        self,
+        prepared: PreparedStep,
+        soil: Soil,
+        water: PhreaticSurface | None,
+        faces: Sequence[Faces],
+    ) -> list[Term]:
         """Returns the inertia in a step; none in one of no size, a search for equilibrium.
 
         faces: of the ghost stabilisation in this step.
@@ -75,9 +83,10 @@ class Dynamics:
         step = self.step(prepared.before, prepared.after)
         if step is None:
             return []
-        conditions = prepared.conditions
+        mass = total_mass(soil.points, water, prepared.before)
         damping = 0.0 if step.from_rest else self._damping
-        return [Inertia(soil, faces, step, damping, conditions.constrained, conditions.increment)]
+        constrained, increment = prepared.conditions.constrained, prepared.conditions.increment
+        return [Inertia(soil, mass, faces, step, damping, constrained, increment)]
 
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
+from tilth.mpm.wet_mass import total_mass
 
 
 @dataclass
@@ -28,8 +29,7 @@ class Energies:
     @classmethod
     def at_start(cls, simulation: Simulation) -> Energies:
         """Returns those before the first step."""
-        points = simulation.points
-        return cls(start=points.stored_energy() + points.kinetic_energy())
+        return cls(start=simulation.points.stored_energy() + kinetic_energy(simulation, 0.0))
 
     def add(self, result: StepResult) -> None:
         """Adds those of a converged step."""
@@ -37,8 +37,8 @@ class Energies:
         self.friction += result.friction_work
         self.damping += result.damping_work
 
-    def value(self, kind: str, simulation: Simulation) -> float:
-        """Returns an energy after the steps so far, by its kind as in `Track`."""
+    def value(self, kind: str, simulation: Simulation, time: float) -> float:
+        """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
         points = simulation.points
         sums = {
             "external_work": self.work,
@@ -50,9 +50,15 @@ class Energies:
         if kind == "elastic":
             return points.stored_energy()
         if kind == "kinetic":
-            return points.kinetic_energy()
+            return kinetic_energy(simulation, time)
         plastic = float(points.plastic[:, 1] @ points.initial_volume)
         if kind == "plastic_dissipation":
             return plastic
-        stored = points.stored_energy() + points.kinetic_energy()
+        stored = points.stored_energy() + kinetic_energy(simulation, time)
         return self.start + self.work - stored - plastic - self.friction - self.damping
+
+
+def kinetic_energy(simulation: Simulation, time: float) -> float:
+    """Returns the kinetic energy of the soil, with the water in it [force length]."""
+    points = simulation.points
+    return points.kinetic_energy(total_mass(points, simulation.water, time))

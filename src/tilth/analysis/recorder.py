@@ -383,6 +383,9 @@ def snapshot(
     if wet:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
         fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
+    if points.motion.shape[1]:
+        fields["velocity"] = lambda: points.motion[order, 0]
+        fields["acceleration"] = lambda: points.motion[order, 1]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]

@@ -449,7 +449,7 @@ class Simulation:
         if self.model.stage.number > 0:
             terms.append(Release(self.released, active, before, after))
         if self.dynamics is not None:
-            terms += self.dynamics.terms(step, soil, self._ghost.faces)
+            terms += self.dynamics.terms(step, soil, self.water, self._ghost.faces)
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
 

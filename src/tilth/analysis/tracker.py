@@ -98,7 +98,9 @@ class Tracker:
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
             return lambda simulation, result, energies: _extent(track, simulation.points, axis)
         kind = track.kind or ""
-        return lambda simulation, result, energies: energies.value(kind, simulation)
+        return lambda simulation, result, energies: energies.value(
+            kind, simulation, 0.0 if result is None else result.time
+        )
 
 
 def unit_of(track: Track, model: Model) -> str:

@@ -18,7 +18,7 @@ from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
-from tilth.model.settings import COLOURS, COLOURS_OF_WATER
+from tilth.model.settings import COLOURS, COLOURS_OF_INERTIA, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.surface import SurfaceLoad
@@ -134,6 +134,8 @@ def state_variable_problems(
             yield Problem(f"track[{i}].variable", *words, track.variable)
     colour, known = model.output.colour_by, _known(model, variables, None)
     fixed = COLOURS if not model.has_water else (*COLOURS, *COLOURS_OF_WATER)
+    if model.analysis.inertia is not None:
+        fixed = (*fixed, *COLOURS_OF_INERTIA)
     if known is not None and colour not in (choices := [*dict.fromkeys((*fixed, *known))]):
         likely = suggestion(colour, choices)
         remedy = f'did you mean "{likely}"? ' if likely else ""

@@ -135,6 +135,11 @@ COLOURS = (
 )
 """Fields of the results, and their components, whatever the materials."""
 
+COLOURS_OF_INERTIA = tuple(
+    f"{name}{axis}" for name in ("velocity", "acceleration") for axis in ("", "_x", "_y", "_z")
+)
+"""Further fields of the results with inertia."""
+
 COLOURS_OF_WATER = ("pore_pressure", *_of_tensor("effective_stress"))
 """Further fields of the results with `[water]`."""
 

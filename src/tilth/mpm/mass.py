@@ -15,8 +15,12 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 
-PROJECTION_TOLERANCE = 1e-12
+PROJECTION_TOLERANCE = 1e-11
 """Residual of the projection relative to the momentum [-]."""
+
+LEAST_EIGENVALUE = 1e-10
+"""Added to the mass matrix relative to its diagonal: where slivers of domains give nodes almost
+dependent masses, velocities that they cannot tell apart are zero."""
 
 MOST_ITERATIONS = 1000
 """Iterations of the projection after which it counts as failed."""
@@ -27,6 +31,7 @@ class ConsistentMass:
 
     Args:
         soil: the material points on the grid.
+        mass: of the points [mass], shape (n,).
         pattern: the grid of the step with the pattern of the matrix.
         faces: elements of equal nodes with their unit matrix (n, n) and weight (elements,), in the
             pattern; weight times unit is a mass.
@@ -38,13 +43,13 @@ class ConsistentMass:
     def __init__(
         self,
         soil: Soil,
+        mass: Floats,
         pattern: ActiveGrid,
         faces: Sequence[tuple[Elements, Floats, Floats]] = (),
     ) -> None:
         points = soil.points
-        self._soil = soil
+        self._soil, self._mass = soil, mass
         self.blocks: Floats = np.zeros(len(pattern.column))
-        mass = points.mass
         for body, stencil, (start, position) in zip(
             points.bodies, soil.active.stencils, pattern.block_positions, strict=True
         ):
@@ -74,7 +79,7 @@ class ConsistentMass:
         Raises:
             StepFailed: the iteration does not converge.
         """
-        right = self._soil.scatter(self._soil.points.mass[:, None] * quantity)
+        right = self._soil.scatter(self._mass[:, None] * quantity)
         q = np.where(known, value, 0.0)
         right = np.where(known, 0.0, right - self.times(q))
         return q + self._solved(right, known)
@@ -82,6 +87,7 @@ class ConsistentMass:
     def _solved(self, right: Floats, known: Flags) -> Floats:
         """Conjugate gradients with the diagonal as preconditioner, all columns at once."""
         diagonal = self._matrix.diagonal()
+        added = LEAST_EIGENVALUE * diagonal[:, None]
         inverse = 1.0 / np.where(diagonal > 0.0, diagonal, 1.0)[:, None]
         x, r = np.zeros_like(right), right
         z = inverse * r
@@ -90,7 +96,7 @@ class ConsistentMass:
         for _ in range(MOST_ITERATIONS):
             if (r_z <= target).all():
                 return x
-            product = np.where(known, 0.0, self.times(p))
+            product = np.where(known, 0.0, self.times(p) + added * p)
             p_product = np.einsum("ak,ak->k", p, product)
             length = np.where(r_z > target, r_z / np.where(p_product > 0.0, p_product, 1.0), 0.0)
             x = x + length * p

@@ -405,10 +405,9 @@ class MaterialPoints:
             total += float(density @ self.initial_volume[s])
         return total
 
-    def kinetic_energy(self) -> float:
-        """Returns the kinetic energy of all points [force length]; 0 without inertia."""
-        square = (self.motion[:, :1] ** 2).sum(axis=(1, 2))
-        return 0.5 * float(self.mass @ square)
+    def kinetic_energy(self, mass: Floats) -> float:
+        """Returns the kinetic energy of all points [force length]; mass: theirs [mass], (n,)."""
+        return 0.5 * float(mass @ (self.motion[:, :1] ** 2).sum(axis=(1, 2)))
 
     @property
     def elastic_strain(self) -> Floats:

@@ -28,6 +28,15 @@ def pore_mass(points: MaterialPoints) -> Floats:
     return mass
 
 
+def total_mass(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
+    """Returns the mass of points at a time, with that of the water in them [mass], shape (n,)."""
+    if water is None:
+        return points.mass
+    planes = water.planes(points.position, time)
+    share, _ = wet_share(planes.depth, half_extents(points, planes.direction))
+    return np.asarray(points.mass + share * pore_mass(points))
+
+
 def without_wet_density(points: MaterialPoints, wet: Flags) -> int | None:
     """Returns a point of those chosen whose material has no density below the water, or None.
 
@@ -40,7 +49,7 @@ def without_wet_density(points: MaterialPoints, wet: Flags) -> int | None:
 
 
 def require_wet_densities(model: Model, points: MaterialPoints) -> None:
-    """Checks that soil below the water has a density there, if a body force acts.
+    """Checks that soil below the water has a density there, if a body force or inertia acts.
 
     With the water as it is at the start and at the end of the model's schedule, on points as they
     are.
@@ -53,8 +62,10 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
     if surface is None:
         return
     surface.require_covers(points.position)
-    if not any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
+    has_weight = any(isinstance(load, BodyForce) for _, load in model.acting_loads())
+    if not has_weight and model.analysis.inertia is None:
         return
+    acts = "a body force acts" if has_weight else "it has inertia"
     for time in (0.0, model.schedule.end):
         planes = surface.planes(points.position, time)
         share, _ = wet_share(planes.depth, half_extents(points, planes.direction))
@@ -63,7 +74,7 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
             name = model.bodies[body.body].materials[body.layer]
             raise BadInput(
                 f"missing, but at time {time:g} the body {body.name!r} of this material is below "
-                f"the water at {place_text(points.position[dry])}, where a body force acts",
+                f"the water at {place_text(points.position[dry])}, where {acts}",
                 "give the mass per volume with full pores, or watertight = true for a material "
                 "that water does not enter",
                 key=dotted(("materials", name, "saturated_density")),

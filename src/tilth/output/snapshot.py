@@ -122,6 +122,7 @@ class Snapshot:
     point_fields: Mapping[str, NDArray[Any]]
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
+    with inertia ``velocity`` [length/time] and ``acceleration`` [length/time^2],
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
     of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], relative
     to the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-];

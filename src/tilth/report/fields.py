@@ -89,6 +89,9 @@ def _unit(field: str, units: Mapping[str, str]) -> str:
         return units.get("length", "") or "-"
     if field in ("cauchy_stress", "effective_stress", "pore_pressure"):
         return units.get("stress", "") or "-"
+    if field in ("velocity", "acceleration") and units.get("length") and units.get("time"):
+        power = "" if field == "velocity" else "\N{SUPERSCRIPT TWO}"
+        return f"{units['length']}/{units['time']}{power}"
     if state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
     if field in parameter_units():

@@ -60,7 +60,7 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     active, grid = soil.active, soil.active.grid
     key = active.cell_keys
     filled = np.zeros((len(key), 2))
-    volume = soil.points.volume
+    volume = np.minimum(soil.points.volume, LARGEST_EXPANSION * soil.points.initial_volume)
     young = soil.elastic_moduli.young
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s, own = slice(body.start, body.stop), active.of_field(body.field)
@@ -100,6 +100,10 @@ def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     centre = np.abs(active.grid.origin[0] + (column + 0.5) * width)
     return np.asarray(np.maximum(centre, 0.5 * width))
 
+
+LARGEST_EXPANSION = 1.5
+"""Volume over the initial one, at most, with which a point fills cells: soil that expands more has
+come apart."""
 
 EXTERIOR_STIFFNESS = 2.0
 """Dimensionless penalty factor of exterior nodes a cell behind an implicit boundary."""

@@ -31,6 +31,11 @@ GHOST_MASS = 1.0 / 12.0
 has (rho / 4) (h^3 / 3)."""
 
 
+RELATIVE_SHIFT = 1e-8
+"""Inertia added to all nodes in the matrix only, relative to the greatest: slivers of domains give
+their nodes almost dependent masses."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """Velocity, acceleration and algorithmic acceleration of nodes, or of a rigid body.
@@ -108,6 +113,7 @@ class Inertia(Term):
 
     Args:
         soil: on the grid of the step.
+        mass: of its points [mass], shape (n,).
         faces: of the ghost stabilisation.
         step: its size and method.
         damping: factor of the force damping * M v [1/time].
@@ -118,13 +124,14 @@ class Inertia(Term):
     def __init__(
         self,
         soil: Soil,
+        mass: Floats,
         faces: Sequence[Faces],
         step: TimeStep,
         damping: float,
         constrained: Flags,
         increment: Floats,
     ) -> None:
-        self._soil, self._faces = soil, faces
+        self._soil, self._mass, self._faces = soil, mass, faces
         self._step, self._damping = step, damping
         self._constrained, self._increment = constrained, increment
 
@@ -144,14 +151,14 @@ class Inertia(Term):
             (each, faces.unit, self._ghost_mass(faces, density))
             for each, faces in zip(elements, self._faces, strict=True)
         ]
-        mass = ConsistentMass(self._soil, active, ghost)
+        mass = ConsistentMass(self._soil, self._mass, active, ghost)
         return AssembledInertia(
-            self._soil, mass, self._step, self._damping, self._constrained, self._increment
+            self._soil, mass, active, self._step, self._damping, self._constrained, self._increment
         )
 
     def _nodal_density(self) -> Floats:
         soil = self._soil
-        mass = soil.scatter(soil.points.mass[:, None])[:, 0]
+        mass = soil.scatter(self._mass[:, None])[:, 0]
         return np.asarray(mass / np.maximum(soil.nodal_volume, 1e-300))
 
     def _ghost_mass(self, faces: Faces, density: Floats) -> Floats:
@@ -175,12 +182,14 @@ class AssembledInertia(AssembledTerm):
         self,
         soil: Soil,
         mass: ConsistentMass,
+        active: ActiveGrid,
         step: TimeStep,
         damping: float,
         constrained: Flags,
         increment: Floats,
     ) -> None:
         self._soil, self._mass, self._damping = soil, mass, damping
+        self._pattern = active
         self._integration, self._size = step.integration, step.size
         self._constrained, self._prescribed = constrained, increment / step.size
         zero = np.zeros_like(increment)
@@ -226,6 +235,7 @@ class AssembledInertia(AssembledTerm):
         scaled = (of_acceleration + self._damping * of_velocity) * self._mass.blocks
         for k in range(displacement.shape[1]):
             blocks[:, k, k] += scaled
+            blocks[self._pattern.diagonal, k, k] += RELATIVE_SHIFT * scaled.max()
 
     def magnitude(self, displacement: Floats) -> Floats:
         """As `AssembledTerm.magnitude`."""
