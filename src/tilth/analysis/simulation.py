@@ -294,7 +294,7 @@ class Simulation:
         for body in self.bodies:
             body.begin(after)
         declared = Conditions.gather(self.boundaries, active, before, after)
-        on_axis = self.axis.constrain(active, declared)
+        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,

@@ -9,9 +9,15 @@ radius, the ring's inner edge is at R - L. With the point at r and the stretch F
 since F_rr r / R is the ratio of the areas normal to the axis. (The half width F_rr L is accurate
 far from the axis only: in a closing hole the last ring is much wider on the inner side of its
 point than on the outer side.)
+
+The ring in front of a cone's tip has no hole, and never gets one; yet the cone pushes it aside.
+So a ring with a boundary between it and the axis does not extend to the axis either.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +26,18 @@ from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit.boundary import Implicit
+
 HOLE_RADIUS_TOLERANCE = 0.05
 """Radius of a ring's hole, in cells, up to which the soil extends to the axis."""
 
 OVERLAP_TOLERANCE = 1e-6
 """Least overlap of a point's domain with a cell along the axis, in cells."""
+
+POINT_BEHIND, AXIS_BEHIND = 0.1, 0.2
+"""A boundary is between a point and the axis if it lies in front of the axis by more than the
+second, and behind the point or in front of it by less than the first [cells]."""
 
 _ROW_BITS = 32
 
@@ -41,14 +54,20 @@ class AxisRows:
         self._next_to_axis = _initially_next_to_axis(model, initial)
         self._initial_radius = initial.position[:, 0].copy()
 
-    def find(self, active: ActiveGrid) -> tuple[Integers, Integers, Floats]:
+    def find(
+        self, active: ActiveGrid, boundaries: Sequence[Implicit] = (), time: float = 0.0
+    ) -> tuple[Integers, Integers, Floats]:
         """Returns the rows' lattice coordinates along y, fields, and the soil's Young's modulus.
+
+        boundaries: those that can be between soil and axis, at `time`.
 
         Field after field, in each of which the rows ascend. The largest modulus where soils of one
         field meet [stress]; shape (n,) each.
         """
         points, grid = active.points, active.grid
         number = np.flatnonzero(self._at_axis(points, grid.cell_size[0]))
+        behind = _behind_boundaries(points.position[number], boundaries, time, grid.cell_size[0])
+        number = number[~behind]
         height = (points.position[number, 1] - grid.origin[1]) / grid.cell_size[1]
         half = points.half_length[number, 1] / grid.cell_size[1]
         low = np.floor(height - half + OVERLAP_TOLERANCE).astype(np.int64)
@@ -77,6 +96,20 @@ class AxisRows:
         hole = radius * (radius - half * (2.0 - points.initial_half_length[:, 0] / start))
         initially = self._next_to_axis[points.point_id] & (radius <= 2.0 * half)
         return np.asarray(initially | (hole <= (HOLE_RADIUS_TOLERANCE * cell_width) ** 2))
+
+
+def _behind_boundaries(
+    position: Floats, boundaries: Sequence[Implicit], time: float, cell_width: float
+) -> Flags:
+    """Returns which positions (n, 2) have a boundary between them and the axis, shape (n,)."""
+    between = np.zeros(len(position), dtype=bool)
+    if len(position) == 0:
+        return between
+    on_axis = position * [0.0, 1.0]
+    for boundary in boundaries:
+        in_soil = boundary.distance(position, time) > -POINT_BEHIND * cell_width
+        between |= in_soil & (boundary.distance(on_axis, time) < -AXIS_BEHIND * cell_width)
+    return between
 
 
 def _initially_next_to_axis(model: Model, initial: MaterialPoints) -> Flags:
