@@ -11,7 +11,7 @@ far from the axis only: in a closing hole the last ring is much wider on the inn
 point than on the outer side.)
 
 The ring in front of a cone's tip has no hole, and never gets one; yet the cone pushes it aside.
-So a ring with a boundary between it and the axis does not extend to the axis either.
+So a row is left out where the axis is behind a boundary and the ring in front of it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
@@ -35,9 +35,11 @@ HOLE_RADIUS_TOLERANCE = 0.05
 OVERLAP_TOLERANCE = 1e-6
 """Least overlap of a point's domain with a cell along the axis, in cells."""
 
-POINT_BEHIND, AXIS_BEHIND = 0.1, 0.2
-"""A boundary is between a point and the axis if it lies in front of the axis by more than the
-second, and behind the point or in front of it by less than the first [cells]."""
+LARGEST_DEPTH = 0.5
+"""Depth of a point behind a boundary, in cells, up to which it counts as in front of it."""
+
+ON_BOUNDARY_TOLERANCE = 1e-6
+"""Distance from a boundary, in cells, up to which a node on the axis lies on it."""
 
 _ROW_BITS = 32
 
@@ -66,8 +68,6 @@ class AxisRows:
         """
         points, grid = active.points, active.grid
         number = np.flatnonzero(self._at_axis(points, grid.cell_size[0]))
-        behind = _behind_boundaries(points.position[number], boundaries, time, grid.cell_size[0])
-        number = number[~behind]
         height = (points.position[number, 1] - grid.origin[1]) / grid.cell_size[1]
         half = points.half_length[number, 1] / grid.cell_size[1]
         low = np.floor(height - half + OVERLAP_TOLERANCE).astype(np.int64)
@@ -75,12 +75,16 @@ class AxisRows:
         count = high - low + 1
         first = np.cumsum(count) - count
         every = np.repeat(low - first, count) + np.arange(count.sum())
-        field = np.repeat(np.broadcast_to(points.fields_of(number), len(number)), count)
+        kept = ~_behind_boundaries(
+            np.repeat(points.position[number], count, axis=0), every, grid, boundaries, time
+        )
+        number, every = np.repeat(number, count)[kept], every[kept]
+        field = np.broadcast_to(points.fields_of(number), len(number))
         code, index = np.unique((field << _ROW_BITS) + every, return_inverse=True)
         fields = (code + (1 << (_ROW_BITS - 1))) >> _ROW_BITS
         row = code - (fields << _ROW_BITS)
         modulus = np.zeros(len(row))
-        np.maximum.at(modulus, index, points.elastic_moduli().young[np.repeat(number, count)])
+        np.maximum.at(modulus, index, points.elastic_moduli().young[number])
         return row, fields, modulus
 
     def _at_axis(self, points: MaterialPoints, cell_width: float) -> Flags:
@@ -99,17 +103,27 @@ class AxisRows:
 
 
 def _behind_boundaries(
-    position: Floats, boundaries: Sequence[Implicit], time: float, cell_width: float
+    position: Floats, row: Integers, grid: Grid, boundaries: Sequence[Implicit], time: float
 ) -> Flags:
-    """Returns which positions (n, 2) have a boundary between them and the axis, shape (n,)."""
-    between = np.zeros(len(position), dtype=bool)
-    if len(position) == 0:
-        return between
-    on_axis = position * [0.0, 1.0]
+    """Returns in which pairs of a ring and a row the axis is behind a boundary, shape (n,).
+
+    That is from the row of nodes below to the one above, while the ring is in front of it.
+
+    Args:
+        position: of the rings [length], shape (n, 2).
+        row: lattice coordinates along y, shape (n,).
+    """
+    behind = np.zeros(len(row), dtype=bool)
+    if len(row) == 0:
+        return behind
+    width, height = grid.cell_size
+    y = grid.origin[1] + (row[:, None] + np.array([-1, 0, 1])) * height
+    on_axis = np.stack([np.zeros(y.size), y.ravel()], axis=1)
     for boundary in boundaries:
-        in_soil = boundary.distance(position, time) > -POINT_BEHIND * cell_width
-        between |= in_soil & (boundary.distance(on_axis, time) < -AXIS_BEHIND * cell_width)
-    return between
+        axis = boundary.distance(on_axis, time).reshape(-1, 3).max(axis=1)
+        in_front = boundary.distance(position, time) > -LARGEST_DEPTH * width
+        behind |= in_front & (axis <= ON_BOUNDARY_TOLERANCE * width)
+    return behind
 
 
 def _initially_next_to_axis(model: Model, initial: MaterialPoints) -> Flags:

@@ -24,13 +24,15 @@ DIAMETER, STRENGTH, POISSON = 1.0, 10e3, 0.49
 Poisson's ratio of the clay [-]."""
 SOFT, STIFF = 100.0, 300.0
 """G / s_u of the case file and of a second clay [-]."""
-WIDE = 10.0
-"""Outer radius of the second clay, whose plastic zone is larger [m]; that of the case file is 8."""
+WIDE, LOW = 10.0, -1.0
+"""Outer radius and lower edge of the second clay, whose plastic zone is larger and in which the
+cone is pushed farther [m]; those of the case file are 8 and 0."""
 STEP, STEP_STIFF = 0.02, 0.025
 """How far a step pushes it [m], in the first and the second clay."""
-TRAVEL, SHORTER = 3.0, 2.0
-"""How far it is pushed from the bottom of its hole, and how far on the finer grid [m]."""
-WINDOW = 0.1
+TRAVEL, SHORTER, FARTHER = 3.0, 2.0, 4.0
+"""How far it is pushed from the bottom of its hole, how far on the finer grid, and how far in the
+second clay [m]."""
+WINDOW = 0.25
 """Length of the way over which its force is averaged [m]: where a material point comes into
 contact the force of a single step differs by up to 2 %."""
 
@@ -66,22 +68,28 @@ def deep() -> Iterator[Comparison]:
     coarse = cone_resistance(curve, SHORTER)
     fine = cone_resistance(penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER), SHORTER)
     yield relative("N_kt at two diameters, Ir 100, h D/6", coarse, fine, 0.05, "h D/8")
-    stiff = cone_resistance(penetrate(stiff_clay(), 6, TRAVEL, STEP_STIFF), TRAVEL)
+    curve = penetrate(stiff_clay(), 6, FARTHER, STEP_STIFF)
+    stiff, end = cone_resistance(curve, TRAVEL), cone_resistance(curve, FARTHER)
     yield relative("N_kt, Ir 300, h D/6", stiff, cone_factor(STIFF), 0.12, source)
+    yield relative("N_kt at four diameters, Ir 300, h D/6", end, cone_factor(STIFF), 0.12, source)
+    quantity = "change of N_kt over the fourth diameter, Ir 300, h D/6"
+    yield vanishing(quantity, end / stiff - 1.0, 0.03, "steady")
     quantity = "N_kt of Ir 300 less that of Ir 100, h D/6"
     yield absolute(quantity, stiff - soft, 1.9, 0.5, "1.4 to 2.4; Lu et al. 1.76")
 
 
 def stiff_clay() -> Model:
-    """Returns the deep cone in the second clay, in a wider cylinder."""
+    """Returns the deep cone in the second clay, in a wider and longer cylinder."""
     model = example(PROBLEM, "contact.toml")
     shape = model.bodies[0].shape
     assert isinstance(shape, Polygon)
-    edge = max(x for x, _ in shape.vertices)
+    edge, base = max(x for x, _ in shape.vertices), min(y for _, y in shape.vertices)
+    corners = [[WIDE if x == edge else x, LOW if y == base else y] for x, y in shape.vertices]
     changes = {
         "materials.clay.young_modulus": 2.0 * (1.0 + POISSON) * STIFF * STRENGTH,
-        "bodies.0.shape.vertices": [[WIDE if x == edge else x, y] for x, y in shape.vertices],
+        "bodies.0.shape.vertices": corners,
         "boundaries.0.at": WIDE,
+        "boundaries.1.geometry.point": [0.0, LOW],
     }
     return varied(model, changes)
 
