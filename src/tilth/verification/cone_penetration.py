@@ -27,8 +27,8 @@ SOFT, STIFF = 100.0, 300.0
 WIDE, LOW = 10.0, -1.0
 """Outer radius and lower edge of the second clay, whose plastic zone is larger and in which the
 cone is pushed farther [m]; those of the case file are 8 and 0."""
-STEP, STEP_STIFF = 0.02, 0.025
-"""How far a step pushes it [m], in the first and the second clay."""
+STEP, STEP_FINE = 0.025, 0.02
+"""How far a step pushes it [m], on cells of a sixth and an eighth of the diameter."""
 TRAVEL, SHORTER, FARTHER = 3.0, 2.0, 4.0
 """How far it is pushed from the bottom of its hole, how far on the finer grid, and how far in the
 second clay [m]."""
@@ -66,9 +66,10 @@ def deep() -> Iterator[Comparison]:
     change = soft / cone_resistance(curve, TRAVEL - DIAMETER) - 1.0
     yield vanishing("change of N_kt over the third diameter, Ir 100, h D/6", change, 0.03, "steady")
     coarse = cone_resistance(curve, SHORTER)
-    fine = cone_resistance(penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER), SHORTER)
+    finer = penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER, STEP_FINE)
+    fine = cone_resistance(finer, SHORTER)
     yield relative("N_kt at two diameters, Ir 100, h D/6", coarse, fine, 0.05, "h D/8")
-    curve = penetrate(stiff_clay(), 6, FARTHER, STEP_STIFF)
+    curve = penetrate(stiff_clay(), 6, FARTHER)
     stiff, end = cone_resistance(curve, TRAVEL), cone_resistance(curve, FARTHER)
     yield relative("N_kt, Ir 300, h D/6", stiff, cone_factor(STIFF), 0.12, source)
     yield relative("N_kt at four diameters, Ir 300, h D/6", end, cone_factor(STIFF), 0.12, source)
