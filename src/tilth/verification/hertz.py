@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
+from tilth.verification.cattaneo import drawn_cylinder
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.elastic_contact import (
     HertzCylinder,
@@ -33,7 +34,8 @@ HERTZ, FINITE = "Hertz", "Hertz, less the depth lost in finite soil"
 def comparisons(long: bool) -> Iterator[Comparison]:
     """Half-width and peak pressure under the cylinder, and the smooth footing on clay.
 
-    In the long form also the rough footing, the sphere, and the cylinder on half the cells.
+    In the long form also the rough footing, the sphere, the cylinder on half the cells, and the
+    cylinder that is pressed and drawn.
     """
     yield from cylinder(CELL)
     yield from footing("smooth")
@@ -41,6 +43,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         yield from footing("rough")
         yield from cylinder(0.5 * CELL)
         yield from sphere()
+        yield from drawn_cylinder()
 
 
 def sphere() -> Iterator[Comparison]:
