@@ -209,7 +209,10 @@ def draw_shear(name: str) -> None:
     model = tilth.load_case(EXAMPLES / name / "cattaneo.toml")
     run = run_contact(model)
     across, down = run.force["cylinder"][-1]
-    contact, middle = normal_contact(model), model.rigid_bodies[0].centre[0] + run.displacement[-1, 0]
+    contact, middle = (
+        normal_contact(model),
+        model.rigid_bodies[0].centre[0] + run.displacement[-1, 0],
+    )
     width, unit = contact.half_width(-down), FRICTION * contact.peak_pressure(-down)
     x = np.linspace(-1.2, 1.2, 2000)
     limit = FRICTION * contact.pressure(x * width, -down)
@@ -222,7 +225,9 @@ def draw_shear(name: str) -> None:
     axes.plot(x, limit / unit, color="0.6", linewidth=1, label="friction times Hertz's pressure")
     axes.plot(x, law / unit, "k", linewidth=1, label="Cattaneo")
     axes.plot(place[near], means.expected[near] / unit, "k_", label="its means about nodes")
-    axes.plot(place[near], means.shear[near] / unit, "o", color="#1d3557", markersize=4, label="shear")
+    axes.plot(
+        place[near], means.shear[near] / unit, "o", color="#1d3557", markersize=4, label="shear"
+    )
     axes.set_xlabel("x / a")
     axes.set_ylabel("shear over friction times p0")
     axes.legend(frameon=False, fontsize=8)

@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
-from tilth.verification.cattaneo import drawn_cylinder
 from tilth.verification.cases import example, varied
+from tilth.verification.cattaneo import drawn_cylinder
 from tilth.verification.closed_forms.elastic_contact import (
     HertzCylinder,
     HertzSphere,
