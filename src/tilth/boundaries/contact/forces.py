@@ -397,7 +397,7 @@ class AssembledContact(GlobalUnknowns):
             # what is tolerated in a small support must not act on its traction in the next step
             tolerated = np.where(self._is_small(support), each.slip[:, 0], 0.0)
             gap = support.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
-            support.part.store(traction, closed, gap)
+            support.part.store(traction, closed, gap + support.left)
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
