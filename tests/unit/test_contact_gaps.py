@@ -16,6 +16,7 @@ from tilth.boundaries.contact.constraint import (
     INEXACT_DRIFT,
     LARGEST_DRIFT,
     SCATTER_OF_MEANS,
+    frames,
 )
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
 from tilth.verification.cases import example, varied
@@ -125,6 +126,45 @@ def test_gaps_follow_what_is_measured_since_contact_closed(
         followed = (support.first_gap - touch.gap)[present]
         np.testing.assert_allclose(followed, expected, rtol=0, atol=1e-12 * cell)
         assert not (support.first_gap - touch.gap)[~touch.closed].any()
+
+
+def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Carried gaps of 0.05 cells and drift: neither loads the last attempts at a step."""
+    simulation = pressed_block("plane_strain", "friction", DRIVEN)
+    simulation.advance(0.0, 0.25)
+    _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
+    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
+    part, touch = support.part, support.part.touch
+    touch.gap[touch.closed] += 0.05 * part.boundary.cell
+    touch.moved[:] = touch.gap - part.boundary.cell
+    whole = np.array([touch.closed[part.owner == k].all() for k in range(support.count)])
+    whole &= support.area > 0.0
+    assert whole.any()
+    support.restart()
+    assert (support.gap[whole] > 0.03 * part.boundary.cell).all()
+    support.restart(cautious=True)
+    np.testing.assert_allclose(support.gap[whole], 0.0, rtol=0, atol=1e-12 * part.boundary.cell)
+    np.testing.assert_allclose(support.first_gap + support.left, touch.gap, rtol=1e-14)
+    stored: list[Floats] = []
+    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
+    still = np.zeros((term._active.nodes, 2))
+    term.forces(still, np.zeros(0))
+    moved = term._moved(support, np.zeros(0))
+    pushed = np.einsum("ni,ni->n", part.pose.normal, moved)
+    term.commit(still)
+    closed = touch.closed & ~term._is_small(support)[part.owner]
+    kept = stored[term._supports.index(support)] + pushed
+    np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
+
+
+def test_supports_without_weight_have_directions() -> None:
+    """Of slivers, whose points have no weight, in space."""
+    normal = np.array([[0.6, 0.0, 0.8], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
+    found = frames(normal, np.array([0.0, 0.0, 1e-4]), np.array([0, 0, 1]), 2)
+    products = np.einsum("ani,bni->nab", found, found)
+    np.testing.assert_allclose(products, np.broadcast_to(np.eye(3), (3, 3, 3)), atol=1e-14)
 
 
 def test_what_was_measured_when_contact_closed_is_kept() -> None:

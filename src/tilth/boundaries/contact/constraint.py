@@ -352,13 +352,14 @@ def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Float
     """Returns normals and tangents of points, shape (dim, n, dim), continuous in each support.
 
     The tangents follow from those of a support's mean normal by the smallest rotation onto the
-    point's normal.
+    point's normal. In the mean the points of a support without any weight count alike.
     """
     dim = normal.shape[1]
     if dim == 2:
         return np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], axis=1)])
+    weight = np.where(np.bincount(owner, weight, minlength=count)[owner] > 0.0, weight, 1.0)
     total = np.stack(
-        [np.bincount(owner, (weight + 1e-300) * each, minlength=count) for each in normal.T], axis=1
+        [np.bincount(owner, weight * each, minlength=count) for each in normal.T], axis=1
     )
     mean = (total / np.linalg.norm(total, axis=1)[:, None])[owner]
     one = np.eye(3)[np.abs(mean).argmin(axis=1)]
