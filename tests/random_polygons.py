@@ -158,16 +158,17 @@ def mean_depth(simulation: Simulation) -> tuple[float, float]:
 
 
 def tracked_depth(simulation: Simulation) -> tuple[float, float]:
-    """Mean overlap as the contact follows it, over the points in contact, and length of them.
+    """Mean overlap as the contact follows it, over the points in contact, and size of their parts.
 
     It is the gap that these points carry on; other than measured ones it knows that the soil is
     displaced beside a corner of the polygon within a cell only as the nodes allow.
     """
     (surface,) = simulation.contact_surfaces
-    touching = np.flatnonzero(surface.carried[:, 2] == 1.0)
+    dim = simulation.model.dimension
+    touching = np.flatnonzero(surface.carried[:, dim] == 1.0)
     weight = surface.weights(simulation.bodies[0].time, touching)
-    length = float(weight.sum())
-    return (-float(weight @ surface.carried[touching, 4]) / length if length > 0.0 else 0.0), length
+    size, gap = float(weight.sum()), surface.carried[touching, dim + 2]
+    return (-float(weight @ gap) / size if size > 0.0 else 0.0), size
 
 
 def thickness(surface: ContactSurface, position: Floats, normal: Floats, time: float) -> Floats:

@@ -314,7 +314,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._restarts += 1
-        self._may_hold = len(self.scale) > 0
+        self._held, self._may_hold = False, len(self.scale) > 0
         for support in self._supports:
             support.restart(cautious=self._is_cautious)
 
@@ -348,7 +348,7 @@ class AssembledContact(GlobalUnknowns):
             assert self.body is not None
             if self.body.needs_contact:
                 raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
-            self._may_hold = False
+            self._held = self._may_hold = False
             changed = True
         for support, _, each in self._each():
             wide = self._too_wide(support, each)
