@@ -92,8 +92,8 @@ def patch() -> Iterator[pytest.MonkeyPatch]:
 def check(seeds: range, folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Runs the problems and compares what overlaps, in the mean over what is in contact.
 
-    As the contact follows it for each of them, as measured anew over all of them: a corner in a
-    cell leaves soil within the polygon, and what is measured of it is not small for a single one.
+    As the contact follows it for each of them; as measured anew over all of them, gaps of some not
+    set off against overlaps of others. What is measured for a single one is not below the limit.
     """
     stopped, unbalanced, deep, overlap, area = [], [], [], 0.0, 0.0
     watched = Watched(patch)
@@ -113,7 +113,7 @@ def check(seeds: range, folder: Path, patch: pytest.MonkeyPatch) -> None:
         tracked, length = tracked_depth(watched.simulation)
         if length > LEAST_LENGTH * cell and tracked > MEAN_DEPTH * cell:
             deep.append((seed, tracked / cell))
-        overlap += depth * touching / cell**2
+        overlap += max(depth, 0.0) * touching / cell**2
         area += touching / cell
     assert not stopped, f"{len(stopped)} of {len(seeds)} stop: {stopped}"
     assert not unbalanced
