@@ -13,6 +13,7 @@ from tilth.comm import norm
 from tilth.model import Analysis
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance, Forces
+from tilth.terms.protocol import Changes
 
 ITERATIONS_BEFORE_ROUND_OFF = 3
 """Iterations that are always done before a small residual is put down to round-off.
@@ -30,15 +31,14 @@ class Newton:
         maximum_iterations: iterations after which the step counts as failed.
         line_search: whether steps that do not reduce the residual are shortened.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
-        adapts: whether soil that comes into contact takes part already in the next iteration, not
-            only from the equilibrium without it on.
+        changes: how terms change what they fix, as which soil takes part in contact.
     """
 
     tolerance: float
     maximum_iterations: int
     line_search: bool
     round_off: float
-    adapts: bool = False
+    changes: Changes = Changes.USUAL
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list
     """Returns how a step is tried, one after the other: with a line search if it fails without.
 
     round_off: residual that counts as zero [force]. contact: whether soil can separate from
-        something; then the step is tried twice more, see `AssembledContact`.
+        something; then the step is tried twice more, see `Changes` and `AssembledContact`.
     """
     plain = Newton(
         tolerance=analysis.tolerance,
@@ -76,7 +76,8 @@ def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list
     patient = replace(plain, line_search=True, maximum_iterations=2 * plain.maximum_iterations)
     attempts = [plain, patient] if analysis.line_search is None else [plain]
     if contact:
-        attempts += [replace(attempts[-1], adapts=True), attempts[-1]]
+        last = attempts[-1]
+        attempts += [replace(last, changes=each) for each in (Changes.CAREFUL, Changes.SINGLE)]
     return attempts
 
 

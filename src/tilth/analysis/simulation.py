@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -374,22 +375,21 @@ class Simulation:
             attempts = [replace(newton, tolerance=least) for newton in attempts]
         if self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
             guess = self._predictor.guess(soil, step.after - step.before)
-        for newton in attempts[:-1]:
+        for newton, following in zip_longest(attempts, attempts[1:]):
             try:
                 return solve_step(
                     balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
                 )
             except StepFailed as failure:
+                if following is None:
+                    raise
                 if guess is not None and self.contact_surfaces:
                     self._predictor.misled()
                 guess = None
-                balance.restart()
+                balance.restart(following.changes)
                 if step.after > step.before:  # else a search for the starting state
                     self.run_warnings.line_search(failure.reason, step.after)
-        return solve_step(
-            balance, step.conditions, self._solver, attempts[-1], self.timers, guess,
-            on_iteration,
-        )  # fmt: skip
+        raise AssertionError("a step is tried at least once")
 
     def result(self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
         """Returns the result of a converged step; call it before the step is committed."""

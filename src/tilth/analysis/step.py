@@ -15,6 +15,7 @@ from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
 from tilth.solvers import LinearSolver, LinearSystem, SolveFailed, StepSolver
 from tilth.terms.balance import Balance
+from tilth.terms.protocol import Changes
 from tilth.timers import Timers
 
 FORCING_TERM = 1e-4
@@ -84,7 +85,7 @@ def solve_step(
     begun = 0
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
-        if newton.adapts and balance.adapt(now.displacement):
+        if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
             now = residual.at(now.displacement, now.unknowns)
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)

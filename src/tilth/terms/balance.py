@@ -13,7 +13,7 @@ from tilth.arrays import Flags, Floats
 from tilth.comm import SERIAL, Communicator, count, norm
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
-from tilth.terms.protocol import GlobalUnknowns, Role, Term, union
+from tilth.terms.protocol import Changes, GlobalUnknowns, Role, Term, union
 
 
 @dataclass(frozen=True)
@@ -119,10 +119,10 @@ class Balance:
         parts = [t.first_unknowns() for t in self.terms if isinstance(t, GlobalUnknowns)]
         return np.concatenate([np.zeros(0), *parts])
 
-    def restart(self) -> None:
-        """Undoes what `adapt` and `revise` changed, before the step is solved once more."""
+    def restart(self, changes: Changes) -> None:
+        """Undoes what `adapt` and `revise` changed; from now on the terms change as given."""
         for term in self.terms:
-            term.restart()
+            term.restart(changes)
 
     def adapt(self, displacement: Floats) -> bool:
         """Returns whether a term changed at a displacement, so that its forces are others."""

@@ -40,6 +40,17 @@ class Role(Enum):
     OTHER = auto()
 
 
+class Changes(Enum):
+    """How terms change, in an attempt at a step, what is fixed while a correction is tried."""
+
+    USUAL = auto()
+    """At equilibria, all that should change at once."""
+    CAREFUL = auto()
+    """Before each linearisation; what couples parts of a term to each other is left out."""
+    SINGLE = auto()
+    """At equilibria, one part of a term at a time."""
+
+
 class AssembledTerm(ABC):
     """A term with known positions in the matrix.
 
@@ -66,13 +77,17 @@ class AssembledTerm(ABC):
         At the displacement of the last call of `force`.
         """
 
-    def restart(self) -> None:  # noqa: B027
-        """Undoes what `adapt` and `revise` changed, before the step is solved once more."""
+    def restart(self, changes: Changes) -> None:  # noqa: B027
+        """Undoes what `adapt` and `revise` changed, before the step is solved once more.
+
+        changes: how it changes in this attempt.
+        """
 
     def adapt(self, displacement: Floats) -> bool:
         """Determines anew, before each linearisation, what is fixed while a correction is tried.
 
-        Such as which soil takes part in contact. At the displacement of the last call of `force`.
+        Such as which soil takes part in contact; only where changes are careful. At the
+        displacement of the last call of `force`.
 
         Returns:
             Whether something changed: the forces are then others.

@@ -23,7 +23,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.body_surface import BodyContactSurface, frames_of, tributary_parts
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap, nearest_points
-from tilth.boundaries.contact.gather import REACH, TouchingSoil, scatter_of, trace_of_soil
+from tilth.boundaries.contact.gather import REACH, TouchingSoil, near_cells, trace_of_soil
 from tilth.boundaries.contact.measure import (
     EVEN,
     SurfaceParts,
@@ -130,24 +130,11 @@ def _contact(
         )  # fmt: skip
 
     measured = measure(parts, measure_gap_at)
-    near = np.flatnonzero(measured.point >= 0)
-    touch = surface.touch(
-        near, measured.gap[near], scatter_of(points, measured.point[near], normal[near])
-    )
-    apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
-    foot = position[near] + apart[:, None] * normal[near]
+    at, chosen, touch = near_cells(surface, parts, measured, points, active)
     own_field = points.field_of_body(surface.first)
-    other_field = points.field_of_body(surface.second)
-    inside = near_soil(active, foot, other_field)
-    inside &= near_soil(active, position[near], own_field)
-    kept = np.flatnonzero(inside)
-    if len(kept) == 0:
-        return None
-    order, at = locate_in_cells(active, foot[kept], other_field)
-    order = kept[order]
-    faces = _faces(points, active, surface.second, at, normal[near[order]])
-    order, at = order[faces], at.of(faces)
-    chosen = near[order]
+    kept = near_soil(active, position[chosen], own_field)
+    kept &= _faces(points, active, surface.second, at, normal[chosen])
+    at, chosen, touch = at.of(kept), chosen[kept], touch.of(np.flatnonzero(kept))
     if len(chosen) == 0:
         return None
     own_order, own = locate_in_cells(active, position[chosen], own_field)
@@ -170,7 +157,7 @@ def _contact(
         axisymmetric=kind == "axisymmetric",
         elastic_share=np.minimum(points.elastic_share[here], points.elastic_share[there]),
         square=np.full(len(chosen), surface.square),
-        touch=touch.of(order),
+        touch=touch,
         trace=trace,
         measured=measured.gap[chosen],
         law=surface.law(*weaker),

@@ -29,7 +29,7 @@ from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import GlobalUnknowns
+from tilth.terms.protocol import Changes, GlobalUnknowns
 
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
@@ -64,15 +64,6 @@ iteration can alternate between open, sliding and sticking multipliers. With a g
 balance is that of a minimum (of an elastic soil's energy) and has a solution.
 """
 
-RESTARTS = 2
-"""Attempts at a step after which contact is cautious: the shear strength is that one from the first
-iteration on, and points that join a support in contact do not open it by their gap."""
-
-
-RESTARTS_BEFORE_FIXED = 3
-"""Attempts at a step after which contact opens and closes only between equilibria, one support at a
-time: within Newton's iteration supports may open and close in turn for ever."""
-
 MAXIMUM_REVISIONS_FIXED = 60
 """As `MAXIMUM_REVISIONS`, where single supports change."""
 
@@ -87,7 +78,13 @@ class _Evaluated:
 
 
 class AssembledContact(GlobalUnknowns):
-    """`ContactForces` (`terms.py`) in the matrix's pattern."""
+    """`ContactForces` (`terms.py`) in the matrix's pattern.
+
+    Where changes are careful, the shear strength is that of the pressure at the start of the step
+    from the first iteration on (`PATIENCE`), points that join a support in contact do not open it
+    by their gap, and what gaps at the start of the step owe is left to the next. Where they are single, supports open and close one at a time as well: within
+    Newton's iteration they may do so in turn for ever.
+    """
 
     def __init__(
         self,
@@ -109,7 +106,8 @@ class AssembledContact(GlobalUnknowns):
         if body is not None:
             self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
         self._held, self._may_hold = False, len(self.scale) > 0
-        self._revisions = self._linearisations = self._restarts = 0
+        self._revisions = self._linearisations = 0
+        self._changes = Changes.USUAL
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -310,10 +308,10 @@ class AssembledContact(GlobalUnknowns):
                 changed = True
         return changed
 
-    def restart(self) -> None:
+    def restart(self, changes: Changes) -> None:
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
-        self._restarts += 1
+        self._changes = changes
         self._held, self._may_hold = False, len(self.scale) > 0
         for support in self._supports:
             support.restart(cautious=self._is_cautious)
@@ -321,7 +319,7 @@ class AssembledContact(GlobalUnknowns):
     @property
     def _is_fixed(self) -> bool:
         """Whether contact opens and closes only between equilibria."""
-        return self._restarts >= RESTARTS_BEFORE_FIXED
+        return self._changes is Changes.SINGLE
 
     def _change_fixed(self) -> bool:
         """Opens or closes what is most against the law at an equilibrium; whether anything is."""
@@ -336,7 +334,7 @@ class AssembledContact(GlobalUnknowns):
 
     @property
     def _is_cautious(self) -> bool:
-        return self._restarts >= RESTARTS
+        return self._changes is not Changes.USUAL
 
     def revise(self, displacement: Floats) -> bool:
         """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.

@@ -20,7 +20,7 @@ from tilth.boundaries.contact.measure import (
     measure,
     sampled,
 )
-from tilth.boundaries.contact.surface import LOST, ContactSurface
+from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
 from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
@@ -67,21 +67,12 @@ def gather_contacts(
     cohesion, slope = soil.strength(points)
     for surface in surfaces:
         parts = SurfaceParts(*surface.surface_points(before))
-        position, normal = parts.position, parts.normal
         measure_gap_at = _measure_of(surface, soil, points, active)
         measured = measure(parts, measure_gap_at)
-        gap, point = measured.gap, measured.point
-        near = np.flatnonzero(point >= 0)
-        touch = surface.touch(near, gap[near], scatter_of(points, point[near], normal[near]))
-        apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
-        foot = position[near] + apart[:, None] * normal[near]
-        field = np.broadcast_to(points.fields_of(point[near]), len(near))
-        inside = np.flatnonzero(near_soil(active, foot, field))
-        if len(inside) == 0:
+        at, chosen, touch = near_cells(surface, parts, measured, points, active)
+        if len(chosen) == 0:
             continue
-        order, at = locate_in_cells(active, foot[inside], field[inside])
-        order = inside[order]
-        chosen = near[order]
+        point = measured.point[chosen]
         pose = _pose(surface, before, after, chosen)
         trace = trace_of_soil(
             surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
@@ -93,17 +84,41 @@ def gather_contacts(
                 at=at,
                 trace=trace,
                 pose=replace(pose, weight=pose.weight * measured.share[chosen]),
-                moduli=moduli[point[chosen]],
+                moduli=moduli[point],
                 axisymmetric=kind == "axisymmetric",
-                elastic_share=points.elastic_share[point[chosen]],
-                touch=touch.of(order),
-                measured=gap[chosen],
-                law=surface.law(points, point[chosen], cohesion, slope),
+                elastic_share=points.elastic_share[point],
+                touch=touch,
+                measured=measured.gap[chosen],
+                law=surface.law(points, point, cohesion, slope),
                 square=surface.square(chosen),
                 turn=surface.turn(before, pose, chosen),
             )
         )
     return found
+
+
+def near_cells(
+    surface: CarriedContact,
+    parts: SurfaceParts,
+    measured: Measured,
+    points: MaterialPoints,
+    active: ActiveGrid,
+) -> tuple[PointsInCells, Integers, Touch]:
+    """Returns the n points of a surface near soil in its cells, their numbers, how they touch it.
+
+    Points are where they touch the soil, or would at the end of their gap.
+    """
+    near = np.flatnonzero(measured.point >= 0)
+    gap, point = measured.gap[near], measured.point[near]
+    position, normal = parts.position[near], parts.normal[near]
+    touch = surface.touch(near, gap, scatter_of(points, point, normal))
+    apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
+    foot = position + apart[:, None] * normal
+    field = np.broadcast_to(points.fields_of(point), len(near))
+    inside = np.flatnonzero(near_soil(active, foot, field))
+    order, at = locate_in_cells(active, foot[inside], field[inside])
+    order = inside[order]
+    return at, near[order], touch.of(order)
 
 
 def _pose(surface: ContactSurface, before: float, after: float, chosen: Integers) -> Pose:
