@@ -129,7 +129,7 @@ def test_a_body_smaller_than_a_cell_is_held(tmp_path: Path) -> None:
 def test_a_body_that_the_soil_cannot_feel_is_refused(tmp_path: Path) -> None:
     """Its sides are slivers: it would pass through the soil without force."""
     entries = problem(small(0.005 * CELL, 0.01 * CELL), displacement={"x": 0.0, "y": -0.05})
-    with pytest.raises(BadInput, match="of only 0.008, and on cells of 0.2") as caught:
+    with pytest.raises(BadInput, match=r"of only 0\.008, and on cells of 0\.2") as caught:
         run(Model.from_dict(entries), tmp_path / "run", quiet=True)
     assert caught.value.key == "rigid_bodies[0]"
 

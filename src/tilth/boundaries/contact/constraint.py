@@ -230,7 +230,7 @@ class Supports:
         drift = self._mean_in_contact(touch.moved - touch.gap)
         unknown = INEXACT_DRIFT * cell + SCATTER_OF_MEANS * self._mean_in_contact(touch.scatter)
         beyond = np.sign(drift) * np.maximum(np.abs(drift) - unknown, 0.0)
-        return np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell)
+        return np.asarray(np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell))
 
     def _mean_in_contact(self, value: Floats) -> Floats:
         """Returns at points in contact at the start the means over their support, others 0, (n,).

@@ -82,8 +82,9 @@ class AssembledContact(GlobalUnknowns):
 
     Where changes are careful, the shear strength is that of the pressure at the start of the step
     from the first iteration on (`PATIENCE`), points that join a support in contact do not open it
-    by their gap, and what gaps at the start of the step owe is left to the next. Where they are single, supports open and close one at a time as well: within
-    Newton's iteration they may do so in turn for ever.
+    by their gap, and what gaps owe at the start of the step is left to the next one. Where they are
+    single, supports open and close one at a time as well: within Newton's iteration they may do so
+    in turn for ever.
     """
 
     def __init__(
