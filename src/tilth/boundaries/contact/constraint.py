@@ -198,20 +198,24 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.restart()
 
-    def restart(self, cautious: bool = False) -> None:
+    def restart(self, cautious: bool = False, owing: bool = False) -> None:
         """Sets the state at the start of the step.
 
         cautious: whether the shear strength is that at the start of the step, and supports in
-            contact begin without points near the soil, whose gap in the mean would open them, and
-            without what no smaller step makes smaller: drift, and carried gaps that have a mean
-            because the points were in other supports. These are left to the next step.
+            contact begin without points near the soil, whose gap in the mean would open them.
+        owing: whether supports leave to the next step what of their mean gap is beyond the surface's
+            motion in this one, so that a smaller step has less to close. It is drift, and the mean
+            of carried gaps where the points were in other supports.
         """
         self.given = cautious
         self.fixed = None
         self.added = np.zeros((self.count, len(self.frame)))
         touch, cell = self.part.touch, self.part.boundary.cell
-        self.left = self._mean_in_contact(touch.gap) if cautious else np.zeros(len(touch.gap))
-        self.first_gap = touch.gap - self.left + (0.0 if cautious else self._drift())
+        drift = self._drift()
+        owed = self._mean_in_contact(touch.gap) + drift
+        motion = np.linalg.norm(self.part.pose.increment, axis=1).max(initial=0.0)
+        self.left = owed - owed.clip(-motion, motion) if owing else np.zeros_like(owed)
+        self.first_gap = touch.gap + drift - self.left
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         near = touch.gap < nearest + NEAR * cell
         if cautious:

@@ -81,10 +81,10 @@ class AssembledContact(GlobalUnknowns):
     """`ContactForces` (`terms.py`) in the matrix's pattern.
 
     Where changes are careful, the shear strength is that of the pressure at the start of the step
-    from the first iteration on (`PATIENCE`), points that join a support in contact do not open it
-    by their gap, and what gaps owe at the start of the step is left to the next one. Where they are
-    single, supports open and close one at a time as well: within Newton's iteration they may do so
-    in turn for ever.
+    from the first iteration on (`PATIENCE`), and points that join a support in contact do not open
+    it by their gap. Where they are single, supports open and close one at a time as well: within
+    Newton's iteration they may do so in turn for ever. They also leave gaps that no smaller step
+    makes smaller to the next one.
     """
 
     def __init__(
@@ -315,7 +315,7 @@ class AssembledContact(GlobalUnknowns):
         self._changes = changes
         self._held, self._may_hold = False, len(self.scale) > 0
         for support in self._supports:
-            support.restart(cautious=self._is_cautious)
+            support.restart(cautious=self._is_cautious, owing=self._is_fixed)
 
     @property
     def _is_fixed(self) -> bool:
