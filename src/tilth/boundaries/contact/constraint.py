@@ -203,8 +203,8 @@ class Supports:
 
         cautious: whether the shear strength is that at the start of the step, and supports in
             contact begin without points near the soil, whose gap in the mean would open them.
-        owing: whether supports leave to the next step what of their mean gap is beyond the surface's
-            motion in this one, so that a smaller step has less to close. It is drift, and the mean
+        owing: whether supports leave to the next step what of their mean gap is beyond the motion
+            in this one, so that a smaller step has less to close. It is drift, and the mean
             of carried gaps where the points were in other supports.
         """
         self.given = cautious
