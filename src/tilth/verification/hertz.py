@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
 from tilth.verification.cases import example, varied
+from tilth.verification.cattaneo import drawn_cylinder
 from tilth.verification.closed_forms.elastic_contact import (
     HertzCylinder,
     HertzSphere,
@@ -36,8 +37,8 @@ SLIP_LINES = "slip lines, a / R as in the run"
 def comparisons(long: bool) -> Iterator[Comparison]:
     """Half-width and peak pressure under the cylinder; smooth footing and smooth sphere on clay.
 
-    In the long form also the rough ones, the sphere on elastic soil, and the cylinder on half the
-    cells.
+    In the long form also the rough ones, the sphere on elastic soil, the cylinder on half the
+    cells, and the cylinder that is pressed and drawn.
     """
     yield from cylinder(CELL)
     yield from footing("smooth")
@@ -47,6 +48,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         yield from footing("rough")
         yield from cylinder(0.5 * CELL)
         yield from sphere()
+        yield from drawn_cylinder()
 
 
 def sphere() -> Iterator[Comparison]:
