@@ -21,7 +21,7 @@ from tilth.terms.balance import Balance
 from tilth.terms.linear import AssembledLinearForces
 
 FEW, MANY = 20, 200
-FEW_IN_SPACE, MANY_IN_SPACE = 5, 20
+FEW_IN_SPACE, MANY_IN_SPACE = 3, 20
 BALANCE = 1e-8
 MEAN_DEPTH = 0.01
 LEAST_LENGTH = 0.5
