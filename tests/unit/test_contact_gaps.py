@@ -16,6 +16,7 @@ from tilth.boundaries.contact.constraint import (
     INEXACT_DRIFT,
     LARGEST_DRIFT,
     SCATTER_OF_MEANS,
+    frames,
 )
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
 from tilth.verification.cases import example, varied
@@ -125,6 +126,62 @@ def test_gaps_follow_what_is_measured_since_contact_closed(
         followed = (support.first_gap - touch.gap)[present]
         np.testing.assert_allclose(followed, expected, rtol=0, atol=1e-12 * cell)
         assert not (support.first_gap - touch.gap)[~touch.closed].any()
+
+
+def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of carried gaps of 0.05 cells and a drift of -0.01 what is beyond the motion in the step."""
+    simulation = pressed_block("plane_strain", "friction", DRIVEN)
+    simulation.advance(0.0, 0.25)
+    _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
+    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
+    part, touch, cell = support.part, support.part.touch, support.part.boundary.cell
+    touch.gap[touch.closed] = 0.05 * cell
+    touch.moved[:] = touch.gap - cell
+    whole = np.array([touch.closed[part.owner == k].all() for k in range(support.count)])
+    whole &= support.area > 0.0
+    assert whole.any()
+    support.restart(cautious=True)
+    np.testing.assert_allclose(support.gap[whole], 0.04 * cell, rtol=1e-12)
+    for motion in (0.0, 0.01, 0.1):
+        part.pose.increment[:] = [motion * cell, 0.0]
+        support.restart(cautious=True, owing=True)
+        left = max(0.04 - motion, 0.0) * cell
+        np.testing.assert_allclose(support.gap[whole], 0.04 * cell - left, rtol=0, atol=1e-14)
+        present = touch.closed & (part.pose.weight > 0.0)
+        np.testing.assert_allclose(support.left[present], left, rtol=0, atol=1e-14)
+        assert not support.left[~touch.closed].any()
+
+
+def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The gap at the end of a step in which the soil does not move."""
+    simulation = pressed_block("plane_strain", "friction", DRIVEN)
+    simulation.advance(0.0, 0.25)
+    _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
+    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
+    part, touch = support.part, support.part.touch
+    touch.gap[touch.closed] = 0.05 * part.boundary.cell
+    touch.moved[:] = touch.gap
+    part.pose.increment[:] = 0.0
+    support.restart(cautious=True, owing=True)
+    stored: list[Floats] = []
+    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
+    still = np.zeros((term._active.nodes, 2))
+    term.forces(still, np.zeros(0))
+    pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(support, np.zeros(0)))
+    term.commit(still)
+    closed = touch.closed & ~term._is_small(support)[part.owner]
+    kept = stored[term._supports.index(support)] + pushed
+    np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
+
+
+def test_supports_without_weight_have_directions() -> None:
+    """Of slivers, whose points have no weight, in space."""
+    normal = np.array([[0.6, 0.0, 0.8], [0.0, 0.6, 0.8], [1.0, 0.0, 0.0]])
+    found = frames(normal, np.array([0.0, 0.0, 1e-4]), np.array([0, 0, 1]), 2)
+    products = np.einsum("ani,bni->nab", found, found)
+    np.testing.assert_allclose(products, np.broadcast_to(np.eye(3), (3, 3, 3)), atol=1e-14)
 
 
 def test_what_was_measured_when_contact_closed_is_kept() -> None:

@@ -340,7 +340,8 @@ class Simulation:
                     self._passage.require_in_front(
                         self.implicit, self.points, position, before, after, self.grid.cell_size
                     )
-                    require_not_passed(touching, self.points, position, before, after)
+                    contacts = step.constraints.contacts
+                    require_not_passed(touching, contacts, self.points, position, before, after)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
