@@ -12,7 +12,6 @@ from tilth.verification.cone_penetration import (
     PROBLEM,
     SOFT,
     STIFF,
-    TRAVEL,
     WINDOW,
     cone_resistance,
     penetrate,
@@ -45,6 +44,6 @@ def draw(curves, file):
 
 
 if __name__ == "__main__":
-    soft = penetrate(example(PROBLEM, "contact.toml"), 6, TRAVEL)
+    soft = penetrate(example(PROBLEM, "contact.toml"), 6, FARTHER)
     stiff = penetrate(stiff_clay(), 6, FARTHER)
     draw({SOFT: soft, STIFF: stiff}, Path(__file__).with_name("depth.png"))
