@@ -7,7 +7,8 @@ Of the examples in `SURFACES` it draws the surface after every step, for the cas
 of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
 at one time with several bases, on the true domains. For the example of element tests it draws the
 first picture of each of its case files, `picture.png` of case.toml.
-Of those in `SAFETY` it draws the mechanism at the factor of safety.
+Of those in `SAFETY` it draws the mechanism at the factor of safety. Of `hertz` it draws the shear
+under the cylinder of cattaneo.toml as well, cattaneo.png.
 """
 
 import shutil
@@ -29,6 +30,9 @@ from tilth.output.vtkhdf import read_results
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
 from tilth.verification.cases import varied
+from tilth.verification.cattaneo import FRICTION, normal_contact, tractions
+from tilth.verification.closed_forms.elastic_contact import Cattaneo
+from tilth.verification.contact_runs import run_contact
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
 from tilth.verification.tunnel import settle
@@ -200,6 +204,36 @@ def draw_trough(name: str, sizes: tuple[float, ...]) -> None:
     stack(name, pictures)
 
 
+def draw_shear(name: str) -> None:
+    """Shear under a cylinder that is pressed and drawn, means about nodes, and the closed form."""
+    model = tilth.load_case(EXAMPLES / name / "cattaneo.toml")
+    run = run_contact(model)
+    across, down = run.force["cylinder"][-1]
+    contact, middle = (
+        normal_contact(model),
+        model.rigid_bodies[0].centre[0] + run.displacement[-1, 0],
+    )
+    width, unit = contact.half_width(-down), FRICTION * contact.peak_pressure(-down)
+    x = np.linspace(-1.2, 1.2, 2000)
+    limit = FRICTION * contact.pressure(x * width, -down)
+    law = Cattaneo(contact, FRICTION).shear(x * width, -down, across)
+    means = tractions(model, run).about_nodes(model.cell_size[0])
+    place = (means.place - middle) / width
+    near = np.abs(place) < x.max()
+    figure = Figure(figsize=(7.6, 3.6), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(x, limit / unit, color="0.6", linewidth=1, label="friction times Hertz's pressure")
+    axes.plot(x, law / unit, "k", linewidth=1, label="Cattaneo")
+    axes.plot(place[near], means.expected[near] / unit, "k_", label="its means about nodes")
+    axes.plot(
+        place[near], means.shear[near] / unit, "o", color="#1d3557", markersize=4, label="shear"
+    )
+    axes.set_xlabel("x / a")
+    axes.set_ylabel("shear over friction times p0")
+    axes.legend(frameon=False, fontsize=8)
+    figure.savefig(EXAMPLES / name / "cattaneo.png", dpi=110)
+
+
 def draw_element_tests(name: str) -> None:
     """The first picture that each case file of element tests declares."""
     for file in sorted((EXAMPLES / name).glob("*.toml")):
@@ -227,3 +261,5 @@ if __name__ == "__main__":
             draw_element_tests(name)
         else:
             make_picture(name)
+            if name == "hertz":
+                draw_shear(name)

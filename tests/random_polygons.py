@@ -10,7 +10,6 @@ import numpy as np
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries.contact.gap import measure_gap
-from tilth.boundaries.contact.surface import ContactSurface
 
 WAYS = ("pressed", "pushed", "turned", "dropped", "resting")
 """Motions: down; down and sideways; down and round; by a force, without turning; free, on
@@ -18,6 +17,9 @@ springs that hold it sideways and against turning."""
 
 YOUNG, STRENGTH = 1e6, 1e4
 STEPS = 5
+
+SAMPLES = 8
+"""Places on a line at which the depth in the polygon is measured."""
 
 
 def corners_of(random: np.random.Generator, size: float) -> Floats:
@@ -140,8 +142,10 @@ def problem(seed: int) -> dict[str, Any]:
 def mean_depth(simulation: Simulation) -> tuple[float, float]:
     """Mean overlap of soil and polygon where they are in contact, measured anew, and length of it.
 
-    The scatter of the material points' domains around the soil's surface has no mean. In a corner
-    the overlap is no deeper than the polygon is thick.
+    At a quadrature point it is what of the line along its normal lies within both, but no more than
+    the depth of this part in the polygon: beside a corner the line runs along the other face. It is
+    negative where the surfaces are apart: the scatter of the domains around the soil's surface has
+    no mean.
     """
     (surface,) = simulation.contact_surfaces
     time = simulation.bodies[0].time
@@ -151,35 +155,25 @@ def mean_depth(simulation: Simulation) -> tuple[float, float]:
         surface.cell, surface.behind,
     )  # fmt: skip
     touching = np.flatnonzero((surface.carried[:, 2] == 1.0) & (point >= 0))
-    weight = surface.weights(time, touching)
-    depth = np.minimum(-gap, thickness(surface, position, normal, time))[touching]
+    weight, overlap = surface.weights(time, touching), -gap[touching]
+    depth = np.zeros(len(touching))
+    for share in (np.arange(SAMPLES) + 1.0) / SAMPLES:
+        place = position[touching] - (share * overlap)[:, None] * normal[touching]
+        depth = np.maximum(depth, -surface.distance(place, time))
     length = float(weight.sum())
-    return (float(weight @ depth) / length if length > 0.0 else 0.0), length
+    mean = weight @ np.minimum(overlap, depth) / length if length > 0.0 else 0.0
+    return float(mean), length
 
 
 def tracked_depth(simulation: Simulation) -> tuple[float, float]:
-    """Mean overlap as the contact follows it, over the points in contact, and length of them.
+    """Mean overlap as the contact follows it, over the points in contact, and size of their parts.
 
     It is the gap that these points carry on; other than measured ones it knows that the soil is
     displaced beside a corner of the polygon within a cell only as the nodes allow.
     """
     (surface,) = simulation.contact_surfaces
-    touching = np.flatnonzero(surface.carried[:, 2] == 1.0)
+    dim = simulation.model.dimension
+    touching = np.flatnonzero(surface.carried[:, dim] == 1.0)
     weight = surface.weights(simulation.bodies[0].time, touching)
-    length = float(weight.sum())
-    return (-float(weight @ surface.carried[touching, 4]) / length if length > 0.0 else 0.0), length
-
-
-def thickness(surface: ContactSurface, position: Floats, normal: Floats, time: float) -> Floats:
-    """Distance from points on a polygon to its other side, against the normal [length], (n,)."""
-    vertices = surface.motion.position(np.array(surface.declared.geometry.vertices), time)
-    found = np.full(len(position), np.inf)
-    for one, two in zip(vertices, np.roll(vertices, -1, axis=0), strict=True):
-        edge, offset = two - one, one - position
-        across = -normal[:, 0] * edge[1] + normal[:, 1] * edge[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            along = (offset[:, 0] * edge[1] - offset[:, 1] * edge[0]) / across
-            share = (-offset[:, 0] * normal[:, 1] + offset[:, 1] * normal[:, 0]) / across
-        hit = (along > 1e-9) & (share >= 0.0) & (share <= 1.0)
-        found[hit] = np.minimum(found, along)[hit]
-    return found
+    size, gap = float(weight.sum()), surface.carried[touching, dim + 2]
+    return (-float(weight @ gap) / size if size > 0.0 else 0.0), size

@@ -88,6 +88,38 @@ def test_the_axis_takes_hold_of_oblique_lattices() -> None:
         assert simulation.axis.heights(active)[1].tolist() == [0.0, 1.0, 2.0]
 
 
+# --- bodies on the axis ---------------------------------------------------------------------------
+
+
+def test_a_ring_that_a_cone_has_pushed_aside_leaves_the_axis() -> None:
+    """It has no hole, but the axis beside it is in the cone; below the tip the axis holds on."""
+    entries = block_entries("axisymmetric", "gimp", boundaries=[plane("base", "y", 0.0)])
+    entries["bodies"][0]["shape"] = {
+        "type": "polygon", "vertices": [[0, 0], [4, 0], [4, 6], [1.5, 6], [0, 3]]
+    }  # fmt: skip
+    cone = {"type": "polyline", "vertices": [[-1.5, 6], [0, 3], [1.5, 6]], "soil": "right"}
+    entries["boundaries"].append(implicit("cone", cone))
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    points = simulation.points
+    innermost = np.flatnonzero(points.position[:, 0] < 0.5)
+    top = innermost[points.position[innermost, 1].argmax()]
+    radius, height = 1.0, 4.6
+    stretch = radius / points.position[top, 0]
+    points.position[top] = [radius, height]
+    points.deformation_gradient[top] = np.diag([stretch, stretch**-2, stretch])
+    active = simulation.locate(0.0)
+    declared = Conditions.gather(simulation.boundaries, active, 0.0, 0.0)
+
+    def held(boundaries: list[Any]) -> list[float]:
+        conditions = simulation.axis.constrain(active, declared, boundaries).conditions
+        on_axis = (conditions.boundary[:, 0] == AXIS) & (active.position[:, 0] == 0.0)
+        return sorted(active.position[on_axis, 1].tolist())
+
+    assert held([]) == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+    assert held(simulation.implicit) == [0.0, 1.0, 2.0, 3.0]
+
+
 # --- contradictions -----------------------------------------------------------------------------
 
 BLOCK: dict[str, Any] = {"type": "box", "lower": [0.0, 0.0], "upper": [2.0, 2.0]}

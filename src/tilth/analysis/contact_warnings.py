@@ -6,6 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
+from tilth.boundaries.contact.make import extents
+from tilth.geometry.make import make_shape
 from tilth.model import (
     Contact,
     FootingGeometry,
@@ -14,9 +18,13 @@ from tilth.model import (
     PolylineGeometry,
     RigidBody,
 )
+from tilth.model.geometry_base import DeclaredGeometry
 
 STEEPEST = 2.0
 """Coefficient of friction above which it is probably an angle: the tangent of 63 degrees."""
+
+THINNEST = 0.1
+"""Thickness of a solid shape, in cells, below which the soil hardly feels its edge."""
 
 
 def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
@@ -33,6 +41,14 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
     for body in model.rigid_bodies:
         yield from _thin(model, body)
         for key, shape in model.shapes_of(body):
+            if solid := _thickness(model, key, shape):
+                yield (
+                    f"thickness of {key}",
+                    f"{key}: this shape is only {solid:.3g} thick, "
+                    f"{solid / min(model.cell_size):.2g} of a cell: soil hardly feels its edge, "
+                    "and its sides act on the same nodes; give a thin shape (a plate, or a line "
+                    'with soil = "both"), a thicker one or smaller cells',
+                )
             line = isinstance(shape, PolylineGeometry) and not shape.closed
             if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
                 yield (
@@ -41,6 +57,15 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     f"{shape.type} only, and passes through soil on the other; give "
                     'soil = "both", a plate, or the whole outline, unless this is meant',
                 )
+
+
+def _thickness(model: Model, key: str, shape: DeclaredGeometry) -> float:
+    """Returns the thickness of a solid shape if it is thin against the cells [length], or 0."""
+    if shape.has_two_sides:
+        return 0.0
+    cell = np.array(model.cell_size)
+    thickness = extents(make_shape(shape, model, key), cell)[1]
+    return thickness if thickness < THINNEST * float(cell.min()) else 0.0
 
 
 def _thin(model: Model, body: RigidBody) -> Iterator[tuple[str, str]]:

@@ -293,7 +293,7 @@ class Simulation:
         for body in self.bodies:
             body.begin(after, time_step)
         declared = Conditions.gather(self.boundaries, active, before, after)
-        on_axis = self.axis.constrain(active, declared)
+        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 self.implicit, self.points, active, self.kind, before, after,
@@ -347,7 +347,8 @@ class Simulation:
                     self._passage.require_in_front(
                         self.implicit, self.points, position, before, after, self.grid.cell_size
                     )
-                    require_not_passed(touching, self.points, position, before, after)
+                    contacts = step.constraints.contacts
+                    require_not_passed(touching, contacts, self.points, position, before, after)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

@@ -9,9 +9,9 @@ boundaries (docs/decisions/0017-axis-of-symmetry.md).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,9 @@ from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.linear import Coupling
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit.boundary import Implicit
 
 GRID_LINE_TOLERANCE = 1e-6
 """Distance from the axis, in cells, up to which a grid line lies on it."""
@@ -109,15 +112,23 @@ class Axis:
         row, _, _ = self._rows.find(active)
         return row, _height(active.grid, row)
 
-    def constrain(self, active: ActiveGrid, conditions: Conditions) -> AxisConstraints:
+    def constrain(
+        self,
+        active: ActiveGrid,
+        conditions: Conditions,
+        boundaries: Sequence[Implicit] = (),
+        time: float = 0.0,
+    ) -> AxisConstraints:
         """Returns the conditions of a step together with the constraints on the axis.
+
+        boundaries: those that can be between soil and axis, at `time`, the start of the step.
 
         Raises:
             BadInput: a boundary prescribes a radial displacement on the axis.
         """
         if self._rows is None:
             return AxisConstraints.without_penalty(conditions)
-        row, field, modulus = self._rows.find(active)
+        row, field, modulus = self._rows.find(active, boundaries, time)
         column, fraction = _columns(active.grid)
         constrained = np.zeros(active.nodes, dtype=bool)
         beyond = _nodes(active, column - 1, row, field)

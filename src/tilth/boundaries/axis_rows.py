@@ -9,22 +9,37 @@ radius, the ring's inner edge is at R - L. With the point at r and the stretch F
 since F_rr r / R is the ratio of the areas normal to the axis. (The half width F_rr L is accurate
 far from the axis only: in a closing hole the last ring is much wider on the inner side of its
 point than on the outer side.)
+
+The ring in front of a cone's tip has no hole, and never gets one; yet the cone pushes it aside.
+So a row is left out where the axis is behind a boundary and the ring in front of it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
+
+if TYPE_CHECKING:
+    from tilth.boundaries.implicit.boundary import Implicit
 
 HOLE_RADIUS_TOLERANCE = 0.05
 """Radius of a ring's hole, in cells, up to which the soil extends to the axis."""
 
 OVERLAP_TOLERANCE = 1e-6
 """Least overlap of a point's domain with a cell along the axis, in cells."""
+
+LARGEST_DEPTH = 0.5
+"""Depth of a point behind a boundary, in cells, up to which it counts as in front of it."""
+
+ON_BOUNDARY_TOLERANCE = 1e-6
+"""Distance from a boundary, in cells, up to which a node on the axis lies on it."""
 
 _ROW_BITS = 32
 
@@ -41,8 +56,12 @@ class AxisRows:
         self._next_to_axis = _initially_next_to_axis(model, initial)
         self._initial_radius = initial.position[:, 0].copy()
 
-    def find(self, active: ActiveGrid) -> tuple[Integers, Integers, Floats]:
+    def find(
+        self, active: ActiveGrid, boundaries: Sequence[Implicit] = (), time: float = 0.0
+    ) -> tuple[Integers, Integers, Floats]:
         """Returns the rows' lattice coordinates along y, fields, and the soil's Young's modulus.
+
+        boundaries: those that can be between soil and axis, at `time`.
 
         Field after field, in each of which the rows ascend. The largest modulus where soils of one
         field meet [stress]; shape (n,) each.
@@ -56,12 +75,16 @@ class AxisRows:
         count = high - low + 1
         first = np.cumsum(count) - count
         every = np.repeat(low - first, count) + np.arange(count.sum())
-        field = np.repeat(np.broadcast_to(points.fields_of(number), len(number)), count)
+        kept = ~_behind_boundaries(
+            np.repeat(points.position[number], count, axis=0), every, grid, boundaries, time
+        )
+        number, every = np.repeat(number, count)[kept], every[kept]
+        field = np.broadcast_to(points.fields_of(number), len(number))
         code, index = np.unique((field << _ROW_BITS) + every, return_inverse=True)
         fields = (code + (1 << (_ROW_BITS - 1))) >> _ROW_BITS
         row = code - (fields << _ROW_BITS)
         modulus = np.zeros(len(row))
-        np.maximum.at(modulus, index, points.elastic_moduli().young[np.repeat(number, count)])
+        np.maximum.at(modulus, index, points.elastic_moduli().young[number])
         return row, fields, modulus
 
     def _at_axis(self, points: MaterialPoints, cell_width: float) -> Flags:
@@ -77,6 +100,30 @@ class AxisRows:
         hole = radius * (radius - half * (2.0 - points.initial_half_length[:, 0] / start))
         initially = self._next_to_axis[points.point_id] & (radius <= 2.0 * half)
         return np.asarray(initially | (hole <= (HOLE_RADIUS_TOLERANCE * cell_width) ** 2))
+
+
+def _behind_boundaries(
+    position: Floats, row: Integers, grid: Grid, boundaries: Sequence[Implicit], time: float
+) -> Flags:
+    """Returns in which pairs of a ring and a row the axis is behind a boundary, shape (n,).
+
+    That is from the row of nodes below to the one above, while the ring is in front of it.
+
+    Args:
+        position: of the rings [length], shape (n, 2).
+        row: lattice coordinates along y, shape (n,).
+    """
+    behind = np.zeros(len(row), dtype=bool)
+    if len(row) == 0:
+        return behind
+    width, height = grid.cell_size
+    y = grid.origin[1] + (row[:, None] + np.array([-1, 0, 1])) * height
+    on_axis = np.stack([np.zeros(y.size), y.ravel()], axis=1)
+    for boundary in boundaries:
+        axis = boundary.distance(on_axis, time).reshape(-1, 3).max(axis=1)
+        in_front = boundary.distance(position, time) > -LARGEST_DEPTH * width
+        behind |= in_front & (axis <= ON_BOUNDARY_TOLERANCE * width)
+    return behind
 
 
 def _initially_next_to_axis(model: Model, initial: MaterialPoints) -> Flags:

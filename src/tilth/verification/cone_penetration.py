@@ -26,11 +26,12 @@ SOFT, STIFF = 100.0, 300.0
 """G / s_u of the case file and of a second clay [-]."""
 WIDE = 10.0
 """Outer radius of the second clay, whose plastic zone is larger [m]; that of the case file is 8."""
-STEP, STEP_STIFF = 0.02, 0.025
-"""How far a step pushes it [m], in the first and the second clay."""
-TRAVEL, SHORTER = 3.0, 2.0
-"""How far it is pushed from the bottom of its hole, and how far on the finer grid [m]."""
-WINDOW = 0.1
+STEP, STEP_FINE = 0.025, 0.02
+"""How far a step pushes it [m], on cells of a sixth and an eighth of the diameter."""
+TRAVEL, SHORTER, FARTHER = 3.0, 2.0, 4.0
+"""How far it is pushed from the bottom of its hole where both clays are compared, how far on the
+finer grid, and how far until its resistance is steady [m]."""
+WINDOW = 0.25
 """Length of the way over which its force is averaged [m]: where a material point comes into
 contact the force of a single step differs by up to 2 %."""
 
@@ -58,18 +59,22 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 def deep() -> Iterator[Comparison]:
     """The cone factor far below the surface: its size, steadiness and grid; in stiffer clay."""
     source = "Lu et al. 2004, from memory"
-    curve = penetrate(example(PROBLEM, "contact.toml"), 6, TRAVEL)
-    soft = cone_resistance(curve, TRAVEL)
-    yield relative("N_kt, Ir 100, h D/6", soft, cone_factor(SOFT), 0.12, source)
-    change = soft / cone_resistance(curve, TRAVEL - DIAMETER) - 1.0
-    yield vanishing("change of N_kt over the third diameter, Ir 100, h D/6", change, 0.03, "steady")
-    coarse = cone_resistance(curve, SHORTER)
-    fine = cone_resistance(penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER), SHORTER)
-    yield relative("N_kt at two diameters, Ir 100, h D/6", coarse, fine, 0.05, "h D/8")
-    stiff = cone_resistance(penetrate(stiff_clay(), 6, TRAVEL, STEP_STIFF), TRAVEL)
-    yield relative("N_kt, Ir 300, h D/6", stiff, cone_factor(STIFF), 0.12, source)
-    quantity = "N_kt of Ir 300 less that of Ir 100, h D/6"
+    curves = {}
+    for rigidity, model in ((SOFT, example(PROBLEM, "contact.toml")), (STIFF, stiff_clay())):
+        curve = penetrate(model, 6, FARTHER)
+        curves[rigidity] = curve
+        here, end = cone_resistance(curve, TRAVEL), cone_resistance(curve, FARTHER)
+        what, exact = f"Ir {rigidity:g}, h D/6", cone_factor(rigidity)
+        yield relative(f"N_kt at three diameters, {what}", here, exact, 0.12, source)
+        yield relative(f"N_kt at four diameters, {what}", end, exact, 0.12, source)
+        quantity = f"change of N_kt over the fourth diameter, {what}"
+        yield vanishing(quantity, end / here - 1.0, 0.03, "steady")
+    quantity = "N_kt of Ir 300 less that of Ir 100 at three diameters, h D/6"
+    soft, stiff = (cone_resistance(curves[each], TRAVEL) for each in (SOFT, STIFF))
     yield absolute(quantity, stiff - soft, 1.9, 0.5, "1.4 to 2.4; Lu et al. 1.76")
+    finer = penetrate(example(PROBLEM, "contact.toml"), 8, SHORTER, STEP_FINE)
+    coarse, fine = (cone_resistance(each, SHORTER) for each in (curves[SOFT], finer))
+    yield relative("N_kt at two diameters, Ir 100, h D/6", coarse, fine, 0.05, "h D/8")
 
 
 def stiff_clay() -> Model:
@@ -78,9 +83,10 @@ def stiff_clay() -> Model:
     shape = model.bodies[0].shape
     assert isinstance(shape, Polygon)
     edge = max(x for x, _ in shape.vertices)
+    corners = [[WIDE if x == edge else x, y] for x, y in shape.vertices]
     changes = {
         "materials.clay.young_modulus": 2.0 * (1.0 + POISSON) * STIFF * STRENGTH,
-        "bodies.0.shape.vertices": [[WIDE if x == edge else x, y] for x, y in shape.vertices],
+        "bodies.0.shape.vertices": corners,
         "boundaries.0.at": WIDE,
     }
     return varied(model, changes)
@@ -103,5 +109,5 @@ def penetrate(model: Model, cells: int, travel: float, step: float = STEP) -> Cu
 
 
 def cone_resistance(curve: Curve, depth: float) -> float:
-    """Returns the mean of a curve over the last tenth of a metre to a depth [m]."""
+    """Returns the mean of a curve over the last `WINDOW` to a depth [m]."""
     return float(curve.at(np.linspace(depth - WINDOW, depth, 11)).mean())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A rigid cylinder and a rigid sphere on elastic soil (Hertz), and a circular footing on clay."""
+"""A rigid cylinder and a rigid sphere on elastic soil (Hertz); circular footing, sphere on clay."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from scipy.optimize import brentq
 from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
 from tilth.verification.cases import example, varied
+from tilth.verification.cattaneo import drawn_cylinder
 from tilth.verification.closed_forms.elastic_contact import (
     HertzCylinder,
     HertzSphere,
     contact_modulus,
     sphere_depth,
 )
-from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING
+from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING, shallow_sphere
 from tilth.verification.comparison import Comparison, at_least, relative
 from tilth.verification.contact_runs import ContactRun, fitted_ellipse, run_contact
 from tilth.verification.convergence import log_slope
@@ -25,22 +26,29 @@ from tilth.verification.convergence import log_slope
 PROBLEM = "hertz"
 RADIUS, SPHERE_RADIUS, EXTENT, CELL = 1.0, 5.0, 4.0, 0.025
 """Of the cylinder, of the sphere, of the soil around it, and of the cells [m]."""
-FOOTING_RADIUS, STRENGTH = 0.5, 10e3
-"""Of the circular footing [m]; s_u of the clay [Pa]."""
+FOOTING_RADIUS, CLAY_SPHERE_RADIUS, STRENGTH = 0.5, 3.0, 10e3
+"""Of the circular footing and of the sphere on clay [m]; s_u of the clay [Pa]."""
+LATE = 0.75
+"""Share of its last radius from which on the contact of the sphere on clay counts."""
 HERTZ, FINITE = "Hertz", "Hertz, less the depth lost in finite soil"
+SLIP_LINES = "slip lines, a / R as in the run"
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Half-width and peak pressure under the cylinder, and the smooth footing on clay.
+    """Half-width and peak pressure under the cylinder; smooth footing and smooth sphere on clay.
 
-    In the long form also the rough footing, the sphere, and the cylinder on half the cells.
+    In the long form also the rough ones, the sphere on elastic soil, the cylinder on half the
+    cells, and the cylinder that is pressed and drawn.
     """
     yield from cylinder(CELL)
     yield from footing("smooth")
+    yield from sphere_on_clay("smooth", long)
     if long:
+        yield from sphere_on_clay("rough", long)
         yield from footing("rough")
         yield from cylinder(0.5 * CELL)
         yield from sphere()
+        yield from drawn_cylinder()
 
 
 def sphere() -> Iterator[Comparison]:
@@ -92,6 +100,50 @@ def footing(face: str) -> Iterator[Comparison]:
     factor = -float(run.force["footing"][-1, 1]) / (np.pi * FOOTING_RADIUS**2 * STRENGTH)
     quantity = f"P / (A s_u), circular footing, {face}, h R/8.5"
     yield relative(quantity, factor, CIRCULAR_FOOTING[face], 0.05, "slip lines")
+
+
+def sphere_on_clay(face: str, long: bool) -> Iterator[Comparison]:
+    """Rows: the factor of a smooth sphere on cells of a/8 against that of slip lines.
+
+    In the long form, smooth or rough, that on cells of a/12 against slip lines and a flat footing;
+    the coarse cells against these; steps halved; under a force in place of the displacement.
+    """
+    fine = varied(
+        example(PROBLEM, "sphere_on_clay.toml"), {"rigid_bodies.0.contact.tangential": face}
+    )
+    coarse = varied(fine, {"grid.cell_size": 1.5 * CELL})
+    run = run_contact(coarse)
+    quantity = f"P / (pi a^2 s_u), {face} sphere on clay, h a/"
+    on_coarse, expected = factors(run, face)
+    if face == "smooth":
+        yield relative(f"{quantity}8", on_coarse, expected, 0.05, SLIP_LINES)
+    if not long:
+        return
+    factor, expected = factors(run_contact(fine), face)
+    yield relative(f"{quantity}12", factor, expected, 0.05, SLIP_LINES)
+    yield relative(f"{quantity}12", factor, CIRCULAR_FOOTING[face], 0.05, "flat footing")
+    yield relative(f"{quantity}8", on_coarse, factor, 0.03, "h a/12")
+    halved, _ = factors(run_contact(varied(coarse, {"schedule.steps": 80})), face)
+    yield relative(f"{quantity}8, steps halved", halved, on_coarse, 0.02, "whole steps")
+    force, depth = -float(run.force["sphere"][-1, 1]), -float(run.displacement[-1, 1])
+    control = {"rigid_bodies.0.displacement": None, "rigid_bodies.0.force": {"y": -force}}
+    reached = -float(run_contact(varied(coarse, control)).displacement[-1, 1])
+    quantity = f"depth of the {face} sphere on clay under that force"
+    yield relative(quantity, reached, depth, 0.02, "displacement given", "m")
+
+
+def factors(run: ContactRun, face: str) -> tuple[float, float]:
+    """Returns the mean P / (pi a^2 s_u) of the late steps, and that of slip lines at their a / R.
+
+    pi a^2 is the circle at the rim of the cap that is in contact. Its radius grows cell by cell;
+    the mean is over the last quarter of it.
+    """
+    circle = run.area - run.area**2 / (4.0 * np.pi * CLAY_SPHERE_RADIUS**2)
+    late = circle > LATE**2 * circle[-1]
+    force = -float(run.force["sphere"][late, 1].mean())
+    area = float(circle[late].mean())
+    ratio = float(np.sqrt(area / np.pi)) / CLAY_SPHERE_RADIUS
+    return force / (area * STRENGTH), shallow_sphere(ratio, face)
 
 
 def cylinder(cell: float) -> Iterator[Comparison]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gather import REACH
 from tilth.boundaries.contact.overlap import soil_inside
@@ -21,6 +21,10 @@ INSIDE = 0.1
 
 LARGEST_DEPTH = 0.5
 """Depth in cells that no material point may newly have behind a surface after a step."""
+
+UNSEEN = 0.1
+"""Depth in cells by which no material point may get behind a part of a surface in a step at whose
+start this part had no soil within `REACH`, so that nothing held the point."""
 
 
 def require_outside(surfaces: Sequence[ContactSurface], points: MaterialPoints) -> None:
@@ -73,6 +77,7 @@ def require_soil_in_reach(
 
 def require_not_passed(
     surfaces: Sequence[ContactSurface],
+    contacts: Sequence[ContactConstraint],
     points: MaterialPoints,
     moved: Floats,
     before: float,
@@ -80,8 +85,8 @@ def require_not_passed(
 ) -> None:
     """Checks that a step takes no material point through a surface.
 
-    Contact holds soil that is within a cell of a surface at the start of a step. moved: positions
-    at the end [length], shape (n, dim).
+    Contact holds soil that is within a cell of a surface at the start of a step. contacts: those of
+    the step. moved: positions at the end [length], shape (n, dim).
 
     Raises:
         StepFailed: a point is behind the surface that was not before.
@@ -90,17 +95,37 @@ def require_not_passed(
         if surface.quadrature is None:
             continue
         near = _near(surface, moved, after)
-        limit = -LARGEST_DEPTH * surface.cell
-        deep = near[surface.distance(moved[near], after) < limit]
-        if len(deep) == 0:
+        now = surface.distance(moved[near], after) / surface.cell
+        behind = np.flatnonzero(now < -UNSEEN)
+        if len(behind) == 0:
             continue
-        new = deep[surface.distance(points.position[deep], before) >= limit]
-        if len(new):
+        was = surface.distance(points.position[near[behind]], before) / surface.cell
+        now = now[behind]
+        through = (now < -LARGEST_DEPTH) & (was >= -LARGEST_DEPTH)
+        entered = np.flatnonzero((was - now > UNSEEN) & ~through)
+        if len(entered):
+            place = moved[near[behind[entered]]]
+            through[entered] = _is_unseen(surface, contacts, place, after)
+        if through.any():
             raise StepFailed(
                 f"soil passes through the surface of {surface.name!r} in one step",
-                point=int(points.point_id[new[0]]),
+                point=int(points.point_id[near[behind[through]][0]]),
                 share=0.5,
             )
+
+
+def _is_unseen(
+    surface: ContactSurface, contacts: Sequence[ContactConstraint], place: Floats, time: float
+) -> Flags:
+    """Returns which places (k, dim) are nearest to a part of the surface without contact, (k,)."""
+    from scipy.spatial import cKDTree
+
+    position = surface.surface_points(time)[0]
+    seen = np.zeros(len(position), dtype=bool)
+    for part in contacts:
+        if part.boundary is surface:
+            seen[part.chosen] = True
+    return np.asarray(~seen[cKDTree(position).query(place)[1]])
 
 
 def _near(surface: ContactSurface, position: Floats, time: float) -> Integers:

@@ -39,12 +39,9 @@ NEAR = 0.01
 """Gap in cells beyond the smallest one up to which soil takes part in contact from the start."""
 
 
-INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
-"""Difference, in the mean over a support, between measured and carried gaps that is not drift: in
-cells, and as a share of the scatter of measured gaps."""
-
-LARGEST_DRIFT = 0.01
-"""By how much a support follows what is measured in one step, in cells."""
+DRIFT, LARGEST_DRIFT = 0.05, 0.01
+"""Depth of material points' centres behind a surface, in the mean over a support, from which the
+soil is moved back, and by how much in one step, in cells."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +166,8 @@ class Supports:
         node_start, node: nodes of each multiplier, ragged, shapes (m + 1,), (entries,).
         row: integrals of N f over the supports, shape (dim, entries, dim), normal first.
         frame: normal and tangents at the points, shape (dim, n, dim).
-        first_gap: gaps of the points at the start of the step [length], shape (n,).
+        first_gap: gaps of the points at the start of the step [length], shape (n,), less
+        left: what of them is left to the next step, shape (n,).
         before: carried mean tractions [stress], shape (m, dim).
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         law: of each multiplier.
@@ -197,17 +195,24 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.restart()
 
-    def restart(self, cautious: bool = False) -> None:
+    def restart(self, cautious: bool = False, owing: bool = False) -> None:
         """Sets the state at the start of the step.
 
         cautious: whether the shear strength is that at the start of the step, and supports in
             contact begin without points near the soil, whose gap in the mean would open them.
+        owing: whether supports leave to the next step what of their mean gap is beyond the motion
+            in this one, so that a smaller step has less to close. It is drift, and the mean
+            of carried gaps where the points were in other supports.
         """
         self.given = cautious
         self.fixed = None
         self.added = np.zeros((self.count, len(self.frame)))
         touch, cell = self.part.touch, self.part.boundary.cell
-        self.first_gap = touch.gap + self._drift()
+        drift = self._drift()
+        owed = self._mean_in_contact(touch.gap) + drift
+        motion = np.linalg.norm(self.part.pose.increment, axis=1).max(initial=0.0)
+        self.left = owed - owed.clip(-motion, motion) if owing else np.zeros_like(owed)
+        self.first_gap = touch.gap + drift - self.left
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         near = touch.gap < nearest + NEAR * cell
         if cautious:
@@ -219,22 +224,26 @@ class Supports:
     def _drift(self) -> Floats:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
 
-        The gaps carried are those of supports; along a curved surface soil drifts off it while it
-        slides. What is measured tells, in the mean over a support, beyond what is inexact in it.
+        The gaps carried are those of supports; along a curved surface soil drifts into it while it
+        slides. How far is not measured: domains of soil that has flowed around a body do not tell
+        where it ends. But the centres of material points do not get far behind a surface; a
+        little they may at an edge around which soil flows.
         """
-        part, touch, cell = self.part, self.part.touch, self.part.boundary.cell
-        weight = np.where(touch.closed, part.pose.weight, 0.0)
-        area = np.bincount(part.owner, weight, self.count)
-        area = np.where(area > 0.0, area, 1.0)
+        cell = self.part.boundary.cell
+        centre = self._mean_in_contact(np.minimum(self.part.touch.centre, cell))
+        behind = centre + DRIFT * cell
+        return np.asarray(behind.clip(-LARGEST_DRIFT * cell, 0.0))
 
-        def mean(value: Floats) -> Floats:
-            return np.asarray(np.bincount(part.owner, weight * value, self.count) / area)
+    def _mean_in_contact(self, value: Floats) -> Floats:
+        """Returns at points in contact at the start the means over their support, others 0, (n,).
 
-        drift = mean(touch.moved - touch.gap)
-        unknown = INEXACT_DRIFT * cell + SCATTER_OF_MEANS * mean(touch.scatter)
-        beyond = np.sign(drift) * np.maximum(np.abs(drift) - unknown, 0.0)
-        step = np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell)
-        return np.where(touch.closed, step[part.owner], 0.0)
+        value: of the points, shape (n,).
+        """
+        owner, closed = self.part.owner, self.part.touch.closed
+        weight = np.where(closed, self.part.pose.weight, 0.0)
+        area = np.bincount(owner, weight, self.count)
+        mean = np.bincount(owner, weight * value, self.count) / np.where(area > 0.0, area, 1.0)
+        return np.where(closed, mean[owner], 0.0)
 
     def activate(self, active: Flags) -> None:
         """Sets which points take part, shape (n,)."""
@@ -345,13 +354,14 @@ def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Float
     """Returns normals and tangents of points, shape (dim, n, dim), continuous in each support.
 
     The tangents follow from those of a support's mean normal by the smallest rotation onto the
-    point's normal.
+    point's normal. In the mean the points of a support without any weight count alike.
     """
     dim = normal.shape[1]
     if dim == 2:
         return np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], axis=1)])
+    weight = np.where(np.bincount(owner, weight, minlength=count)[owner] > 0.0, weight, 1.0)
     total = np.stack(
-        [np.bincount(owner, (weight + 1e-300) * each, minlength=count) for each in normal.T], axis=1
+        [np.bincount(owner, weight * each, minlength=count) for each in normal.T], axis=1
     )
     mean = (total / np.linalg.norm(total, axis=1)[:, None])[owner]
     one = np.eye(3)[np.abs(mean).argmin(axis=1)]

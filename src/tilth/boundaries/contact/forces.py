@@ -83,7 +83,8 @@ class AssembledContact(GlobalUnknowns):
     Where changes are careful, the shear strength is that of the pressure at the start of the step
     from the first iteration on (`PATIENCE`), and points that join a support in contact do not open
     it by their gap. Where they are single, supports open and close one at a time as well: within
-    Newton's iteration they may do so in turn for ever.
+    Newton's iteration they may do so in turn for ever. They also leave gaps that no smaller step
+    makes smaller to the next one.
     """
 
     def __init__(
@@ -319,9 +320,9 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._changes = changes
-        self._may_hold = self._is_free
+        self._held, self._may_hold = False, self._is_free
         for support in self._supports:
-            support.restart(cautious=self._is_cautious)
+            support.restart(cautious=self._is_cautious, owing=self._is_fixed)
 
     @property
     def _is_fixed(self) -> bool:
@@ -353,7 +354,7 @@ class AssembledContact(GlobalUnknowns):
             assert self.body is not None
             if self.body.needs_contact:
                 raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
-            self._may_hold = False
+            self._held = self._may_hold = False
             changed = True
         for support, _, each in self._each():
             wide = self._too_wide(support, each)
@@ -402,7 +403,7 @@ class AssembledContact(GlobalUnknowns):
             # what is tolerated in a small support must not act on its traction in the next step
             tolerated = np.where(self._is_small(support), each.slip[:, 0], 0.0)
             gap = support.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
-            support.part.store(traction, closed, gap)
+            support.part.store(traction, closed, gap + support.left)
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)

@@ -10,15 +10,23 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.rigid_body import RigidBody
+from tilth.boundaries.contact.supports import SLIVER
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import GridProperties
 from tilth.boundaries.implicit.motion import make_motion
+from tilth.errors import BadInput
 from tilth.geometry.make import make_shape, make_shapes
 from tilth.geometry.protocol import Geometry
 from tilth.model import ContactPair, ImplicitBoundary, Model
 from tilth.model.load_curve import LoadCurve
 from tilth.model.model import BAND
 from tilth.surface.protocol import BodySurface
+
+DIRECTIONS = 100
+"""Greatest number of directions in which the thickness of a shape is measured."""
+
+ROUND_OFF = 1e-6
+"""Length of the resultant of a shape's normals over its area that is round-off: it is closed."""
 
 
 def make_rigid_bodies(
@@ -29,7 +37,7 @@ def make_rigid_bodies(
     acceleration: of all body forces at a time, shape (dim,).
 
     Raises:
-        BadInput: a file of a shape cannot be used.
+        BadInput: a file of a shape cannot be used; a body is too small for contact on this grid.
     """
     bodies, surfaces = [], []
     for number, declared in enumerate(model.rigid_bodies):
@@ -57,6 +65,7 @@ def make_rigid_bodies(
                 )
             )  # fmt: skip
         body.size = _size(shapes, np.array(declared.centre), model.cell_size)
+        _require_seen(shapes, declared.name, model, key)
         bodies.append(body)
     return bodies, surfaces
 
@@ -110,3 +119,41 @@ def _size(shapes: list[Geometry], centre: Floats, cell_size: tuple[float, ...]) 
         corner = shape.facets(centre - cell, centre + cell, cell).corner
         farthest = max(farthest, float(np.linalg.norm(corner - centre, axis=2).max(initial=0.0)))
     return max(farthest, cell)
+
+
+def _require_seen(shapes: list[Geometry], name: str, model: Model, key: str) -> None:
+    """Checks that the soil can feel a body: that its sides are no slivers, see `SLIVER`."""
+    cell = np.array(model.cell_size)
+    area = sum(extents(shape, cell)[0] for shape in shapes)
+    least = 2 * len(cell) * SLIVER * float(cell.min()) ** (len(cell) - 1)
+    if area < least:
+        what = "an outline" if len(cell) == 2 else "a surface"
+        raise BadInput(
+            f"the rigid body {name!r} has {what} of only {area:.3g}, and on cells of "
+            f"{cell.min():.3g} the soil feels none below {least:.3g}",
+            "enlarge the body, choose smaller cells, or apply its force to the soil as a load",
+            key=key,
+        )
+
+
+def extents(shape: Geometry, cell_size: Floats) -> tuple[float, float]:
+    """Returns the area [length^(dim - 1)] of a shape's surface and its thickness [length].
+
+    The thickness is the least extent along the normals of its facets, which are up to a cell long.
+    Both are infinite for an unbounded shape, the thickness also for one that is not closed.
+
+    cell_size: of the grid [length], shape (dim,).
+    """
+    if not shape.bounded:
+        return np.inf, np.inf
+    dim = len(cell_size)
+    facets = shape.facets(-cell_size, cell_size, float(cell_size.min()))
+    edge = facets.corner[:, 1:] - facets.corner[:, :1]
+    gram = np.einsum("nai,nbi->nab", edge, edge)
+    area = np.sqrt(np.maximum(np.linalg.det(gram), 0.0)) / (dim - 1)
+    total = float(area.sum())
+    if np.linalg.norm(area @ facets.normal) > ROUND_OFF * total:
+        return total, np.inf
+    every = -(-len(facets.normal) // DIRECTIONS)
+    along = facets.corner.reshape(-1, dim) @ facets.normal[::every].T
+    return total, float((along.max(axis=0) - along.min(axis=0)).min())
