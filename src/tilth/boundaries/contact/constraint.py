@@ -246,9 +246,12 @@ class Supports:
     def _curvature(self) -> Floats:
         """Returns the curvature of the surface in the points' supports [1/length], shape (n,).
 
-        How the normals vary over the places, both by their standard deviations: 0 where it is flat.
+        How the normals vary over the places, both by their standard deviations; 0 of surfaces of
+        flat faces, also at their edges.
         """
         pose, owner = self.part.pose, self.part.owner
+        if self.part.boundary.is_flat:
+            return np.zeros(len(owner))
         count = np.maximum(np.bincount(owner, minlength=self.count), 1)
 
         def spread(vector: Floats) -> Floats:

@@ -113,6 +113,11 @@ class CarriedContact:
         raise NotImplementedError
 
     @property
+    def is_flat(self) -> bool:
+        """Whether it consists of flat faces."""
+        raise NotImplementedError
+
+    @property
     def touches_nearly(self) -> bool:
         """Whether soil that never was in contact is if its gap is not more than inexact."""
         raise NotImplementedError
@@ -222,6 +227,11 @@ class ContactSurface(CarriedContact, Implicit):
         With soil on both sides little more than round-off and the scatter of gaps.
         """
         return (BEHIND_PLATE if self.is_thin else BEHIND) * self.cell
+
+    @property
+    def is_flat(self) -> bool:
+        """As `CarriedContact.is_flat`."""
+        return self.geometry.flat
 
     @property
     def is_thin(self) -> bool:
