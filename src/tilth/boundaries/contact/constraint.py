@@ -44,7 +44,10 @@ INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
 cells, and as a share of the scatter of measured gaps."""
 
 LARGEST_DRIFT = 0.01
-"""By how much a support follows what is measured in one step, in cells, at most."""
+"""By how much a support follows what is measured in one step, in cells."""
+
+LEAST_TURN = 1e-12
+"""Angle [rad] from which a surface turns in a step."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +216,7 @@ class Supports:
         touch, cell = self.part.touch, self.part.boundary.cell
         drift = self._drift()
         owed = self._mean_in_contact(touch.gap) + drift
-        motion = self._motion()
+        motion = np.linalg.norm(self.part.pose.increment, axis=1).max(initial=0.0)
         self.left = owed - owed.clip(-motion, motion) if owing else np.zeros_like(owed)
         self.first_gap = touch.gap + drift - self.left
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
@@ -228,39 +231,22 @@ class Supports:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
 
         The gaps carried are those of supports; along a curved surface soil drifts off it while it
-        slides: by s^2 / (2 R) in a step in which a surface of the radius R slides by s. What is
-        measured tells, in the mean over a support, beyond what is inexact in it; but no more than
-        twice that is put down to drift, for domains of sheared soil do not end at the surface.
+        slides. What is measured tells, in the mean over a support, beyond what is inexact in it.
+        Along flat faces that do not turn nothing drifts, and domains of sheared soil do not end at
+        the surface: so what is measured there is not followed.
         """
         touch, cell = self.part.touch, self.part.boundary.cell
-        most = np.minimum(self._curvature() * self._motion() ** 2, LARGEST_DRIFT * cell)
+        if self.part.boundary.is_flat and not self._turns():
+            return np.zeros(len(touch.gap))
         drift = self._mean_in_contact(touch.moved - touch.gap)
         unknown = INEXACT_DRIFT * cell + SCATTER_OF_MEANS * self._mean_in_contact(touch.scatter)
         beyond = np.sign(drift) * np.maximum(np.abs(drift) - unknown, 0.0)
-        return np.asarray(np.clip(beyond, -most, most))
+        return np.asarray(np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell))
 
-    def _motion(self) -> float:
-        """Returns the greatest displacement of the surface's points in the step [length]."""
-        return float(np.linalg.norm(self.part.pose.increment, axis=1).max(initial=0.0))
-
-    def _curvature(self) -> Floats:
-        """Returns the curvature of the surface in the points' supports [1/length], shape (n,).
-
-        How the normals vary over the places, both by their standard deviations; 0 of surfaces of
-        flat faces, also at their edges.
-        """
-        pose, owner = self.part.pose, self.part.owner
-        if self.part.boundary.is_flat:
-            return np.zeros(len(owner))
-        count = np.maximum(np.bincount(owner, minlength=self.count), 1)
-
-        def spread(vector: Floats) -> Floats:
-            mean = np.stack([np.bincount(owner, v, self.count) for v in vector.T], axis=1)
-            apart = vector - (mean / count[:, None])[owner]
-            return np.asarray(np.bincount(owner, (apart**2).sum(axis=1), self.count))
-
-        places = np.maximum(spread(pose.position), 1e-300)
-        return np.asarray(np.sqrt(spread(pose.normal) / places)[owner])
+    def _turns(self) -> bool:
+        """Returns whether the surface turns in the step by a prescribed motion."""
+        gradient = self.part.pose.gradient
+        return bool((np.abs(gradient - gradient.transpose(0, 2, 1)) > LEAST_TURN).any())
 
     def _mean_in_contact(self, value: Floats) -> Floats:
         """Returns at points in contact at the start the means over their support, others 0, (n,).
