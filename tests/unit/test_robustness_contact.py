@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -89,35 +89,48 @@ def patch() -> Iterator[pytest.MonkeyPatch]:
         yield context
 
 
+def runs(
+    problems: Iterable[dict[str, Any]], folder: Path, patch: pytest.MonkeyPatch
+) -> Iterator[tuple[Simulation, float]]:
+    """Runs the problems; yields the end of each and its cell size. None stops or is out of balance.
+
+    The contact of none is too deep, as it follows it, in the mean over what is in contact.
+    """
+    stopped, unbalanced, deep = [], [], []
+    watched = Watched(patch)
+    for entries in problems:
+        watched.restart()
+        title = entries["title"]
+        try:
+            run(Model.from_dict(entries), folder, overwrite=True, quiet=True)
+        except AnalysisFailed as failure:
+            stopped.append(f"{title}: {failure}")
+            continue
+        if max(watched.errors) > BALANCE * watched.size:
+            unbalanced.append((title, watched.errors))
+        assert watched.simulation is not None
+        cell = entries["grid"]["cell_size"]
+        depth, area = tracked_depth(watched.simulation)
+        face = cell ** (watched.simulation.grid.dim - 1)
+        if area > LEAST_LENGTH * face and depth > MEAN_DEPTH * cell:
+            deep.append((title, depth / cell))
+        yield watched.simulation, cell
+    assert not stopped, f"{len(stopped)} stop: {stopped}"
+    assert not unbalanced
+    assert not deep
+
+
 def check(seeds: range, folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Runs the problems and compares what overlaps, in the mean over what is in contact.
 
     As the contact follows it for each of them; as measured anew over all of them, gaps of some not
     set off against overlaps of others. What is measured for a single one is not below the limit.
     """
-    stopped, unbalanced, deep, overlap, area = [], [], [], 0.0, 0.0
-    watched = Watched(patch)
-    for seed in seeds:
-        watched.restart()
-        entries = problem(seed)
-        try:
-            run(Model.from_dict(entries), folder, overwrite=True, quiet=True)
-        except AnalysisFailed as failure:
-            stopped.append(f"{entries['title']}: {failure}")
-            continue
-        if max(watched.errors) > BALANCE * watched.size:
-            unbalanced.append((seed, watched.errors))
-        assert watched.simulation is not None
-        depth, touching = mean_depth(watched.simulation)
-        cell = entries["grid"]["cell_size"]
-        tracked, length = tracked_depth(watched.simulation)
-        if length > LEAST_LENGTH * cell and tracked > MEAN_DEPTH * cell:
-            deep.append((seed, tracked / cell))
+    overlap, area = 0.0, 0.0
+    for simulation, cell in runs(map(problem, seeds), folder, patch):
+        depth, touching = mean_depth(simulation)
         overlap += max(depth, 0.0) * touching / cell**2
         area += touching / cell
-    assert not stopped, f"{len(stopped)} of {len(seeds)} stop: {stopped}"
-    assert not unbalanced
-    assert not deep
     assert overlap / area < MEAN_DEPTH
 
 
@@ -134,26 +147,9 @@ def test_none_of_many_random_polygons_stops(tmp_path: Path, patch: pytest.Monkey
 def check_in_space(seeds: range, folder: Path, patch: pytest.MonkeyPatch) -> None:
     """As `check` of polygons, with the depth as the contact follows it."""
     folder.mkdir()
-    stopped, unbalanced, deep = [], [], []
-    watched = Watched(patch)
-    for seed in seeds:
-        watched.restart()
-        entries = random_polyhedra.problem(seed, folder)
-        try:
-            run(Model.from_dict(entries), folder / "run", overwrite=True, quiet=True)
-        except AnalysisFailed as failure:
-            stopped.append(f"{entries['title']}: {failure}")
-            continue
-        if max(watched.errors) > BALANCE * watched.size:
-            unbalanced.append((seed, watched.errors))
-        assert watched.simulation is not None
-        cell = random_polyhedra.CELL
-        depth, area = tracked_depth(watched.simulation)
-        if area > LEAST_LENGTH * cell**2 and depth > MEAN_DEPTH * cell:
-            deep.append((seed, depth / cell))
-    assert not stopped, f"{len(stopped)} of {len(seeds)} stop: {stopped}"
-    assert not unbalanced
-    assert not deep
+    problems = (random_polyhedra.problem(seed, folder) for seed in seeds)
+    ended = list(runs(problems, folder / "run", patch))
+    assert len(ended) == len(seeds)
 
 
 @pytest.mark.slow

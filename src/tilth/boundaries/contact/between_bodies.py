@@ -130,9 +130,7 @@ def _contact(
         )  # fmt: skip
 
     measured = measure(parts, measure_gap_at)
-    at, chosen, touch = near_cells(
-        surface, parts, measured, points, active, lambda position: np.full(len(position), np.inf)
-    )
+    at, chosen, touch = near_cells(surface, parts, measured, points, active)
     own_field = points.field_of_body(surface.first)
     kept = near_soil(active, position[chosen], own_field)
     kept &= _faces(points, active, surface.second, at, normal[chosen])

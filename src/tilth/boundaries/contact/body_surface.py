@@ -58,6 +58,11 @@ class BodyContactSurface(CarriedContact):
         return self._cell
 
     @property
+    def is_flat(self) -> bool:
+        """As `CarriedContact.is_flat`: a tracked surface may have any form."""
+        return False
+
+    @property
     def touches_nearly(self) -> bool:
         """As `CarriedContact.touches_nearly`: in the first step, as the bodies are declared."""
         return not self._has_begun

@@ -39,9 +39,15 @@ NEAR = 0.01
 """Gap in cells beyond the smallest one up to which soil takes part in contact from the start."""
 
 
-DRIFT, LARGEST_DRIFT = 0.05, 0.01
-"""Depth of material points' centres behind a surface, in the mean over a support, from which the
-soil is moved back, and by how much in one step, in cells."""
+INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
+"""Difference, in the mean over a support, between measured and carried gaps that is not drift: in
+cells, and as a share of the scatter of measured gaps."""
+
+LARGEST_DRIFT = 0.01
+"""By how much a support follows what is measured in one step, in cells."""
+
+LEAST_TURN = 1e-12
+"""Angle [rad] from which a surface turns in a step."""
 
 
 @dataclass(frozen=True)
@@ -224,15 +230,23 @@ class Supports:
     def _drift(self) -> Floats:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
 
-        The gaps carried are those of supports; along a curved surface soil drifts into it while it
-        slides. How far is not measured: domains of soil that has flowed around a body do not tell
-        where it ends. But the centres of material points do not get far behind a surface; a
-        little they may at an edge around which soil flows.
+        The gaps carried are those of supports; along a curved surface soil drifts off it while it
+        slides. What is measured tells, in the mean over a support, beyond what is inexact in it.
+        Along flat faces that do not turn nothing drifts, and domains of sheared soil do not end at
+        the surface: so what is measured there is not followed.
         """
-        cell = self.part.boundary.cell
-        centre = self._mean_in_contact(np.minimum(self.part.touch.centre, cell))
-        behind = centre + DRIFT * cell
-        return np.asarray(behind.clip(-LARGEST_DRIFT * cell, 0.0))
+        touch, cell = self.part.touch, self.part.boundary.cell
+        if self.part.boundary.is_flat and not self._turns():
+            return np.zeros(len(touch.gap))
+        drift = self._mean_in_contact(touch.moved - touch.gap)
+        unknown = INEXACT_DRIFT * cell + SCATTER_OF_MEANS * self._mean_in_contact(touch.scatter)
+        beyond = np.sign(drift) * np.maximum(np.abs(drift) - unknown, 0.0)
+        return np.asarray(np.clip(beyond, -LARGEST_DRIFT * cell, LARGEST_DRIFT * cell))
+
+    def _turns(self) -> bool:
+        """Returns whether the surface turns in the step by a prescribed motion."""
+        gradient = self.part.pose.gradient
+        return bool((np.abs(gradient - gradient.transpose(0, 2, 1)) > LEAST_TURN).any())
 
     def _mean_in_contact(self, value: Floats) -> Floats:
         """Returns at points in contact at the start the means over their support, others 0, (n,).

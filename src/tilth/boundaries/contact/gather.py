@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -70,9 +69,7 @@ def gather_contacts(
         parts = SurfaceParts(*surface.surface_points(before))
         measure_gap_at = _measure_of(surface, soil, points, active)
         measured = measure(parts, measure_gap_at)
-        at, chosen, touch = near_cells(
-            surface, parts, measured, points, active, partial(surface.distance, time=before)
-        )
+        at, chosen, touch = near_cells(surface, parts, measured, points, active)
         if len(chosen) == 0:
             continue
         point = measured.point[chosen]
@@ -106,20 +103,15 @@ def near_cells(
     measured: Measured,
     points: MaterialPoints,
     active: ActiveGrid,
-    distance: Callable[[Floats], Floats],
 ) -> tuple[PointsInCells, Integers, Touch]:
     """Returns the n points of a surface near soil in its cells, their numbers, how they touch it.
 
     Points are where they touch the soil, or would at the end of their gap.
-
-    distance: returns the distances of positions (n, dim) from the whole surface [length], shape
-        (n,), negative behind it.
     """
     near = np.flatnonzero(measured.point >= 0)
     gap, point = measured.gap[near], measured.point[near]
     position, normal = parts.position[near], parts.normal[near]
-    centre = distance(points.position[point])
-    touch = surface.touch(near, gap, scatter_of(points, point, normal), centre)
+    touch = surface.touch(near, gap, scatter_of(points, point, normal))
     apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
     foot = position + apart[:, None] * normal
     field = np.broadcast_to(points.fields_of(point), len(near))

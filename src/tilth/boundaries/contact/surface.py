@@ -50,7 +50,7 @@ NEVER, OPEN, AWAY = 0.0, -1.0, -2.0
 """Stored states besides 1, in contact: never near soil; near it without contact at the end of the
 last step; near it earlier."""
 
-NUMBERS = 3
+NUMBERS = 4
 """What each point carries besides its traction."""
 
 LOST = 0.25
@@ -68,14 +68,15 @@ class Touch:
             which is zero in the mean over a support; out of contact that of the last step as far as
             the measured one confirms it, or the measured one.
         offset: zero of the measured gaps [length], shape (n,).
-        centre: distance of the nearest material point's centre from the whole surface [length],
-            negative behind it; infinite where it is not known, shape (n,).
+        moved: what is measured less what was measured when contact closed [length], shape (n,).
+        scatter: how inexact measured gaps are [length], shape (n,).
     """
 
     closed: Flags
     gap: Floats
     offset: Floats
-    centre: Floats
+    moved: Floats
+    scatter: Floats
 
     def of(self, chosen: Integers) -> Touch:
         """Returns that of the chosen points."""
@@ -83,7 +84,8 @@ class Touch:
             self.closed[chosen],
             self.gap[chosen],
             self.offset[chosen],
-            self.centre[chosen],
+            self.moved[chosen],
+            self.scatter[chosen],
         )
 
 
@@ -96,7 +98,8 @@ class CarriedContact:
         cell: the smallest edge of a cell [length].
         full: whether the soil touches all of the surface at the start.
         carried: of each point the traction [stress], its state (1 in contact, or `NEVER`, `OPEN`,
-            `AWAY`), the zero of its measured gaps and its gap [length], shape (n, dim + NUMBERS).
+            `AWAY`), the zero of its measured gaps, its gap, and the measured gap at which contact
+            closed [length], shape (n, dim + NUMBERS).
     """
 
     name: str
@@ -110,18 +113,22 @@ class CarriedContact:
         raise NotImplementedError
 
     @property
+    def is_flat(self) -> bool:
+        """Whether it consists of flat faces."""
+        raise NotImplementedError
+
+    @property
     def touches_nearly(self) -> bool:
         """Whether soil that never was in contact is if its gap is not more than inexact."""
         raise NotImplementedError
 
-    def touch(self, chosen: Integers, measured: Floats, scatter: Floats, centre: Floats) -> Touch:
+    def touch(self, chosen: Integers, measured: Floats, scatter: Floats) -> Touch:
         """Returns the contact of chosen points at the start of a step.
 
         measured: gaps [length], shape (n,), finite.
         scatter: how inexact they are [length], shape (n,). With `touches_nearly` soil that never
             was in contact counts as touching up to this gap. It is the height of the stair-case
             of domains: the surface is within half of it.
-        centre: see `Touch`.
         """
         dim = self.carried.shape[1] - NUMBERS
         stored = self.carried[chosen]
@@ -139,7 +146,8 @@ class CarriedContact:
         closed |= near
         begins = np.where(known, np.clip(gap, -LARGEST_OVERLAP * self.cell, 0.0), 0.0)
         in_contact = np.where(was_closed, carried, begins)
-        return Touch(closed, np.where(closed, in_contact, gap), offset, centre)
+        moved = np.where(was_closed, measured - stored[:, dim + 3], in_contact)
+        return Touch(closed, np.where(closed, in_contact, gap), offset, moved, scatter)
 
     def store(
         self,
@@ -166,6 +174,8 @@ class CarriedContact:
         stored[chosen, dim + 1] = np.where(closed & touch.closed, now, kept)
         largest = LARGEST_CARRIED_GAP * self.cell
         stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), gap)
+        closing = np.where(touch.closed, measured - touch.moved, measured - touch.gap)
+        stored[chosen, dim + 3] = np.where(closed, closing, 0.0)
         self.carried = stored
 
 
@@ -219,6 +229,11 @@ class ContactSurface(CarriedContact, Implicit):
         return (BEHIND_PLATE if self.is_thin else BEHIND) * self.cell
 
     @property
+    def is_flat(self) -> bool:
+        """As `CarriedContact.is_flat`."""
+        return self.geometry.flat
+
+    @property
     def is_thin(self) -> bool:
         """Whether soil is on both sides."""
         return isinstance(self.geometry, BothSides)
@@ -264,7 +279,7 @@ class ContactSurface(CarriedContact, Implicit):
     def leave(self) -> None:
         """Stores that no soil is near: points that were in contact have lost it."""
         nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
-        touch = Touch(none > 0.0, none, none, none)
+        touch = Touch(none > 0.0, none, none, none, none)
         traction = np.zeros((0, self._columns - NUMBERS))
         self.store(nowhere, traction, touch.closed, none, touch, none)
 
