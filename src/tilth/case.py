@@ -181,6 +181,8 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
             yield from _files_of_parameters(dotted(("materials", material)), parameters)
     for i, boundary in enumerate(_tables(entries.get("boundaries"))):
         yield f"boundaries[{i}]", boundary, "motion"
+        if isinstance(boundary.get("acceleration"), dict):
+            yield f"boundaries[{i}].acceleration", boundary["acceleration"], "file"
         yield from _files_of_geometry(f"boundaries[{i}].geometry", boundary.get("geometry"))
     for i, body in enumerate(_tables(entries.get("rigid_bodies"))):
         yield from _files_of_geometry(f"rigid_bodies[{i}].geometry", body.get("geometry"))

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.analysis.step_result import PreparedStep
+from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.errors import StepFailed
@@ -61,7 +62,10 @@ class Dynamics:
     @classmethod
     def of(cls, model: Model) -> Dynamics | None:
         """Returns that of a model; None if it is quasi-static."""
-        return None if model.analysis.inertia is None else cls(model.analysis.inertia)
+        stage = model.stage.declared
+        if model.analysis.inertia is None or not (stage is None or stage.inertia):
+            return None
+        return cls(model.analysis.inertia)
 
     def step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step between two times; None if they are the same: it has no inertia."""
@@ -75,18 +79,23 @@ class Dynamics:
         soil: Soil,
         water: PhreaticSurface | None,
         faces: Sequence[Faces],
+        waves: WaveBoundaries,
     ) -> list[Term]:
         """Returns the inertia in a step; none in one of no size, a search for equilibrium.
 
-        faces: of the ghost stabilisation in this step.
+        faces: of the ghost stabilisation in this step. waves: boundaries that absorb waves.
         """
         step = self.step(prepared.before, prepared.after)
         if step is None:
             return []
         mass = total_mass(soil.points, water, prepared.before)
         damping = 0.0 if step.from_rest else self._damping
-        constrained, increment = prepared.conditions.constrained, prepared.conditions.increment
-        return [Inertia(soil, mass, faces, step, damping, constrained, increment)]
+        conditions = prepared.conditions
+        inertia = Inertia(
+            soil, mass, faces, step, damping, conditions.constrained, conditions.increment,
+            conditions.base,
+        )  # fmt: skip
+        return [inertia, *waves.terms(prepared, soil, mass, inertia)]
 
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.
@@ -105,6 +114,10 @@ class Dynamics:
             step = simulation.prepare(time, time)
             soil = simulation.soil_on(step.active)
             balance = Balance(step.active, simulation.terms(step, soil))
+            taken, unbalanced = simulation.waves.take_over(step, soil, balance)
+            if taken:
+                simulation.run_warnings.not_at_rest(unbalanced)
+                balance = Balance(step.active, simulation.terms(step, soil))
             found = simulation.solve(step, soil, balance, lambda iteration, residual: None)
         finally:
             self._start = 0.0

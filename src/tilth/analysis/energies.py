@@ -19,12 +19,14 @@ class Energies:
         work: work of loads and boundaries on the soil.
         friction: what friction dissipated of it.
         damping: what Rayleigh damping dissipated of it.
+        radiated: what left through absorbing boundaries less what came in.
     """
 
     start: float = 0.0
     work: float = 0.0
     friction: float = 0.0
     damping: float = 0.0
+    radiated: float = 0.0
 
     @classmethod
     def at_start(cls, simulation: Simulation) -> Energies:
@@ -36,6 +38,7 @@ class Energies:
         self.work += result.work
         self.friction += result.friction_work
         self.damping += result.damping_work
+        self.radiated += result.radiated_work
 
     def value(self, kind: str, simulation: Simulation, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
@@ -44,6 +47,7 @@ class Energies:
             "external_work": self.work,
             "friction_dissipation": self.friction,
             "damping_dissipation": self.damping,
+            "radiation": self.radiated,
         }
         if kind in sums:
             return sums[kind]
@@ -55,7 +59,8 @@ class Energies:
         if kind == "plastic_dissipation":
             return plastic
         stored = points.stored_energy() + kinetic_energy(simulation, time)
-        return self.start + self.work - stored - plastic - self.friction - self.damping
+        lost = plastic + self.friction + self.damping + self.radiated
+        return self.start + self.work - stored - lost
 
 
 def kinetic_energy(simulation: Simulation, time: float) -> float:

@@ -22,6 +22,9 @@ JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than
 this part of a cell, is warned of."""
 
+NOT_AT_REST = 1e-3
+"""Relative residual above which soil beside absorbing boundaries counts as not at rest."""
+
 FARTHEST_APART = 0.6
 """Mean distance of points in cells, above which there are fewer than two in a cell."""
 
@@ -56,6 +59,19 @@ class RunWarnings:
             f"multigrid did not solve a linear system ({reason}), so the direct solver did, which "
             "needs more time and memory; later systems may need it too, without a further warning",
         )
+
+    def not_at_rest(self, residual: float) -> None:
+        """Soil that is not at rest when absorbing boundaries take over the forces on it.
+
+        residual: of the soil beside them, relative to the forces [-].
+        """
+        if residual > NOT_AT_REST:
+            self.note(
+                "not at rest",
+                "absorbing boundaries take over the forces that hold the soil at rest, but it is "
+                f"not in equilibrium when inertia begins (relative residual {residual:.1e}): begin "
+                "with [[initial.stress]], or with a stage with inertia = false",
+            )
 
     def line_search(self, reason: str, time: float) -> None:
         """A step that is repeated."""

@@ -29,6 +29,7 @@ from tilth.analysis.state import (
 )
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
+from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
 from tilth.boundaries import (
     Conditions,
@@ -62,6 +63,7 @@ from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.make import make_surfaces
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
+from tilth.terms.inertia import TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.loads import Loads
 from tilth.terms.point_loads import PointLoads
@@ -110,7 +112,8 @@ class Simulation:
         self.timers = Timers()
         self.run_warnings = RunWarnings()
         self.kind = model.analysis.kind
-        self.boundaries = make_boundaries(model)
+        self.dynamics = Dynamics.of(model)
+        self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)
         self.implicit += surfaces
@@ -127,6 +130,7 @@ class Simulation:
         self._solver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
+        self.waves = WaveBoundaries(model, self.boundaries, self.points.position)
         self.loads = Loads(model, initial, self.points)
         self.water = PhreaticSurface.of(model)
         self.axis = Axis(model, initial)
@@ -152,7 +156,6 @@ class Simulation:
         self.run_warnings.departures(model, self.grid.cell_size)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
-        self.dynamics = Dynamics.of(model)
         self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -180,6 +183,10 @@ class Simulation:
     def _acceleration(self, time: float) -> Floats:
         """Returns all body forces per mass [acceleration], shape (dim,)."""
         return self.loads.acceleration(time) + np.zeros(self.model.dimension)
+
+    def _time_step(self, before: float, after: float) -> TimeStep | None:
+        """Returns the step of the equations of motion, None if it has no inertia."""
+        return None if self.dynamics is None else self.dynamics.step(before, after)
 
     @property
     def warnings(self) -> list[str]:
@@ -244,7 +251,7 @@ class Simulation:
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
-        return owners
+        return owners | self.waves.owners()
 
     def go_on_from(self, last: Simulation, same_grid: bool) -> None:
         """Takes over from the last stage what persists besides points, boundaries and surfaces.
@@ -252,6 +259,7 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
+        self.waves.go_on_from(last.waves)
         self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
@@ -289,14 +297,17 @@ class Simulation:
         """
         with self.timers.measure("basis"):
             active = self.locate(before)
-        time_step = None if self.dynamics is None else self.dynamics.step(before, after)
+        time_step = self._time_step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
         declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared, self.implicit, before)
+        implicit = self.implicit
+        if time_step is None:
+            implicit = [*implicit, *self.waves.surfaces()]
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
-                self.implicit, self.points, active, self.kind, before, after,
+                implicit, self.points, active, self.kind, before, after,
                 on_axis.conditions.constrained, self._touching, self.body_contacts,
             )  # fmt: skip
         self.run_warnings.places(
@@ -356,6 +367,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             result = result_of(step, balance, equilibrium)
         balance.commit(displacement)
+        self.waves.commit(before, after)
         for pair in self.body_contacts:
             pair.begin()
         self._predictor.commit(balance.active, displacement, after - before)
@@ -450,7 +462,8 @@ class Simulation:
         if self.model.stage.number > 0:
             terms.append(Release(self.released, active, before, after))
         if self.dynamics is not None:
-            terms += self.dynamics.terms(step, soil, self.water, self._ghost.faces)
+            faces = self._ghost.faces
+            terms += self.dynamics.terms(step, soil, self.water, faces, self.waves)
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
 

@@ -46,6 +46,8 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     points = _with_materials(points, initial, key)
     points, grounds = _with_new_bodies(points, last, model, initial, key)
     _reset(points, stage)
+    if not stage.inertia:
+        points.motion[:] = 0.0
     simulation = Simulation(model, points, initial)
     _carry(last, simulation, grounds)
     if stage.grid is not None:
@@ -197,9 +199,11 @@ def release_out_of_balance(simulation: Simulation) -> Floats:
         StepFailed: the forces cannot be computed.
     """
     step = simulation.prepare(0.0, 0.0)
-    balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
+    soil = simulation.soil_on(step.active)
+    balance = Balance(step.active, simulation.terms(step, soil))
     residual = balance.forces(np.zeros(step.active.position.shape)).residual
     force = np.where(step.conditions.constrained, 0.0, residual)
+    force[simulation.waves.nodes(soil, 0.0)] = 0.0  # absorbing boundaries take these over
     simulation.released.set(balance.active, force)
     return np.asarray(force.sum(axis=0))
 

@@ -16,6 +16,7 @@ from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.state import ContactState
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
+from tilth.terms.dashpots import AssembledDashpots
 from tilth.terms.inertia import AssembledInertia
 
 
@@ -36,6 +37,7 @@ class StepResult:
             second body.
         friction_work: work that friction dissipates in the step [force length], >= 0.
         damping_work: the same of Rayleigh damping.
+        radiated_work: energy that leaves through absorbing boundaries less what comes in.
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
     """
@@ -50,6 +52,7 @@ class StepResult:
     between_bodies: frozenset[str] = frozenset()
     friction_work: float = 0.0
     damping_work: float = 0.0
+    radiated_work: float = 0.0
     possible_size: float = math.inf
 
     @property
@@ -114,6 +117,7 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
     )
     states = {each.name: each.state(equilibrium.displacement) for each in contacts}
     inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
+    dashpots = [term for term in balance.terms if isinstance(term, AssembledDashpots)]
     result = StepResult(
         balance.active,
         equilibrium,
@@ -125,6 +129,9 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
         between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
         friction_work=sum(each.friction_work() for each in contacts),
         damping_work=sum(each.damping_work(equilibrium.displacement) for each in inertia),
+        radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
-    return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
+    work = 0.5 * float((twice * equilibrium.displacement).sum())
+    forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
+    return replace(result, forces=forces, work=work)

@@ -68,6 +68,7 @@ class EnergySums(_Plain):
     work: _Energy
     friction: _Energy
     damping: _Energy
+    radiated: _Energy
 
 
 class Progress(_Plain):

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
+from tilth.boundaries.base_motion import BaseMotion, StepOf
 from tilth.boundaries.conditions import Conditions
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
-from tilth.model import AffineBoundary, ImplicitBoundary, Model
+from tilth.fields.record import read_record
+from tilth.model import AffineBoundary, ImplicitBoundary, Model, PlaneBoundary
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.body_surface import BodyContactSurface
@@ -32,13 +34,24 @@ __all__ = [
 ]
 
 
-def make_boundaries(model: Model) -> list[Boundary]:
-    """Returns the boundaries that act by elimination, in the order of declaration."""
+def make_boundaries(model: Model, step_of: StepOf) -> list[Boundary]:
+    """Returns the boundaries that act by elimination, in the order of declaration.
+
+    step_of: step of the equations of motion between two times, for bases that move.
+
+    Raises:
+        BadInput: the record of a base cannot be used.
+    """
     made: list[Boundary] = []
     for declared in model.boundaries:
         if isinstance(declared, AffineBoundary):
             made.append(Affine(declared, model.load_curve(declared)))
-        elif not isinstance(declared, ImplicitBoundary):
+        elif isinstance(declared, PlaneBoundary) and declared.condition == "base_motion":
+            assert declared.acceleration is not None
+            key = f"{model.boundary_keys()[declared.name]}.acceleration"
+            record = read_record(declared.acceleration, model.dimension, key)
+            made.append(BaseMotion(declared, model, record, step_of))
+        elif not isinstance(declared, ImplicitBoundary) and declared.condition != "absorbing":
             made.append(Nodal(declared, model.dimension, model.load_curve(declared)))
     return made
 
@@ -49,7 +62,11 @@ def make_implicit(model: Model) -> list[Implicit]:
     Raises:
         BadInput: a file or function of a boundary cannot be used.
     """
-    declared = [entry for entry in model.boundaries if isinstance(entry, ImplicitBoundary)]
+    declared = [
+        entry
+        for entry in model.boundaries
+        if isinstance(entry, ImplicitBoundary) and entry.condition != "absorbing"
+    ]
     if not declared:
         return []
     from tilth.boundaries.implicit.make import make  # loads all geometries

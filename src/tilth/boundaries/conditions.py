@@ -33,12 +33,15 @@ class Conditions:
             if none does, -2 if the axis of symmetry does, shape (nodes, dim).
         increment: prescribed displacement in the step [length], shape (nodes, dim).
         has_nodes: whether each boundary constrains any active node.
+        base: which components have a given acceleration, shape (nodes, dim), and their motion
+            before the step, shape (nodes, 3, dim); None if none has.
     """
 
     names: list[str]
     boundary: npt.NDArray[np.int64]
     increment: Floats
     has_nodes: list[bool]
+    base: tuple[Flags, Floats] | None = None
 
     @classmethod
     def gather(
@@ -52,6 +55,7 @@ class Conditions:
         constrained_by = np.full((active.nodes, active.grid.dim), UNCONSTRAINED)
         increment = np.zeros(constrained_by.shape)
         has_nodes = []
+        base: tuple[Flags, Floats] | None = None
         for number, boundary in enumerate(boundaries):
             prescribed = boundary.prescribe(active, before, after)
             both = prescribed.constrained & (constrained_by != UNCONSTRAINED)
@@ -69,8 +73,11 @@ class Conditions:
             new = prescribed.constrained & ~both
             constrained_by[new] = number
             increment[new] = prescribed.increment[new]
+            if prescribed.motion is not None:
+                moving, motion = base or (np.zeros_like(new), np.zeros_like(prescribed.motion))
+                base = moving | new, motion + np.where(new[:, None], prescribed.motion, 0.0)
             has_nodes.append(bool(prescribed.constrained.any()))
-        return cls([b.name for b in boundaries], constrained_by, increment, has_nodes)
+        return cls([b.name for b in boundaries], constrained_by, increment, has_nodes, base)
 
     def with_axis(self, on_axis: Flags) -> Conditions:
         """Returns these with u_r = 0 where it is free at the nodes `on_axis`, shape (nodes,)."""

@@ -17,10 +17,13 @@ class Prescribed:
     Attributes:
         constrained: whether each degree of freedom is prescribed, shape (nodes, dim).
         increment: prescribed displacement in the step [length], shape (nodes, dim); 0 elsewhere.
+        motion: velocity and accelerations before the step of what has a given acceleration, shape
+            (nodes, 3, dim); 0 elsewhere. None without such.
     """
 
     constrained: Flags
     increment: Floats
+    motion: Floats | None = None
 
 
 class Boundary(Protocol):

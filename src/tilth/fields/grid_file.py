@@ -5,18 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.fields.csv_file import read_csv
 from tilth.fields.tables import ROUND_OFF, place_text
-from tilth.model.fields import AXES, GREATEST
-
-MOST_BYTES = 1_000_000_000
-"""Size of a file [bytes], at most."""
-
+from tilth.model.fields import AXES
 
 @dataclass(frozen=True)
 class RegularGrid:
@@ -74,37 +70,14 @@ def read_grid(file: str, dimension: int, key: str) -> RegularGrid:
     def refused(problem: str, remedy: str) -> BadInput:
         return BadInput(problem, remedy, key=key, value=file)
 
-    path = Path(file)
     known = AXES[:dimension]
-    example = ",".join((*known, "value"))
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise refused("is larger than 1 GB", "use a coarser grid")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        problem = f"cannot be read: {error.strerror or error}"
-        raise refused(problem, "check the path and its permissions") from None
-    except UnicodeDecodeError:
-        raise refused("is not a text file in UTF-8", "save it as CSV in UTF-8") from None
-    rows = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    names = [name.strip() for name in rows[0].split(",")] if rows else []
-    axes = [AXES.index(name) for name in names[:-1] if name in known]
-    if not axes or len(set(axes)) != len(names) - 1 or names[-1] != "value":
-        first = f"begins with {rows[0][:60]!r}" if rows else "is empty"
-        raise refused(f"{first} instead of the names of its columns", f"such as {example}")
-    if len(rows) == 1:
-        raise refused(f"has no rows of {len(names)} numbers", "give one row for each crossing")
-    try:
-        table = np.loadtxt(rows[1:], delimiter=",", comments=None, ndmin=2, dtype=np.float64)
-    except ValueError as error:
-        reason = str(error).split(";")[0]
-        raise refused(f"has a row that cannot be read: {reason}", f"such as {example}") from None
-    if table.shape[1] != len(names):
-        raise refused(f"has no rows of {len(names)} numbers", "give one row for each crossing")
-    bad = np.flatnonzero(~(np.abs(table) <= GREATEST).all(axis=1))
-    if len(bad):
-        problem = f"row {bad[0] + 1} below the names has a number that is not finite, or too large"
-        raise refused(problem, f"numbers are at most {GREATEST:g} in magnitude")
+
+    def accepted(names: list[str]) -> bool:
+        axes = {name for name in names[:-1] if name in known}
+        return bool(axes) and len(axes) == len(names) - 1 and names[-1] == "value"
+
+    names, table = read_csv(file, key, ",".join((*known, "value")), "each crossing", accepted)
+    axes = [AXES.index(name) for name in names[:-1]]
     return _gridded(tuple(axes), table, refused)
 
 

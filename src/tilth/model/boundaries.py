@@ -24,7 +24,8 @@ from tilth.model.fields import (
     some,
     starts_from_zero,
 )
-from tilth.model.implicit import ImplicitBoundary
+from tilth.model.ground_motion import Ground, GroundAcceleration
+from tilth.model.implicit import ImplicitBoundary, ground_problems
 from tilth.model.problems import reject, rejection
 
 
@@ -91,13 +92,28 @@ class PlaneBoundary(_NodalBoundary):
     """Coordinate of the line or plane along `axis` [length]; must be that of a grid line."""
     range: Ranges | None = None
     """Part with the condition, axis -> [least, greatest] coordinate [length]; all if not given."""
-    condition: Literal["roller", "fixed", "prescribed"]
-    """One of "roller" (normal component zero), "fixed" (all, or `components`, are zero) and
-    "prescribed".
+    condition: Literal["roller", "fixed", "prescribed", "base_motion", "absorbing"]
+    """One of "roller" (normal component zero), "fixed" (all, or `components`, are zero),
+    "prescribed", and with inertia "base_motion" (a rigid base, moved by `acceleration`) and
+    "absorbing" (waves leave through it, at the outer face of the soil).
     """
+    acceleration: GroundAcceleration | None = None
+    """With "base_motion": acceleration of the base; components without a column do not move. With
+    "absorbing": that of the outcrop of the ground beyond, whose waves come in through it.
+    """
+    ground: Ground | None = None
+    """With "absorbing": the ground beyond; the soil at the boundary goes on if not given."""
+
+    @model_validator(mode="after")
+    def _ground_fits_the_condition(self) -> Any:
+        if problems := [*ground_problems(self)]:
+            raise rejection(problems)
+        return self
 
     def prescribed(self, dimension: int) -> dict[int, float]:
         """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
+        if self.condition == "absorbing":
+            return {}
         if self.condition == "roller":
             return {AXES.index(self.axis): 0.0}
         return _held(self.displacement, self.components, dimension)

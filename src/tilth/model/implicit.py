@@ -27,6 +27,7 @@ from tilth.model.fields import (
     starts_from_zero,
 )
 from tilth.model.geometry import Geometry
+from tilth.model.ground_motion import Ground, GroundAcceleration
 from tilth.model.problems import rejection
 
 Contacts = Annotated[Mapping[Name, Contact], AfterValidator(some)]
@@ -61,11 +62,17 @@ class ImplicitBoundary(Declared):
     """Name of the boundary, unique."""
     geometry: Geometry
     """Its position at time 0, and the side of the soil."""
-    condition: Literal["roller", "fixed", "tangential", "direction"] | None = None
+    condition: Literal["roller", "fixed", "tangential", "direction", "absorbing"] | None = None
     """Constrained displacement components: "roller" the normal one, "fixed" all, "tangential" all
-    but the normal one, "direction" the one along `direction`. It holds the soil both ways. Required
-    without `contact`.
+    but the normal one, "direction" the one along `direction`. It holds the soil both ways. With
+    inertia "absorbing": waves leave through it. Required without `contact`.
     """
+    acceleration: GroundAcceleration | None = None
+    """With condition "absorbing": acceleration of the outcrop of the ground beyond, whose waves
+    come in through it.
+    """
+    ground: Ground | None = None
+    """With "absorbing": the ground beyond; the soil at the boundary goes on if not given."""
     contact: Contact | None = None
     """Instead of `condition`: the law by which soil separates from the boundary and slides on it.
     """
@@ -125,7 +132,11 @@ class ImplicitBoundary(Declared):
         problems = [*self._contact_problems(), *self._motion_problems()]
         if self.contact is None:
             problems += self._direction_problems()
-        problems += starts_from_zero(self.factor)
+        problems += [*starts_from_zero(self.factor), *ground_problems(self)]
+        if self.condition == "absorbing" and (self.is_moving or self.form == "band"):
+            key = "form" if self.form == "band" else "condition"
+            what = 'an absorbing boundary does not move, and has no form = "band"'
+            problems.append(Problem(key, what, "leave out its motion and `form`"))
         if problems:
             raise rejection(problems)
         return self
@@ -198,3 +209,15 @@ class ImplicitBoundary(Declared):
         if radius <= 0.0:
             what = f"the radius {at_rest:g} becomes {radius:g} at factor {factor:g}"
             yield Problem(key, what, "keep the radius above 0", value)
+
+
+def ground_problems(boundary: Any) -> Iterator[Problem]:
+    """Yields entries of the ground beyond a boundary that its condition does not use."""
+    condition = boundary.condition
+    for key, of in (("acceleration", ("base_motion", "absorbing")), ("ground", ("absorbing",))):
+        if (value := getattr(boundary, key)) is not None and condition not in of:
+            what = f'has no meaning with condition = "{condition}"'
+            yield Problem(key, what, "leave it out", value)
+    if condition == "base_motion" and boundary.acceleration is None:
+        remedy = 'give a record, such as acceleration = { file = "record.csv" }'
+        yield Problem("acceleration", "missing", remedy)

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import AsTuple, Entries, PositivePerDirection, Table, Vector
+from tilth.model.fields import AsTuple, Entries, Flag, PositivePerDirection, Table, Vector
 from tilth.model.problems import reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.shapes import Shape
@@ -129,6 +129,9 @@ class Stage(Declared):
     """Exchanged materials: the name of the new one for each old one. The effective stress stays."""
     water: Water | None = None
     """The water from this stage on: it moves linearly to this level over the stage."""
+    inertia: Flag = True
+    """Whether inertia acts in this stage, if [analysis] has it. A stage without, such as one in
+    which gravity is applied, is quasi-static and ends at rest."""
     grid: StageGrid | None = None
     """Another background grid from this stage on."""
     reset: Resets = ()

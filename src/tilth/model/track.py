@@ -38,6 +38,7 @@ EnergyKind = Literal[
     "friction_dissipation",
     "kinetic",
     "damping_dissipation",
+    "radiation",
     "numerical_dissipation",
 ]
 
@@ -105,7 +106,7 @@ class Track(Declared):
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
-with inertia "kinetic", "damping_dissipation", "numerical_dissipation" |
+with inertia "kinetic", "damping_dissipation", "radiation", "numerical_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """

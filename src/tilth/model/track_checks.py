@@ -17,7 +17,7 @@ _OF_BODIES = ("rigid_displacement", "rigid_rotation")
 _OF_IMPLICIT = ("penetration",)
 _OF_BOTH = ("contact_area", "embedment")
 _OF_PAIRS = ("reaction", "moment", "contact_area")
-_OF_INERTIA = ("kinetic", "damping_dissipation", "numerical_dissipation")
+_OF_INERTIA = ("kinetic", "damping_dissipation", "radiation", "numerical_dissipation")
 WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
 

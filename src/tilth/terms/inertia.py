@@ -84,6 +84,13 @@ class TimeIntegration:
         acceleration = (mean - self.alpha_f * before.acceleration) / (1.0 - self.alpha_f)
         return Motion(v + h * ((1.0 - g) * a + g * algorithmic), acceleration, algorithmic)
 
+    def displacement(self, acceleration: Floats, h: float, before: Motion) -> Floats:
+        """Returns the displacement of a step of size h [time] that ends with an acceleration."""
+        a, b = before.algorithmic, self.beta
+        mean = (1.0 - self.alpha_f) * acceleration + self.alpha_f * before.acceleration
+        algorithmic = (mean - self.alpha_m * a) / (1.0 - self.alpha_m)
+        return np.asarray(h * before.velocity + h**2 * ((0.5 - b) * a + b * algorithmic))
+
     def derivatives(self, h: float) -> tuple[float, float]:
         """Returns the derivatives of velocity [1/time] and acceleration [1/time^2] after by u."""
         by_u = 1.0 / (h**2 * self.beta)
@@ -109,7 +116,8 @@ class Inertia(Term):
     """Inertia of all material points in one step, and damping proportional to their mass.
 
     Where a displacement is prescribed the nodes begin the step with the velocity that the points
-    have there, at fixed nodes at rest, and end it with the mean velocity of the step.
+    have there, at fixed nodes at rest, and end it with the mean velocity of the step. A base whose
+    acceleration is given follows the method as free nodes do.
 
     Args:
         soil: on the grid of the step.
@@ -119,6 +127,11 @@ class Inertia(Term):
         damping: factor of the force damping * M v [1/time].
         constrained: prescribed components, shape (nodes, dim).
         increment: their displacement in the step [length], shape (nodes, dim).
+        base: components with a given acceleration, shape (nodes, dim), and their motion before the
+            step, shape (nodes, 3, dim); None without any.
+
+    Attributes:
+        in_matrix: this term in the pattern of the matrix, as soon as it is there.
     """
 
     def __init__(
@@ -130,10 +143,12 @@ class Inertia(Term):
         damping: float,
         constrained: Flags,
         increment: Floats,
+        base: tuple[Flags, Floats] | None = None,
     ) -> None:
         self._soil, self._mass, self._faces = soil, mass, faces
         self._step, self._damping = step, damping
-        self._constrained, self._increment = constrained, increment
+        self._constrained, self._increment, self._base = constrained, increment, base
+        self.in_matrix: AssembledInertia | None = None
 
     def supported_nodes(self) -> Flags:
         """As `Term.supported_nodes`: mass holds all nodes."""
@@ -152,9 +167,11 @@ class Inertia(Term):
             for each, faces in zip(elements, self._faces, strict=True)
         ]
         mass = ConsistentMass(self._soil, self._mass, active, ghost)
-        return AssembledInertia(
-            self._soil, mass, active, self._step, self._damping, self._constrained, self._increment
-        )
+        self.in_matrix = AssembledInertia(
+            self._soil, mass, active, self._step, self._damping, self._constrained,
+            self._increment, self._base,
+        )  # fmt: skip
+        return self.in_matrix
 
     def _nodal_density(self) -> Floats:
         soil = self._soil
@@ -174,6 +191,7 @@ class AssembledInertia(AssembledTerm):
 
     Attributes:
         before: motion of the nodes at the start of the step, shape (nodes, dim) each.
+        from_rest: see `TimeStep`.
     """
 
     role = Role.INERTIA
@@ -187,20 +205,30 @@ class AssembledInertia(AssembledTerm):
         damping: float,
         constrained: Flags,
         increment: Floats,
+        base: tuple[Flags, Floats] | None = None,
     ) -> None:
         self._soil, self._mass, self._damping = soil, mass, damping
         self._pattern = active
         self._integration, self._size = step.integration, step.size
         self._constrained, self._prescribed = constrained, increment / step.size
+        self._base, self.from_rest = base, step.from_rest
+        if base is not None:
+            self._constrained = constrained & ~base[0]
         zero = np.zeros_like(increment)
-        self.before = Motion(zero, zero, zero) if step.from_rest else self._motion_before()
+        self.before = Motion(zero, zero, zero) if step.from_rest else self.motion_at_start()
 
-    def _motion_before(self) -> Motion:
+    def motion_at_start(self) -> Motion:
+        """Returns the motion of the nodes that the points have, shape (nodes, dim) each."""
         n, kinds, dim = self._soil.points.motion.shape
         known = np.tile(self._constrained, (1, kinds))
         known[:, :dim] &= self._prescribed == 0.0
+        value = np.zeros(known.shape)
+        if self._base is not None:
+            moving = np.tile(self._base[0], (1, kinds))
+            known |= moving
+            value = np.where(moving, self._base[1].reshape(known.shape), 0.0)
         quantity = self._soil.points.motion.reshape(n, kinds * dim)
-        nodal = self._mass.projected(quantity, known, np.zeros(known.shape))
+        nodal = self._mass.projected(quantity, known, value)
         return Motion(*(nodal[:, k * dim : (k + 1) * dim] for k in range(kinds)))
 
     def after(self, displacement: Floats) -> Motion:
@@ -229,9 +257,13 @@ class AssembledInertia(AssembledTerm):
         motion = self.after(displacement)
         return self._mass.times(motion.acceleration + self._damping * motion.velocity)
 
+    def derivatives(self) -> tuple[float, float]:
+        """Returns those of velocity and acceleration by the displacement of a free node."""
+        return self._integration.derivatives(self._size)
+
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
-        of_velocity, of_acceleration = self._integration.derivatives(self._size)
+        of_velocity, of_acceleration = self.derivatives()
         scaled = (of_acceleration + self._damping * of_velocity) * self._mass.blocks
         for k in range(displacement.shape[1]):
             blocks[:, k, k] += scaled

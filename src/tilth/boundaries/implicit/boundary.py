@@ -140,6 +140,11 @@ class Implicit:
         self.carried: Floats = np.zeros((0, self._columns))
 
     @property
+    def dim(self) -> int:
+        """Number of directions."""
+        return len(self._grid.origin)
+
+    @property
     def body_name(self) -> str | None:
         """Name of the rigid body whose surface it is, or None."""
         return None

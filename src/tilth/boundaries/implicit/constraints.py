@@ -116,6 +116,24 @@ class ImplicitConstraints:
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
 
+    @classmethod
+    def near_soil(
+        cls,
+        boundaries: list[Implicit],
+        points: MaterialPoints,
+        active: ActiveGrid,
+        kind: str,
+        before: float,
+        after: float,
+    ) -> list[ImplicitConstraint]:
+        """Returns the points near soil of boundaries that touch it, without multipliers.
+
+        The arguments are those of `gather`.
+        """
+        areas = {boundary.name: 0.0 for boundary in boundaries}
+        moduli = _moduli(points.elastic_moduli())
+        return cls._held(boundaries, points, active, moduli, kind, before, after, [], areas)
+
     @staticmethod
     def _held(
         boundaries: list[Implicit],

@@ -11,8 +11,10 @@ from tilth.geometry.make import make_geometry
 from tilth.model import ImplicitBoundary, Model
 
 
-def make(declared: ImplicitBoundary, model: Model) -> Implicit:
-    """Returns a declared implicit boundary of a model.
+def make(
+    declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit
+) -> Implicit:
+    """Returns a declared implicit boundary of a model; kind: its class, without contact.
 
     Raises:
         BadInput: a file or function of the boundary cannot be used.
@@ -24,7 +26,7 @@ def make(declared: ImplicitBoundary, model: Model) -> Implicit:
     key = model.boundary_keys()[declared.name]
     cell_size = np.array(model.cell_size)
     geometry = make_geometry(declared, model)
-    return Implicit(
+    return kind(
         declared,
         key,
         model.load_curve(declared),

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Boundaries of dynamic analyses: bases that move, and sides that absorb waves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tilth.analysis.state import Stateful
+from tilth.analysis.step_result import PreparedStep
+from tilth.arrays import Flags, Floats
+from tilth.boundaries import Boundary, ImplicitConstraints
+from tilth.boundaries.absorbing import Absorbing, make_absorbing
+from tilth.boundaries.base_motion import BaseMotion
+from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.model import Model
+from tilth.mpm.soil import Soil
+from tilth.terms.balance import Balance
+from tilth.terms.inertia import Inertia
+from tilth.terms.protocol import Term
+
+class WaveBoundaries:
+    """The moving bases and the absorbing boundaries of a simulation.
+
+    Args:
+        model: of the stage.
+        boundaries: those that act by elimination.
+        position: of the soil's points [length], shape (n, dim).
+
+    Attributes:
+        bases: rigid bases with a given acceleration.
+        absorbing: absorbing boundaries.
+    """
+
+    def __init__(self, model: Model, boundaries: Sequence[Boundary], position: Floats) -> None:
+        self.bases = [each for each in boundaries if isinstance(each, BaseMotion)]
+        self.absorbing: list[Absorbing] = make_absorbing(model, position)
+        self._kind = model.analysis.kind
+
+    def surfaces(self) -> list[Implicit]:
+        """Returns the surfaces of the absorbing boundaries, which hold the soil without inertia."""
+        return [each.surface for each in self.absorbing]
+
+    def owners(self) -> dict[str, Stateful]:
+        """Returns the objects with variables that persist from step to step."""
+        owners: dict[str, Stateful] = {f"base {i}": each for i, each in enumerate(self.bases)}
+        for i, each in enumerate(self.absorbing):
+            owners |= {f"absorbing {i}": each, f"absorbing surface {i}": each.surface}
+        return owners
+
+    def go_on_from(self, last: WaveBoundaries) -> None:
+        """Takes over the state of the same boundaries in the last stage."""
+        for now, before in ((self.bases, last.bases), (self.absorbing, last.absorbing)):
+            known = {each.name: each for each in before}
+            for each in now:
+                if each.name in known:
+                    each.restore(known[each.name].state())
+
+    def _parts(
+        self, soil: Soil, before: float, after: float
+    ) -> list[tuple[Absorbing, ImplicitConstraint]]:
+        """Returns the absorbing boundaries that touch soil with their points there."""
+        parts = ImplicitConstraints.near_soil(
+            self.surfaces(), soil.points, soil.active, self._kind, before, after
+        )
+        by_name = {each.name: each for each in self.absorbing}
+        return [(by_name[part.boundary.name], part) for part in parts]
+
+    def terms(
+        self, step: PreparedStep, soil: Soil, mass: Floats, inertia: Inertia
+    ) -> list[Term]:
+        """Returns the dashpots in a step and the forces that hold the soil at rest.
+
+        mass: of the material points [mass], shape (n,).
+        """
+        found: list[Term] = []
+        for each, part in self._parts(soil, step.before, step.after):
+            found += each.terms(part, soil, mass, inertia, step.before, step.after)
+        return found
+
+    def nodes(self, soil: Soil, time: float) -> Flags:
+        """Returns the nodes on which absorbing boundaries act, shape (nodes,)."""
+        found = np.zeros(soil.active.nodes, dtype=bool)
+        for each, part in self._parts(soil, time, time):
+            found |= each.nodes(part, soil.active)
+        return found
+
+    def take_over(
+        self, step: PreparedStep, soil: Soil, balance: Balance
+    ) -> tuple[bool, float]:
+        """Lets new absorbing boundaries keep the forces that hold the soil at rest.
+
+        balance: in which they do not act yet, at the start of inertia.
+
+        Returns:
+            Whether there are new ones, and the residual elsewhere relative to the forces [-].
+        """
+        new = [each for each in self.absorbing if not each.begun]
+        if not new:
+            return False, 0.0
+        forces = balance.forces(np.zeros(step.active.position.shape))
+        static = np.where(step.conditions.constrained, 0.0, forces.residual - forces.inertia)
+        free = np.ones(len(static), dtype=bool)
+        for each, part in self._parts(soil, step.before, step.before):
+            nodes = each.nodes(part, soil.active)
+            if not each.begun:
+                each.keep(balance.active, np.where(nodes[:, None] & free[:, None], static, 0.0))
+            free &= ~nodes
+        left = float(np.linalg.norm(static[free]))
+        size = max(float(np.linalg.norm(forces.soil)), float(np.linalg.norm(forces.load)))
+        return True, left / size if size > 0.0 else 0.0
+
+    def commit(self, before: float, after: float) -> None:
+        """Ends a converged step."""
+        for each in self.bases:
+            each.commit(before, after)
