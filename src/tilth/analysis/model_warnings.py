@@ -78,6 +78,7 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _one_step(model)
     yield from _jumps(model)
     yield from _water(simulation)
+    yield from simulation.waves.warnings(model)
 
 
 def _jumps(model: Model) -> Iterator[tuple[str, str]]:
@@ -104,8 +105,11 @@ def at(position: Floats) -> str:
 def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
     loaded = any(acts(load, model) for _, load in model.acting_loads())
-    loaded = loaded or model.water is not None
-    moved = any(_moves(boundary, model) for boundary in model.boundaries)
+    loaded = loaded or model.water is not None or bool(model.initial.velocity)
+    moved = any(
+        _moves(boundary, model) or getattr(boundary, "acceleration", None) is not None
+        for boundary in model.boundaries
+    )
     if not loaded and not moved and not model.rigid_bodies:
         yield (
             "no cause",

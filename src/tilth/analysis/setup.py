@@ -16,6 +16,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
+from tilth.boundaries.base_motion import BaseMotion
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import (
     AffineBoundary,
@@ -191,6 +192,7 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[
             *(_surface(simulation, boundary) for boundary in simulation.implicit),
+            *(_absorbing(simulation, boundary) for boundary in simulation.waves.surfaces()),
             *_rigid_bodies(simulation),
         ],
         tracked=simulation.surface_shapes(),
@@ -245,6 +247,11 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     )
 
 
+def _absorbing(simulation: Simulation, boundary: Implicit) -> Surface:
+    """An absorbing boundary, on a plane of the grid as far as the soil is."""
+    return replace(_surface(simulation, boundary), kind="absorbing")
+
+
 def _rigid_bodies(simulation: Simulation) -> list[Surface]:
     """The rigid bodies at the start, with the prescribed part of their motion at the end."""
     model = simulation.model
@@ -293,7 +300,7 @@ def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -
     assert not isinstance(declared, ImplicitBoundary)
     prescribed = boundary.prescribe(active, 0.0, simulation.model.schedule.end)
     nodes = prescribed.constrained.any(axis=1)
-    moving = bool(prescribed.increment.any())
+    moving = bool(prescribed.increment.any()) and not isinstance(boundary, BaseMotion)
     return Condition(
         name=boundary.name,
         kind="affine" if isinstance(declared, AffineBoundary) else declared.condition,

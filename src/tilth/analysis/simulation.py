@@ -259,7 +259,8 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
-        self.waves.go_on_from(last.waves)
+        if last.dynamics is not None:
+            self.waves.go_on_from(last.waves)
         self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())

@@ -162,8 +162,8 @@ def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats])
     same_grid = np.array_equal(last.grid.cell_size, simulation.grid.cell_size) and np.array_equal(
         last.grid.origin, simulation.grid.origin
     )
-    before = {boundary.name: boundary for boundary in last.implicit}
-    for boundary in simulation.implicit:
+    before = {boundary.name: boundary for boundary in [*last.implicit, *last.waves.surfaces()]}
+    for boundary in [*simulation.implicit, *simulation.waves.surfaces()]:
         if (earlier := before.get(boundary.name)) is not None:
             _carry_tractions(earlier, boundary, same_grid)
     bodies = {body.name: body for body in last.bodies}

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import Inertia
 from tilth.terms.protocol import Term
+LONGEST_STEP = 1.001
+"""Size of a step over the interval of a record, above which is warned."""
+
 
 class WaveBoundaries:
     """The moving bases and the absorbing boundaries of a simulation.
@@ -51,7 +54,7 @@ class WaveBoundaries:
         return owners
 
     def go_on_from(self, last: WaveBoundaries) -> None:
-        """Takes over the state of the same boundaries in the last stage."""
+        """Takes over the state of the same boundaries in the last stage, which had inertia."""
         for now, before in ((self.bases, last.bases), (self.absorbing, last.absorbing)):
             known = {each.name: each for each in before}
             for each in now:
@@ -111,6 +114,23 @@ class WaveBoundaries:
         left = float(np.linalg.norm(static[free]))
         size = max(float(np.linalg.norm(forces.soil)), float(np.linalg.norm(forces.load)))
         return True, left / size if size > 0.0 else 0.0
+
+    def warnings(self, model: Model) -> Iterator[tuple[str, str]]:
+        """Yields warnings of the records: what each is about, and its text."""
+        keys, size = model.boundary_keys(), model.schedule.first_step
+        for each in (*self.bases, *self.absorbing):
+            if (record := each.record) is None:
+                continue
+            key = f"{keys[each.name]}.acceleration"
+            if text := record.drift():
+                yield f"drift of {each.name}", f"{key}: {text}"
+            interval = float(np.median(np.diff(record.time)))
+            if size > LONGEST_STEP * interval:
+                yield (
+                    f"steps over {each.name}",
+                    f"{key}: the steps of {size:g} are longer than the record's of {interval:g}: "
+                    "they miss its peaks; shorten them, or filter and resample the record",
+                )
 
     def commit(self, before: float, after: float) -> None:
         """Ends a converged step."""

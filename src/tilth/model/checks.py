@@ -39,6 +39,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
         *_needs_implicit(model),
         *track_problems(model),
         *_needs_water(model),
+        *_needs_inertia(model),
         *_densities(model),
         *_needs_gravity(model),
         *_needs_time(model),
@@ -209,6 +210,16 @@ def _needs_time(model: Model) -> Iterator[Problem]:
     if model.analysis.inertia is not None and not model.units.time:
         remedy = 'give the unit of the schedule\'s time that fits to the others, such as "s"'
         yield Problem("units.time", "missing: with inertia time has a unit", remedy)
+
+
+def _needs_inertia(model: Model) -> Iterator[Problem]:
+    """A base that moves by its acceleration and waves that leave are of dynamic analyses."""
+    for i, boundary in enumerate(model.boundaries):
+        condition = getattr(boundary, "condition", None)
+        if condition in ("base_motion", "absorbing") and model.analysis.inertia is None:
+            remedy = 'add `inertia` to [analysis], such as inertia = { scheme = "newmark" }'
+            key = f"boundaries[{i}].condition"
+            yield Problem(key, "has no meaning without inertia", remedy, condition)
 
 
 def _needs_gravity(model: Model) -> Iterator[Problem]:

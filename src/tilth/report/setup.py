@@ -172,6 +172,7 @@ _CONSTRAINED = {
     "fixed": "all constrained",
     "tangential": "tangential constrained",
     "direction": "one direction constrained",
+    "absorbing": "waves leave",
 }
 
 

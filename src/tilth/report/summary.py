@@ -186,7 +186,23 @@ def _boundary(boundary: Boundary, model: Model) -> str:
     constrained = ", ".join(
         f"u{AXES[i]} = {value:g}" for i, value in boundary.prescribed(model.dimension).items()
     )
+    if isinstance(boundary, PlaneBoundary) and boundary.condition in ("base_motion", "absorbing"):
+        constrained = _waves(boundary)
     return f"{boundary.name}: {boundary.condition} {where}: {constrained}"
+
+
+def _waves(boundary: PlaneBoundary | ImplicitBoundary) -> str:
+    """Returns the ground beyond an absorbing boundary, and the record that moves it or a base."""
+    words = []
+    if (record := boundary.acceleration) is not None:
+        scale = "" if record.scale == 1.0 else f", times {record.scale:g}"
+        words.append(f"acceleration of {Path(record.file).name}{scale}")
+    if (ground := boundary.ground) is not None:
+        speeds = f"{ground.p_wave_speed:g} and {ground.s_wave_speed:g}"
+        words.append(f"ground of density {ground.density:g}, wave speeds {speeds}")
+    elif boundary.condition == "absorbing":
+        words.append("ground as the soil there")
+    return "; ".join(words)
 
 
 def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
@@ -195,6 +211,8 @@ def _implicit(boundary: ImplicitBoundary, model: Model) -> str:
     if boundary.contact is not None:
         laws = laws_text(boundary.contact, boundary.contact_with, model.units.stress)
         constrained = "; ".join(laws)
+    if boundary.condition == "absorbing":
+        constrained = f"absorbing ({_waves(boundary)})"
     if boundary.direction is not None:
         constrained = f"constrained along {vector(boundary.direction)}"
     parts = [

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Moving bases and absorbing boundaries: tangent, impedance, forces at rest, records, resume."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from contact_terms import next_balance
+
+from tilth import Model
+from tilth.analysis.energies import Energies
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis
+from tilth.fields.record import Record
+from tilth.terms.dashpots import AssembledDashpots
+
+NEWMARK: dict[str, Any] = {"scheme": "newmark"}
+ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.7}
+KINDS = ["plane_strain", "axisymmetric", "3d"]
+DENSITY, YOUNG, POISSON = 2000.0, 1e7, 0.3
+
+
+def ground(kind: str, boundaries: list[dict[str, Any]], **more: Any) -> Simulation:
+    """A block of elastic soil from the origin, 1.5 m wide and 1 m high."""
+    dim = 3 if kind == "3d" else 2
+    upper = [1.5, 1.0] if dim == 2 else [1.5, 1.0, 1.0]
+    entries: dict[str, Any] = {
+        "units": {"time": "s"},
+        "analysis": {"kind": kind, "inertia": NEWMARK, "tolerance": 1e-12},
+        "grid": {"cell_size": 0.25},
+        "materials": {
+            "soil": {
+                "model": "hencky_elastic", "young_modulus": YOUNG, "poisson_ratio": POISSON,
+                "density": DENSITY,
+            }
+        },
+        "bodies": [
+            {"name": "soil", "material": "soil", "basis": "gimp", "points_per_cell": 2,
+             "shape": {"type": "box", "lower": [0.0] * dim, "upper": upper}}
+        ],
+        "boundaries": boundaries,
+        "schedule": {"end": 0.05, "steps": 10},
+    }  # fmt: skip
+    return Simulation(Model.from_dict(entries | more))
+
+
+def side(kind: str, turned: bool = False, **more: Any) -> dict[str, Any]:
+    """An absorbing boundary at x = 1.5 m, or one that cuts the cells."""
+    if not turned:
+        found: dict[str, Any] = {"type": "plane", "axis": "x", "at": 1.5}
+    else:
+        normal = [-0.9, 0.3] if kind != "3d" else [-0.9, 0.3, 0.2]
+        point = [1.37, 0.5] if kind != "3d" else [1.37, 0.5, 0.5]
+        geometry = {"type": "plane", "point": point, "normal": normal}
+        found = {"type": "implicit", "geometry": geometry}
+    return {"name": "side", "condition": "absorbing", **found, **more}
+
+
+def write_record(path: Path, rows: str) -> str:
+    path.write_text(rows, encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_stiffness_of_dashpots_is_the_derivative_of_their_force(
+    kind: str, turned: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulation = ground(kind, [side(kind, turned)])
+    simulation.advance(0.0, 0.005)
+    balance = next_balance(simulation, 0.005, 0.012, monkeypatch)
+    (term,) = (each for each in balance.terms if isinstance(each, AssembledDashpots))
+    random = np.random.default_rng(7)
+    shape = (balance.active.nodes, balance.active.grid.dim)
+    u, direction = 1e-3 * random.normal(size=shape), random.normal(size=shape)
+    if kind == "axisymmetric":
+        direction[balance.active.position[:, 0] == 0.0, 0] = 0.0
+    blocks = np.zeros((len(balance.active.column), shape[1], shape[1]))
+    term.add_stiffness(u, blocks)
+    rows = np.repeat(np.arange(shape[0]), np.diff(balance.active.row_start))
+    product = np.zeros(shape)
+    np.add.at(product, rows, np.einsum("bij,bj->bi", blocks, direction[balance.active.column]))
+    difference = term.force(u + direction) - term.force(u)
+    assert np.abs(difference).max() > 0.0
+    np.testing.assert_allclose(product, difference, rtol=0, atol=1e-9 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_soil_that_moves_evenly_meets_the_impedance_times_its_velocity(kind: str) -> None:
+    """On a plane of the grid: rho c_p v along the normal, rho c_s v across, times the area."""
+    dim = 3 if kind == "3d" else 2
+    across = dim - 1
+    velocity = {"body": "soil", "xyz"[across]: 0.02}
+    if kind != "axisymmetric":
+        velocity["x"] = 0.01
+    simulation = ground(kind, [side(kind)], initial={"velocity": [velocity]})
+    simulation.dynamics.begun = True  # type: ignore[union-attr]
+    result = simulation.advance(0.0, 1e-9)
+    area = {"plane_strain": 1.0, "axisymmetric": 2.0 * np.pi * 1.5, "3d": 1.0}[kind]
+    shear = YOUNG / (2.0 * (1.0 + POISSON))
+    constrained = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
+    expected = np.zeros(dim)
+    expected[across] = -np.sqrt(DENSITY * shear) * 0.02 * area
+    if kind != "axisymmetric":
+        expected[0] = -np.sqrt(DENSITY * constrained) * 0.01 * area
+    np.testing.assert_allclose(result.resultant("side"), expected, rtol=1e-4, atol=1e-9)
+
+
+def test_the_ground_beyond_may_be_another_one() -> None:
+    other = {"density": 2500.0, "p_wave_speed": 900.0, "s_wave_speed": 400.0}
+    velocity = {"body": "soil", "x": 0.01, "y": 0.02}
+    boundary = side("plane_strain", ground=other)
+    simulation = ground("plane_strain", [boundary], initial={"velocity": [velocity]})
+    simulation.dynamics.begun = True  # type: ignore[union-attr]
+    result = simulation.advance(0.0, 1e-9)
+    expected = [-2500.0 * 900.0 * 0.01, -2500.0 * 400.0 * 0.02]
+    np.testing.assert_allclose(result.resultant("side"), expected, rtol=1e-4, atol=1e-9)
+
+
+@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA])
+def test_soil_moves_with_its_base_without_strain(inertia: dict[str, Any], tmp_path: Path) -> None:
+    """Under the same acceleration as body force and of the base, in steps of different sizes."""
+    rows = [(0.0, 0.0, 0.0), (0.02, 3.0, -1.0), (0.035, -5.0, 2.0), (0.05, 1.0, 0.5)]
+    text = "time,x,y\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n"
+    file = write_record(tmp_path / "record.csv", text)
+    base = {"name": "base", "type": "plane", "axis": "y", "at": 0.0,
+            "condition": "base_motion", "acceleration": {"file": file}}  # fmt: skip
+    forces = [
+        {"type": "body_force", "acceleration": [1.0, 0.0], "factor": [[r[0], r[1]] for r in rows]},
+        {"type": "body_force", "acceleration": [0.0, 1.0], "factor": [[r[0], r[2]] for r in rows]},
+    ]
+    analysis = {"kind": "plane_strain", "inertia": inertia, "tolerance": 1e-12}
+    simulation = ground("plane_strain", [base], loads=forces, analysis=analysis)
+    simulation.check()
+    times = [0.0, 0.004, 0.01, 0.02, 0.023, 0.035, 0.04, 0.05]
+    for before, after in zip(times, times[1:], strict=False):
+        simulation.advance(before, after)
+    points = simulation.points
+    np.testing.assert_allclose(points.motion[:, 1], np.tile([1.0, 0.5], (len(points), 1)), rtol=1e-6)
+    assert np.abs(points.stress).max() < 1e-6 * DENSITY * 5.0 * 1.0
+    assert np.ptp(points.displacement, axis=0).max() < 1e-9 * np.abs(points.displacement).max()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_energy_that_leaves_is_that_which_is_missing(turned: bool) -> None:
+    velocity = {"body": "soil", "x": 0.01, "angular_velocity": 0.02, "centre": [0.7, 0.5]}
+    initial = {"velocity": [velocity]}
+    simulation = ground("plane_strain", [side("plane_strain", turned)], initial=initial)
+    energies = Energies.at_start(simulation)
+    for number in range(10):
+        energies.add(simulation.advance(0.001 * number, 0.001 * (number + 1)))
+    assert energies.radiated > 0.2 * energies.start
+    lost = energies.value("numerical_dissipation", simulation, 0.01)
+    assert abs(lost) < 0.02 * energies.start
+
+
+def staged(kind: str, base: str) -> Model:
+    """Gravity between rollers without inertia, then absorbing boundaries in their place."""
+    dim = 3 if kind == "3d" else 2
+    upper = [1.5, 1.0] if dim == 2 else [1.0, 1.0, 1.0]
+    faces = [("right", "x", upper[0])]
+    faces += [("left", "x", 0.0)] if kind != "axisymmetric" else []
+    faces += [("front", "y", 0.0), ("back", "y", upper[1])] if dim == 3 else []
+    bottom = {"type": "plane", "axis": "xyz"[dim - 1], "at": 0.0}
+    before: list[dict[str, Any]] = [
+        {"name": f"{name} roller", "type": "plane", "axis": axis, "at": at, "condition": "roller"}
+        for name, axis, at in faces
+    ]
+    after: list[dict[str, Any]] = [
+        {"name": name, "type": "plane", "axis": axis, "at": at, "condition": "absorbing"}
+        for name, axis, at in faces
+    ]
+    if base == "absorbing":
+        before.append({"name": "bottom roller", "condition": "roller", **bottom})
+        after.append({"name": "bottom", "condition": "absorbing", **bottom})
+    always = [{"name": "rock", "condition": "fixed", **bottom}] if base == "fixed" else []
+    gravity = [0.0] * (dim - 1) + [-9.81]
+    shape = {"type": "box", "lower": [0.0] * dim, "upper": upper}
+    return Model.from_dict(
+        {
+            "units": {"time": "s"},
+            "analysis": {"kind": kind, "inertia": NEWMARK},
+            "grid": {"cell_size": 0.25},
+            "materials": {
+                "soil": {"model": "hencky_elastic", "young_modulus": YOUNG,
+                         "poisson_ratio": POISSON, "density": DENSITY}
+            },
+            "bodies": [{"name": "soil", "material": "soil", "basis": "gimp",
+                        "points_per_cell": 2, "shape": shape}],
+            "loads": [{"type": "body_force", "acceleration": gravity}],
+            "boundaries": [*always, *before, *after],
+            "stages": [
+                {"name": "gravity", "inertia": False, "schedule": {"end": 1.0, "steps": 2}},
+                {"name": "shaking", "schedule": {"end": 0.05, "steps": 10},
+                 "activate": [each["name"] for each in after],
+                 "deactivate": [each["name"] for each in before]},
+            ],
+        }
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("base", ["fixed", "absorbing"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_absorbing_boundaries_keep_the_soil_at_rest(kind: str, base: str) -> None:
+    """What moves is 1e-3 of what gravity did: the soil's own residual on its next grid."""
+    analysis = StagedAnalysis(staged(kind, base))
+    analysis.check()
+    settled = np.zeros(0)
+    for _ in analysis.steps():
+        points = analysis.simulation.points
+        if analysis.number == 0:
+            settled = points.displacement[points.in_order].copy()
+            assert not points.motion.any()
+    points = analysis.simulation.points
+    moved = points.displacement[points.in_order] - settled
+    assert np.abs(moved).max() < 1e-3 * np.abs(settled).max()
+    assert analysis.simulation.warnings == []
+
+
+def test_a_record_is_integrated_exactly() -> None:
+    record = Record.of(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [2.0], [-1.0]]))
+    np.testing.assert_allclose(record.velocity[:, 0], [0.0, 1.0, 2.0])
+    assert record.velocity_at(0.5)[0] == pytest.approx(0.25)
+    assert record.velocity_at(2.0)[0] == pytest.approx(1.0 + 0.5 * (2.0 + 0.5))
+    assert record.acceleration_at(2.0)[0] == pytest.approx(0.5)
+    assert record.acceleration_at(4.0)[0] == 0.0
+    assert record.velocity_at(4.0)[0] == 2.0
+    assert "100% of its greatest" in record.drift()
+    assert Record.of(np.array([0.0, 1.0, 2.0]), np.array([[1.0], [0.0], [-1.0]])).drift() == ""
