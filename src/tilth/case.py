@@ -168,6 +168,9 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, entry in enumerate(_tables(stresses)):
         yield from _files_of_parameters(f"initial.stress[{i}]", entry)
         yield f"initial.stress[{i}]", entry, "folder"
+    velocities = initial.get("velocity") if isinstance(initial, dict) else None
+    for i, entry in enumerate(_tables(velocities)):
+        yield from _files_of_parameters(f"initial.velocity[{i}]", entry)
     stages = _tables(entries.get("stages"))
     tables = {"water": entries.get("water")}
     tables |= {f"stages[{i}].water": stage.get("water") for i, stage in enumerate(stages)}

@@ -9,6 +9,18 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.mpm.wet_mass import total_mass
 
+ENERGY_KINDS = (
+    "external_work",
+    "elastic",
+    "kinetic",
+    "plastic_dissipation",
+    "friction_dissipation",
+    "damping_dissipation",
+    "radiation",
+    "numerical_dissipation",
+)
+"""Kinds of energy, in the order of the columns of energies.csv."""
+
 
 @dataclass
 class Energies:
@@ -42,25 +54,27 @@ class Energies:
 
     def value(self, kind: str, simulation: Simulation, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
+        if kind == "elastic":
+            return simulation.points.stored_energy()
+        if kind == "kinetic":
+            return kinetic_energy(simulation, time)
+        return self.values(simulation, time)[kind]
+
+    def values(self, simulation: Simulation, time: float) -> dict[str, float]:
+        """Returns all energies after the steps to a time of the stage, by their kinds."""
         points = simulation.points
-        sums = {
-            "external_work": self.work,
+        stored = {"elastic": points.stored_energy(), "kinetic": kinetic_energy(simulation, time)}
+        lost = {
+            "plastic_dissipation": float(points.plastic[:, 1] @ points.initial_volume),
             "friction_dissipation": self.friction,
             "damping_dissipation": self.damping,
             "radiation": self.radiated,
         }
-        if kind in sums:
-            return sums[kind]
-        if kind == "elastic":
-            return points.stored_energy()
-        if kind == "kinetic":
-            return kinetic_energy(simulation, time)
-        plastic = float(points.plastic[:, 1] @ points.initial_volume)
-        if kind == "plastic_dissipation":
-            return plastic
-        stored = points.stored_energy() + kinetic_energy(simulation, time)
-        lost = plastic + self.friction + self.damping + self.radiated
-        return self.start + self.work - stored - lost
+        found = sum(stored.values()) + sum(lost.values())
+        numerical = self.start + self.work - found
+        return {
+            "external_work": self.work, **stored, **lost, "numerical_dissipation": numerical
+        }  # fmt: skip
 
 
 def kinetic_energy(simulation: Simulation, time: float) -> float:

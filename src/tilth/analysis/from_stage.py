@@ -30,6 +30,7 @@ from tilth.output.files import write_durably
 from tilth.output.folder import (
     BOUNDARIES,
     CHECKPOINT,
+    ENERGIES,
     HISTORY,
     LOG,
     MODEL,
@@ -163,6 +164,7 @@ def _declared(model: Model) -> dict[str, Any]:
         "excavate": stage.excavate,
         "release": stage.release,
         "reset": stage.reset,
+        "inertia": stage.inertia,
     }
 
 
@@ -193,6 +195,9 @@ def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
     if boundaries:
         with writing(folder / BOUNDARIES):
             write_durably(folder / BOUNDARIES, boundaries)
+    if stored.rows.energies:
+        with writing(folder / ENERGIES):
+            write_durably(folder / ENERGIES, stored.rows.energies)
     with writing(folder / LOG):
         write_durably(folder / LOG, (stored.folder / LOG).read_bytes())
     outputs = _copy_results(stored, model, folder)

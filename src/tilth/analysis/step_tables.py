@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The files with one row per step: history.csv, and boundaries.csv where a boundary moves."""
+"""The files with one row per step: history.csv, boundaries.csv where a boundary moves, and
+energies.csv with inertia."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from tilth.analysis.energies import Energies
-from tilth.analysis.motions import motion_columns, motion_values
+from tilth.analysis.energies import ENERGY_KINDS, Energies
+from tilth.analysis.motions import moment_unit, motion_columns, motion_values
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.analysis.tracker import Tracker, unit_of
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import HistoryWriter
-from tilth.output.folder import BOUNDARIES, HISTORY
+from tilth.output.folder import BOUNDARIES, ENERGIES, HISTORY
 from tilth.output.history import Mark, checked_history
 
 
@@ -25,14 +26,22 @@ class StoredRows:
     Attributes:
         history: of history.csv.
         boundaries: of boundaries.csv; empty if nothing moves.
+        energies: of energies.csv; empty without inertia.
     """
 
     history: bytes
     boundaries: bytes
+    energies: bytes
 
     @classmethod
     def read(
-        cls, folder: Path, model: Model, last_step: int, history: Mark, boundaries: Mark
+        cls,
+        folder: Path,
+        model: Model,
+        last_step: int,
+        history: Mark,
+        boundaries: Mark,
+        energies: Mark,
     ) -> StoredRows:
         """Reads the rows of the steps 0 to `last_step`; the marks are those of the checkpoint.
 
@@ -41,12 +50,23 @@ class StoredRows:
         """
         tracked = [(track.name, unit_of(track, model)) for track in model.track]
         moved, stages = motion_columns(model), bool(model.stages)
+        of_energies = energy_columns(model)
         return cls(
             checked_history(folder / HISTORY, tracked, last_step, history, stages),
             checked_history(folder / BOUNDARIES, moved, last_step, boundaries, stages)
             if moved
             else b"",
+            checked_history(folder / ENERGIES, of_energies, last_step, energies, stages)
+            if of_energies
+            else b"",
         )
+
+
+def energy_columns(model: Model) -> list[tuple[str, str]]:
+    """Returns names and unit labels of the columns of energies.csv; none without inertia."""
+    if model.analysis.inertia is None:
+        return []
+    return [(kind, moment_unit(model)) for kind in ENERGY_KINDS]
 
 
 class StepTables:
@@ -66,7 +86,7 @@ class StepTables:
         self, folder: Path, model: Model, initial: MaterialPoints, stored: StoredRows | None = None
     ) -> None:
         stages = bool(model.stages)
-        rows = stored or StoredRows(b"", b"")
+        rows = stored or StoredRows(b"", b"", b"")
         self._model = model
         self._tracker = Tracker(model, initial)
         columns = self._tracker.columns
@@ -75,6 +95,10 @@ class StepTables:
         if columns := motion_columns(model):
             file = folder / BOUNDARIES
             self._boundaries = HistoryWriter(file, columns, rows.boundaries, stages)
+        self._energies: HistoryWriter | None = None
+        if columns := energy_columns(model):
+            file = folder / ENERGIES
+            self._energies = HistoryWriter(file, columns, rows.energies, stages)
 
     def append(
         self,
@@ -95,14 +119,24 @@ class StepTables:
         if self._boundaries is not None:
             values = motion_values(self._model, simulation, result)
             self._boundaries.append(step, time[0], iterations, values, stage)
+        if self._energies is not None:
+            found = energies.values(simulation, time[1])
+            values = [found[kind] for kind in ENERGY_KINDS]
+            self._energies.append(step, time[0], iterations, values, stage)
 
     def sync(self) -> dict[str, Mark]:
         """Waits until all rows are on the disk; returns what a checkpoint keeps of the files."""
-        boundaries = Mark(0, 0) if self._boundaries is None else self._boundaries.sync()
-        return {"history": self._history.sync(), "boundaries": boundaries}
+        none = Mark(0, 0)
+        return {
+            "history": self._history.sync(),
+            "boundaries": none if self._boundaries is None else self._boundaries.sync(),
+            "energy_rows": none if self._energies is None else self._energies.sync(),
+        }
 
     def close(self) -> None:
         """Closes the files."""
         self._history.close()
         if self._boundaries is not None:
             self._boundaries.close()
+        if self._energies is not None:
+            self._energies.close()

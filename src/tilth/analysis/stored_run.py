@@ -83,6 +83,7 @@ class Progress(_Plain):
         model: check sum of model.json.
         history: size and check sum of the rows of history.csv up to the step.
         boundaries: the same of boundaries.csv; zeros without that file.
+        energy_rows: the same of energies.csv.
         outputs: step and check sum of each output up to the step.
         seconds: time taken so far.
     """
@@ -95,6 +96,7 @@ class Progress(_Plain):
     model: _Number
     history: tuple[_Number, _Number]
     boundaries: tuple[_Number, _Number]
+    energy_rows: tuple[_Number, _Number]
     outputs: list[tuple[_Number, _Number]]
     seconds: TimeTaken
 
@@ -137,7 +139,8 @@ class StoredRun:
         if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:
             raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
         _check_clock(checkpoint, progress, model)
-        marks = Mark(*progress.history), Mark(*progress.boundaries)
+        kept = progress.history, progress.boundaries, progress.energy_rows
+        marks = (Mark(*each) for each in kept)
         rows = StoredRows.read(folder, model, progress.clock.step, *marks)
         _check_outputs(folder / RESULTS, progress, model)
         if (folder / LOG).exists() and not (folder / LOG).is_file():
@@ -181,7 +184,7 @@ def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
     try:
         # lists of JSON stand for tuples
         entries = dict(meta)
-        for file_of_rows in ("history", "boundaries"):
+        for file_of_rows in ("history", "boundaries", "energy_rows"):
             if isinstance(entries.get(file_of_rows), list):
                 entries[file_of_rows] = tuple(entries[file_of_rows])
         if isinstance(entries.get("outputs"), list):

@@ -116,6 +116,8 @@ def unit_of(track: Track, model: Model) -> str:
         return area_unit(model)
     if track.quantity in ("stress", "effective_stress", "pore_pressure"):
         return units.stress
+    if track.quantity in ("velocity", "acceleration"):
+        return rate_unit(model, 1 if track.quantity == "velocity" else 2)
     if track.quantity == "state":
         return units.stress if model.state_units()[track.variable or ""] == "stress" else ""
     if track.quantity == "enclosed":
@@ -123,6 +125,14 @@ def unit_of(track: Track, model: Model) -> str:
     if track.quantity in ("energy", "moment"):
         return moment_unit(model)
     return units.length
+
+
+def rate_unit(model: Model, order: int) -> str:
+    """Returns the label of a velocity (order 1) or an acceleration (2); empty without labels."""
+    length, time = model.units.length, model.units.time
+    if not (length and time):
+        return ""
+    return f"{length}/{time}" if order == 1 else f"{length}/{time}^2"
 
 
 def _reaction(track: Track, simulation: Simulation, result: StepResult | None) -> float:
@@ -200,6 +210,8 @@ def _values(track: Track, simulation: Simulation, time: float) -> Floats:
     points, water = simulation.points, simulation.water
     if track.quantity == "displacement":
         return points.displacement
+    if track.quantity in ("velocity", "acceleration"):
+        return points.motion[:, ("velocity", "acceleration").index(track.quantity)]
     if track.quantity == "effective_stress":
         return effective_stress(points)
     if track.quantity == "pore_pressure":

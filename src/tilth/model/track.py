@@ -21,6 +21,8 @@ Quantity = Literal[
     "embedment",
     "penetration",
     "displacement",
+    "velocity",
+    "acceleration",
     "stress",
     "effective_stress",
     "pore_pressure",
@@ -50,6 +52,8 @@ _COMPONENTS: Final[dict[str, tuple[str, ...]]] = {
     "rigid_displacement": (*_AXES, "magnitude"),
     "rigid_rotation": _AXES,
     "displacement": (*_AXES, "magnitude"),
+    "velocity": (*_AXES, "magnitude"),
+    "acceleration": (*_AXES, "magnitude"),
     "stress": _TENSOR,
     "effective_stress": _TENSOR,
 }
@@ -62,6 +66,8 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "embedment": ("boundary", "from"),
     "penetration": ("boundary",),
     "displacement": ("at", "component"),
+    "velocity": ("at", "component"),
+    "acceleration": ("at", "component"),
     "stress": ("at", "component"),
     "effective_stress": ("at", "component"),
     "pore_pressure": ("at",),
@@ -74,6 +80,8 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "moment": ("about",),
     "displacement": ("body",),
+    "velocity": ("body",),
+    "acceleration": ("body",),
     "stress": ("body",),
     "effective_stress": ("body",),
     "pore_pressure": ("body",),
@@ -98,6 +106,7 @@ class Track(Declared):
     | embedment | `boundary`, `from`: depth of its lowest point below the surface of the soil |
     | penetration | `boundary`: greatest depth of a material point behind an implicit boundary |
     | displacement | `at`, `component` x, y, z, magnitude; optional `body` |
+    | velocity, acceleration | the same, with inertia |
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy, total); optional `body` |
     | effective_stress | the same of the effective stress: without water and pore fluid the total |
     | pore_pressure | `at`: pressure of the water of `[water]` at a point; optional `body` |

@@ -17,6 +17,7 @@ _OF_BODIES = ("rigid_displacement", "rigid_rotation")
 _OF_IMPLICIT = ("penetration",)
 _OF_BOTH = ("contact_area", "embedment")
 _OF_PAIRS = ("reaction", "moment", "contact_area")
+_MOTIONS = ("velocity", "acceleration")
 _OF_INERTIA = ("kinetic", "damping_dissipation", "radiation", "numerical_dissipation")
 WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
@@ -33,6 +34,9 @@ def track_problems(model: Model) -> Iterator[Problem]:
             remedy = "add `inertia` to [analysis], or leave it out"
             yield Problem(f"track[{i}].kind", "has no meaning without inertia", remedy, track.kind)
         name, quantity = track.boundary or "", track.quantity
+        if quantity in _MOTIONS and model.analysis.inertia is None:
+            remedy = "add `inertia` to [analysis], or leave it out"
+            yield Problem(f"track[{i}].quantity", "has no meaning without inertia", remedy, quantity)
         if name in pairs and name not in bodies and name not in boundaries:
             yield from _problems_of_pair(i, track)
             continue

@@ -18,6 +18,7 @@ from tilth.output.lock import LOCK
 RESULTS = "results.vtkhdf"
 HISTORY = "history.csv"
 BOUNDARIES = "boundaries.csv"
+ENERGIES = "energies.csv"
 SURFACE = "surface.csv"
 CONTACT = "contact.csv"
 REPORT = "report.html"
@@ -62,6 +63,7 @@ FILES = (
     RESULTS,
     HISTORY,
     BOUNDARIES,
+    ENERGIES,
     SURFACE,
     CONTACT,
     REPORT,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``history.csv`` and ``boundaries.csv``: one row per load step with every quantity."""
+"""``history.csv``, ``boundaries.csv`` and ``energies.csv``: one row per load step with every quantity."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import (
     BOUNDARIES,
+    ENERGIES,
     HISTORY,
     LOG,
     REPORT,
@@ -31,6 +32,7 @@ from tilth.output.log import LogContents, read_log
 from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.contact_plots import contact_note, draw_contact
+from tilth.report.energies import draw_energies, energy_table
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
@@ -98,6 +100,8 @@ def write_report(
     curves = draw_curves(history, results.units.get("time", ""), stages)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
+    if balance := _energies(folder, results.units.get("time", ""), stages):
+        parts.append(_section("Energies", balance))
     parts.append(_section("Convergence", _convergence(history, log, stages)))
     for heading, index in _reductions(folder, summary):
         parts.append(_section(heading, _safety(folder, kind, index)))
@@ -130,6 +134,23 @@ def _forces(folder: Path, kind: str, summary: Mapping[str, Any], stages: Sequenc
     return _image(figure, "Force against displacement") + f"<p>{escape(caption(curves, kind))}</p>"
 
 
+def _energies(folder: Path, time_unit: str, stages: Sequence[Span]) -> str:
+    """Returns the balance of the energies of a run with inertia; nothing without."""
+    if not (folder / ENERGIES).exists():
+        return ""
+    table = read_history(folder / ENERGIES)
+    figure = draw_energies(table, time_unit, stages)
+    if figure is None:
+        return "<p>There is no energy.</p>"
+    return _image(figure, "Energies over time") + energy_table(table) + f"<p>{_ABOUT_ENERGIES}</p>"
+
+
+_ABOUT_ENERGIES = """The energy at the start and the work of loads and boundaries since then is the
+sum of the other parts; what is numerical is what is in none of them. Where waves come in through an
+absorbing boundary, less than nothing may have left. The numbers, one row per step,
+are in energies.csv."""
+
+
 def _how_to_open(results: Results) -> str:
     """Returns the section that explains the files of the folder."""
     surfaces = _ABOUT_SURFACES if results.surfaces else ""
@@ -157,6 +178,7 @@ it.</li>
 <li><code>boundaries.csv</code>, where a boundary or body moves, has one row per step with its
 displacement and rotation and with the force and moment that it exerts on the soil; of contact
 between two soil bodies the force on the second one.</li>
+<li><code>energies.csv</code>, with inertia, has one row per step with all energies.</li>
 <li><code>log.txt</code> has the residuals of all Newton iterations.</li>
 """
 

@@ -172,7 +172,6 @@ _CONSTRAINED = {
     "fixed": "all constrained",
     "tangential": "tangential constrained",
     "direction": "one direction constrained",
-    "absorbing": "waves leave",
 }
 
 
@@ -181,8 +180,8 @@ def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
     from matplotlib.lines import Line2D
 
     text = f"{surface.name}\nimplicit, {_CONSTRAINED.get(surface.kind, surface.kind)}"
-    if surface.kind == "rigid body":
-        text = f"{surface.name}\nrigid body"
+    if surface.kind in ("rigid body", "absorbing"):
+        text = f"{surface.name}\n{surface.kind}"
     if surface.words:
         text += f"\n{surface.words}"
     if surface.kind != "rigid body" and surface.displacement is not None:

@@ -45,6 +45,7 @@ from tilth.verification import (
     rotating_disc,
     seabed_pipe,
     self_weight_column,
+    shear_column,
     slope,
     slope_strength_reduction,
     square_footing,
@@ -112,5 +113,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "free_fall": free_fall.comparisons,
     "rotating_disc": rotating_disc.comparisons,
     "elastic_bar": elastic_bar.comparisons,
+    "shear_column": shear_column.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
