@@ -78,7 +78,8 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _one_step(model)
     yield from _jumps(model)
     yield from _water(simulation)
-    yield from simulation.waves.warnings(model)
+    if simulation.waves:
+        yield from simulation.waves.warnings(model, simulation.soil_on(simulation.locate(0.0)))
 
 
 def _jumps(model: Model) -> Iterator[tuple[str, str]]:

@@ -42,6 +42,9 @@ class WaveBoundaries:
         self.absorbing: list[Absorbing] = make_absorbing(model, position)
         self._kind = model.analysis.kind
 
+    def __bool__(self) -> bool:
+        return bool(self.bases or self.absorbing)
+
     def surfaces(self) -> list[Implicit]:
         """Returns the surfaces of the absorbing boundaries, which hold the soil without inertia."""
         return [each.surface for each in self.absorbing]
@@ -115,9 +118,16 @@ class WaveBoundaries:
         size = max(float(np.linalg.norm(forces.soil)), float(np.linalg.norm(forces.load)))
         return True, left / size if size > 0.0 else 0.0
 
-    def warnings(self, model: Model) -> Iterator[tuple[str, str]]:
-        """Yields warnings of the records: what each is about, and its text."""
+    def warnings(self, model: Model, soil: Soil) -> Iterator[tuple[str, str]]:
+        """Yields warnings of records and of places without soil: what each is about, its text."""
         keys, size = model.boundary_keys(), model.schedule.first_step
+        touching = [each.name for each, _ in self._parts(soil, 0.0, 0.0)]
+        for name in (each.name for each in self.absorbing if each.name not in touching):
+            yield (
+                f"no soil at {name}",
+                f"{keys[name]}: the absorbing boundary {name!r} touches no soil; put it at the "
+                "outer face of the soil",
+            )
         for each in (*self.bases, *self.absorbing):
             if (record := each.record) is None:
                 continue

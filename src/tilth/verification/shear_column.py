@@ -82,9 +82,11 @@ def amplitude(file: str, share: float) -> float:
         )
         at, top = acceleration_of_top(model)
     late = at > 0.7 * end
-    waves = np.column_stack([np.sin(omega * at[late]), np.cos(omega * at[late])])
-    parts, *_ = np.linalg.lstsq(waves, top[late], rcond=None)
-    return float(np.hypot(*parts)) / 0.1
+    rates = {omega, 2.0 * math.pi * LOWEST}  # what is left of a free vibration is told apart
+    waves = [wave(rate * at[late]) for rate in sorted(rates) for wave in (np.sin, np.cos)]
+    parts, *_ = np.linalg.lstsq(np.column_stack(waves), top[late], rcond=None)
+    first = 2 * sorted(rates).index(omega)
+    return float(np.hypot(*parts[first : first + 2])) / 0.1
 
 
 def acceleration_of_top(model: Model) -> tuple[Floats, Floats]:
