@@ -222,7 +222,7 @@ class AssembledInertia(AssembledTerm):
         n, kinds, dim = self._soil.points.motion.shape
         known = np.tile(self._constrained, (1, kinds))
         known[:, :dim] &= self._prescribed == 0.0
-        value = np.zeros(known.shape)
+        value = None
         if self._base is not None:
             moving = np.tile(self._base[0], (1, kinds))
             known |= moving
@@ -299,6 +299,9 @@ class AssembledInertia(AssembledTerm):
         Their accelerations are those of the grid.
         """
         motion, after = self._soil.points.motion, self.after(displacement)
-        motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
-        motion[:, 1] = self._soil.interpolate(after.acceleration)
-        motion[:, 2] = self._soil.interpolate(after.algorithmic)
+        n, kinds, dim = motion.shape
+        change = after.velocity - self.before.velocity
+        nodal = np.concatenate([change, after.acceleration, after.algorithmic], axis=1)
+        found = self._soil.interpolate(nodal).reshape(n, kinds, dim)
+        motion[:, 0] += found[:, 0]
+        motion[:, 1:] = found[:, 1:]
