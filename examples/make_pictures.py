@@ -7,6 +7,7 @@ Of the examples in `SURFACES` it draws the surface after every step, for the cas
 of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
 at one time with several bases, on the true domains. For the example of element tests it draws the
 first picture of each of its case files, `picture.png` of case.toml.
+Of those in `HISTORIES` it draws tracked quantities over time.
 Of those in `SAFETY` it draws the mechanism at the factor of safety. Of `hertz` it draws the shear
 under the cylinder of cattaneo.toml as well, cattaneo.png.
 """
@@ -35,12 +36,14 @@ from tilth.verification.closed_forms.elastic_contact import Cattaneo
 from tilth.verification.contact_runs import run_contact
 from tilth.verification.march import march
 from tilth.verification.reference import pressure_cantilever
+from tilth.verification.shear_column import closed_form
 from tilth.verification.tunnel import settle
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
 FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
+HISTORIES = ("elastic_bar", "shear_column")
 SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
@@ -234,6 +237,37 @@ def draw_shear(name: str) -> None:
     figure.savefig(EXAMPLES / name / "cattaneo.png", dpi=110)
 
 
+def draw_histories(name: str) -> None:
+    """Tracked quantities over time: of the bar with its energies, of columns with d'Alembert's."""
+    files = ("case.toml",) if name == "elastic_bar" else ("case.toml", "rigid.toml")
+    figure = Figure(figsize=(8.2, 3.0 * max(len(files), 1)), layout="constrained")
+    axes_of = figure.subplots(len(files), 1, squeeze=False)[:, 0]
+    for axes, file in zip(axes_of, files, strict=True):
+        model = tilth.load_case(EXAMPLES / name / file)
+        with tempfile.TemporaryDirectory() as folder:
+            quiet = varied(model, {"output.report": False})
+            found = tilth.run(quiet, Path(folder) / "results", quiet=True).history
+        time = found["time"]
+        if name == "elastic_bar":
+            axes.plot(1e3 * time, 1e9 * found["tip [m]"], color="#1d3557", label="free end [nm]")
+            total = found["kinetic [N m/m]"][0]
+            for kind, colour in (("kinetic", "#c1121f"), ("elastic", "#2a6f4e")):
+                share = 100.0 * found[f"{kind} [N m/m]"] / total
+                axes.plot(1e3 * time, share, color=colour, linewidth=0.8, label=f"{kind} [%]")
+            axes.set_xlabel("time [ms]")
+        else:
+            exact = closed_form(file, time)
+            axes.plot(time, exact, "k", linewidth=2.5, alpha=0.35, label="top, d'Alembert")
+            for column, colour in (("top", "#c1121f"), ("bottom", "#118ab2")):
+                axes.plot(time, found[f"{column} [m/s^2]"], color=colour, lw=1.0, label=column)
+            axes.set_title(model.title, fontsize=9)
+            axes.set_xlabel("time [s]")
+            axes.set_ylabel("acceleration [m/s^2]")
+        axes.grid(color="0.9", linewidth=0.6)
+        axes.legend(fontsize=8, loc="upper right")
+    figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
 def draw_element_tests(name: str) -> None:
     """The first picture that each case file of element tests declares."""
     for file in sorted((EXAMPLES / name).glob("*.toml")):
@@ -257,6 +291,8 @@ if __name__ == "__main__":
             draw_mechanism(name)
         elif name in TROUGHS:
             draw_trough(name, TROUGHS[name])
+        elif name in HISTORIES:
+            draw_histories(name)
         elif name == "element_tests":
             draw_element_tests(name)
         else:

@@ -59,7 +59,7 @@ class StepResult:
     def reaction(self) -> Floats:
         """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
         of_boundaries = [f for name, f in self.forces.items() if name not in self.between_bodies]
-        return np.asarray(np.sum(of_boundaries, axis=0))
+        return np.asarray(np.sum([np.zeros_like(self.equilibrium.load), *of_boundaries], axis=0))
 
     def resultant(self, name: str) -> Floats:
         """Returns the force of a boundary on the soil [force], shape (dim,)."""
