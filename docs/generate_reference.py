@@ -43,6 +43,13 @@ TYPE_DESCRIPTIONS = {
     "Overconsolidation": "number >= 1",
     "MaterialsAtRest": "table material = table, see below",
     "InitialStresses": "list of tables, see below",
+    "InitialVelocities": "list of tables, see below",
+    "AngularVelocity": "number; in 3D a list of three",
+    "Inertia": "table, see below",
+    "RayleighDamping": "table, see below",
+    "SpectralRadius": "number in [0, 1]",
+    "Ground": "table, see [ground](#ground)",
+    "GroundAcceleration": "table, see [acceleration](#acceleration)",
     "Count": "whole number >= 1",
     "CountOrZero": "whole number >= 0",
     "Flag": "true or false",
@@ -56,6 +63,7 @@ TYPE_DESCRIPTIONS = {
     "Real | Table": "number, or rows (time, value)",
     "Table": "rows (time, factor)",
     "Times": "list of increasing numbers > 0",
+    "VaryingReal": "number, or [varying](#parameters-that-vary)",
     "VaryingModulus": "number > 0, or [varying](#parameters-that-vary)",
     "VaryingPositive": "number > 0, or [varying](#parameters-that-vary)",
     "VaryingNotNegative": "number >= 0, or [varying](#parameters-that-vary)",
@@ -239,6 +247,8 @@ def page() -> str:
         TOP_LEVEL + "\n".join(_row(model.Model, key) for key in ("format", "title")),
         _section("`[units]`", model.Units),
         _section("`[analysis]`", model.Analysis),
+        _section("`inertia` of `[analysis]`", model.Inertia, 3),
+        _section("`damping` of `inertia`", model.RayleighDamping, 4),
         _section("`[grid]`", model.Grid),
         _section("`[grid.limits]`", model.Limits, 3),
         _section("`[grid.follow]`", model.Follow, 3),
@@ -279,6 +289,9 @@ def page() -> str:
         "position at time 0, independent of the grid lines, and the side on which the soil is.",
         *_variants("type", *model.geometry.GEOMETRIES, level=4),
         _section("Rotation", model.Rotation, 3),
+        _section("Acceleration", model.GroundAcceleration, 3),
+        _section("Ground", model.Ground, 3),
+        "[How to shake the soil](../howto/shake_the_soil.md) has examples.",
         _section("Contact", model.Contact, 3),
         _section("`[[rigid_bodies]]`", model.RigidBody),
         "[How to press rigid bodies into soil](../howto/press_rigid_bodies_into_soil.md) has "
@@ -295,6 +308,7 @@ def page() -> str:
             model.StressOfRun, level=4,
         ),
         _section("A material in `materials` of a stress at rest", model.MaterialAtRest, 4),
+        _section("`[[initial.velocity]]`", model.InitialVelocity, 3),
         "## `[[loads]]`",
         *_variants(
             "type", model.BodyForce, model.SeismicLoad, model.PointForce, model.LineForce,
@@ -366,6 +380,8 @@ def _type(cls: type[Declared], key: str) -> str:
         return _choices(model.bodies.DomainUpdate.__args__)
     if key == "kind" and cls is model.Analysis:
         return _choices(model.settings.Kind.__args__)
+    if key == "kind" and cls is model.Track:
+        return _choices(model.track.EnergyKind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
     if key == "drainage":

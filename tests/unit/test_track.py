@@ -10,6 +10,7 @@ import pytest
 from small_problems import affine, block_entries, plane, rollers, weight
 
 from tilth import Model
+from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
 
@@ -24,11 +25,12 @@ def track(
     model = Model.from_dict({**entries, "track": named})
     simulation = Simulation(model)
     tracker = Tracker(model, simulation.points)
-    rows, work = [tracker.values(simulation, None, 0.0)], 0.0
+    energies = Energies.at_start(simulation)
+    rows = [tracker.values(simulation, None, energies)]
     for k in range(steps):
         result = simulation.advance(k / steps, (k + 1) / steps)
-        work += result.work
-        rows.append(tracker.values(simulation, result, work))
+        energies.add(result)
+        rows.append(tracker.values(simulation, result, energies))
     return rows, simulation, tracker.columns
 
 

@@ -20,6 +20,7 @@ from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import Inertia
 from tilth.terms.protocol import Term
+
 LONGEST_STEP = 1.001
 """Size of a step over the interval of a record, above which is warned."""
 
@@ -74,9 +75,7 @@ class WaveBoundaries:
         by_name = {each.name: each for each in self.absorbing}
         return [(by_name[part.boundary.name], part) for part in parts]
 
-    def terms(
-        self, step: PreparedStep, soil: Soil, mass: Floats, inertia: Inertia
-    ) -> list[Term]:
+    def terms(self, step: PreparedStep, soil: Soil, mass: Floats, inertia: Inertia) -> list[Term]:
         """Returns the dashpots in a step and the forces that hold the soil at rest.
 
         mass: of the material points [mass], shape (n,).
@@ -93,9 +92,7 @@ class WaveBoundaries:
             found |= each.nodes(part, soil.active)
         return found
 
-    def take_over(
-        self, step: PreparedStep, soil: Soil, balance: Balance
-    ) -> tuple[bool, float]:
+    def take_over(self, step: PreparedStep, soil: Soil, balance: Balance) -> tuple[bool, float]:
         """Lets new absorbing boundaries keep the forces that hold the soil at rest.
 
         balance: in which they do not act yet, at the start of inertia.
@@ -128,16 +125,16 @@ class WaveBoundaries:
                 f"{keys[name]}: the absorbing boundary {name!r} touches no soil; put it at the "
                 "outer face of the soil",
             )
-        for each in (*self.bases, *self.absorbing):
-            if (record := each.record) is None:
-                continue
-            key = f"{keys[each.name]}.acceleration"
+        records = [(each.name, each.record) for each in self.bases]
+        records += [(each.name, each.record) for each in self.absorbing if each.record is not None]
+        for name, record in records:
+            key = f"{keys[name]}.acceleration"
             if text := record.drift():
-                yield f"drift of {each.name}", f"{key}: {text}"
+                yield f"drift of {name}", f"{key}: {text}"
             interval = float(np.median(np.diff(record.time)))
             if size > LONGEST_STEP * interval:
                 yield (
-                    f"steps over {each.name}",
+                    f"steps over {name}",
                     f"{key}: the steps of {size:g} are longer than the record's of {interval:g}: "
                     "they miss its peaks; shorten them, or filter and resample the record",
                 )

@@ -8,7 +8,7 @@ inertia begins it takes over the forces that hold the soil at rest, and keeps th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from tilth.errors import BadInput
 from tilth.fields.record import Record, read_record
 from tilth.geometry.protocol import QuadraturePoints
 from tilth.model import Ground, ImplicitBoundary, Model, PlaneBoundary, PlaneGeometry
+from tilth.model.boundaries import Ranges
 from tilth.model.fields import AXES
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
@@ -136,7 +137,7 @@ class Absorbing:
 class _OnPlane(Implicit):
     """The surface of a plane of the grid, or of a part of it."""
 
-    ranges: Mapping[str, Sequence[float]] | None = None
+    ranges: Ranges | None = None
 
     def _kept(self, points: QuadraturePoints) -> QuadraturePoints:
         points = super()._kept(points)

@@ -14,6 +14,7 @@ from tilth.fields.csv_file import read_csv
 from tilth.fields.tables import ROUND_OFF, place_text
 from tilth.model.fields import AXES
 
+
 @dataclass(frozen=True)
 class RegularGrid:
     """Values at the crossings of a grid's lines.

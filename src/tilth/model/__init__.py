@@ -34,10 +34,10 @@ from tilth.model.geometry import PolylineGeometry as PolylineGeometry
 from tilth.model.geometry import SphereGeometry as SphereGeometry
 from tilth.model.geometry import SplineGeometry as SplineGeometry
 from tilth.model.geometry import StlGeometry as StlGeometry
-from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
-from tilth.model.implicit import Rotation as Rotation
 from tilth.model.ground_motion import Ground as Ground
 from tilth.model.ground_motion import GroundAcceleration as GroundAcceleration
+from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary
+from tilth.model.implicit import Rotation as Rotation
 from tilth.model.inertia import Inertia as Inertia
 from tilth.model.inertia import RayleighDamping as RayleighDamping
 from tilth.model.initial import AtRest as AtRest

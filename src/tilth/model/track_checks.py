@@ -36,7 +36,9 @@ def track_problems(model: Model) -> Iterator[Problem]:
         name, quantity = track.boundary or "", track.quantity
         if quantity in _MOTIONS and model.analysis.inertia is None:
             remedy = "add `inertia` to [analysis], or leave it out"
-            yield Problem(f"track[{i}].quantity", "has no meaning without inertia", remedy, quantity)
+            yield Problem(
+                f"track[{i}].quantity", "has no meaning without inertia", remedy, quantity
+            )
         if name in pairs and name not in bodies and name not in boundaries:
             yield from _problems_of_pair(i, track)
             continue

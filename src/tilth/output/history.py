@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""``history.csv``, ``boundaries.csv`` and ``energies.csv``: one row per load step with every quantity."""
+"""``history.csv``, ``boundaries.csv`` and ``energies.csv``: every quantity, one row per step."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ DURATION = 1.0
 """[s]"""
 ROUND_OFF = 5e-9
 """What the projection and the solution of a step leave [-]."""
-SCHEMES = {
+SCHEMES: dict[str, dict[str, object]] = {
     "Newmark": {"scheme": "newmark"},
     "generalised-alpha": {"scheme": "generalised_alpha", "spectral_radius": 0.6},
 }

@@ -32,12 +32,11 @@ KRAMER = "S.L. Kramer, Geotechnical Earthquake Engineering, 1996, section 7.2"
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """A harmonic motion and a wavelet, pulses; long: more frequencies and a finer grid."""
-    for share in (0.5, 1.5) if long else (0.5,):
-        exact = 1.0 / abs(math.cos(0.5 * math.pi * share))
-        quantity = f"amplitude of top over base, rigid rock, {share:g} times the lowest frequency"
-        yield relative(quantity, amplitude("rigid.toml", share), exact, 5e-3, f"{KRAMER}: 1/cos kH")
-    for share in (0.5, 1.0, 1.5) if long else (1.0,):
+    """Harmonic motions, a wavelet, pulses; long: another frequency, rigid rock, finer grids."""
+    quantity = "amplitude of top over base, rigid rock, 0.5 times the lowest frequency"
+    source, exact = f"{KRAMER}: 1/cos kH", 1.0 / math.cos(0.25 * math.pi)
+    yield relative(quantity, amplitude("rigid.toml", 0.5), exact, 5e-3, source)
+    for share in (0.5, 1.0) if long else (1.0,):
         angle = 0.5 * math.pi * share
         exact = 1.0 / math.hypot(math.cos(angle), IMPEDANCE_RATIO * math.sin(angle))
         quantity = f"amplitude of top over outcrop, {share:g} times the lowest frequency"
@@ -133,7 +132,7 @@ def closed_form(file: str, time: Floats) -> Floats:
     top, way = np.zeros_like(time), HEIGHT / SPEED
     for number in range(math.ceil(time[-1] / way)):
         delay = (2 * number + 1) * way
-        came = np.interp(time - delay, *table.T, left=0.0, right=0.0)
+        came = np.interp(time - delay, table[:, 0], table[:, 1], left=0.0, right=0.0)
         top += 2.0 * share * reflected**number * came
     return top
 

@@ -11,9 +11,7 @@ from tilth.geometry.make import make_geometry
 from tilth.model import ImplicitBoundary, Model
 
 
-def make(
-    declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit
-) -> Implicit:
+def make(declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit) -> Implicit:
     """Returns a declared implicit boundary of a model; kind: its class, without contact.
 
     Raises:
