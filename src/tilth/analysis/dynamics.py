@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -97,6 +98,19 @@ class Dynamics:
         )  # fmt: skip
         return [inertia, *waves.terms(prepared, soil, mass, inertia)]
 
+    @contextmanager
+    def at_start(self, size: float) -> Iterator[None]:
+        """Makes steps without size very short ones from rest; size: of the first step [time]."""
+        self._start = START * size
+        try:
+            yield
+        finally:
+            self._start = 0.0
+
+    def force_at_start(self, balance: Balance) -> Floats:
+        """Returns inertia and damping of the motion that the points have [force], (nodes, dim)."""
+        return inertia_of(balance).force_at_start(self._damping)
+
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.
 
@@ -109,8 +123,7 @@ class Dynamics:
         """
         if self.begun:
             return
-        self._start = START * size
-        try:
+        with self.at_start(size):
             step = simulation.prepare(time, time)
             soil = simulation.soil_on(step.active)
             balance = Balance(step.active, simulation.terms(step, soil))
@@ -119,8 +132,6 @@ class Dynamics:
                 simulation.run_warnings.not_at_rest(unbalanced)
                 balance = Balance(step.active, simulation.terms(step, soil))
             found = simulation.solve(step, soil, balance, lambda iteration, residual: None)
-        finally:
-            self._start = 0.0
         after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 
@@ -193,15 +194,22 @@ def _carry_tractions(before: Implicit, after: Implicit, same_grid: bool) -> None
 def release_out_of_balance(simulation: Simulation) -> Floats:
     """Lets the forces that are out of balance at the start of a stage act as released forces.
 
+    With inertia these are what the motion at the end of the last stage is out of balance with.
+
     Returns their resultant on the free nodes [force], shape (dim,).
 
     Raises:
         StepFailed: the forces cannot be computed.
     """
-    step = simulation.prepare(0.0, 0.0)
-    soil = simulation.soil_on(step.active)
-    balance = Balance(step.active, simulation.terms(step, soil))
-    residual = balance.forces(np.zeros(step.active.position.shape)).residual
+    dynamics = simulation.dynamics
+    first = simulation.model.schedule.first_step
+    with nullcontext() if dynamics is None else dynamics.at_start(first):
+        step = simulation.prepare(0.0, 0.0)
+        soil = simulation.soil_on(step.active)
+        balance = Balance(step.active, simulation.terms(step, soil))
+        residual = balance.forces(np.zeros(step.active.position.shape)).residual
+    if dynamics is not None:
+        residual += dynamics.force_at_start(balance)
     force = np.where(step.conditions.constrained, 0.0, residual)
     force[simulation.waves.nodes(soil, 0.0)] = 0.0  # absorbing boundaries take these over
     simulation.released.set(balance.active, force)

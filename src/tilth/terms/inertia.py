@@ -247,6 +247,14 @@ class AssembledInertia(AssembledTerm):
         before = self.before
         return self._mass.times(before.acceleration + self._damping * before.velocity)
 
+    def force_at_start(self, damping: float) -> Floats:
+        """Returns the force of the motion that the points have [force], shape (nodes, dim).
+
+        damping: factor of the mass [1/time].
+        """
+        motion = self.motion_at_start()
+        return self._mass.times(motion.acceleration + damping * motion.velocity)
+
     def guess(self) -> Floats:
         """Returns the displacement of the step without a change of the acceleration."""
         h, motion = self._size, self.before
