@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tilth import BadInput, Model, check, load_case, resume, run
+from tilth.analysis.staged import StagedAnalysis
 from tilth.output.history import read_history
 
 RECORD = "time,x\n0,0\n0.01,1\n0.02,-1\n0.03,-1\n0.04,1\n0.05,0\n"
@@ -141,6 +142,13 @@ def test_soil_on_both_sides_is_refused(tmp_path: Path) -> None:
         check(Model.from_dict(entries))
 
 
+def test_a_side_that_holds_the_base_is_refused(tmp_path: Path) -> None:
+    entries = entries_of(written(tmp_path))
+    entries["boundaries"][1]["condition"] = "roller"
+    with pytest.raises(BadInput, match="'base' and 'side' prescribe different x displacements"):
+        check(Model.from_dict(entries))
+
+
 def warnings_of(entries: dict[str, Any]) -> str:
     return "\n".join(check(Model.from_dict(entries)).warnings)
 
@@ -193,6 +201,47 @@ def test_a_resumed_run_ends_in_the_same_bits(step: int, tmp_path: Path) -> None:
     resume(tmp_path / "parts", quiet=True)
     for name in ("history.csv", "energies.csv"):
         assert (tmp_path / "parts" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def staged_entries_of(record: Path) -> dict[str, Any]:
+    """Gravity on a base at rest between rollers, then its motion with an absorbing side."""
+    entries = entries_of(record)
+    roller = {"name": "roller", "type": "plane", "axis": "x", "at": 1.0, "condition": "roller"}
+    entries["boundaries"].append(roller)
+    entries["boundaries"][0]["range"] = {"x": [0.0, 0.5]}  # the roller holds its corner
+    entries["loads"] = [{"type": "body_force", "acceleration": [0, -9.81]}]
+    del entries["schedule"]
+    entries["stages"] = [
+        {"name": "gravity", "inertia": False, "schedule": {"end": 1.0, "steps": 2}},
+        {"name": "shaking", "activate": ["side"], "deactivate": ["roller"],
+         "schedule": {"end": 0.03, "steps": 3}},
+        {"name": "more", "schedule": {"end": 0.02, "steps": 2}},
+    ]  # fmt: skip
+    return entries
+
+
+def test_stages_are_resumed_and_gone_on_from(tmp_path: Path) -> None:
+    """Also in the middle of a record, which goes on in the next stage."""
+    entries = staged_entries_of(written(tmp_path))
+    whole, parts, other = tmp_path / "whole", tmp_path / "parts", tmp_path / "other"
+    run(Model.from_dict(entries), whole, quiet=True)
+    run(Model.from_dict(entries), parts, quiet=True, until=1.02)
+    resume(parts, quiet=True)
+    run(Model.from_dict(entries), other, quiet=True, from_stage=(whole, "shaking"))
+    for name in ("history.csv", "energies.csv"):
+        assert (parts / name).read_bytes() == (whole / name).read_bytes()
+        assert (other / name).read_bytes() == (whole / name).read_bytes()
+
+
+def test_a_record_goes_on_in_the_next_stage(tmp_path: Path) -> None:
+    """The base has the record's acceleration after its end in two stages as in one."""
+    entries = staged_entries_of(written(tmp_path))
+    analysis = StagedAnalysis(Model.from_dict(entries))
+    accelerations = []
+    for _ in analysis.steps():
+        (base,) = analysis.simulation.waves.bases
+        accelerations.append(float(base.state()["motion"][1, 0]))
+    np.testing.assert_allclose(accelerations[2:], [1.0, -1.0, -1.0, 1.0, 0.0], atol=1e-12)
 
 
 def test_the_report_has_the_balance_of_the_energies(tmp_path: Path) -> None:

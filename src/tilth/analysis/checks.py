@@ -41,7 +41,7 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     require_soil_in_reach(simulation.bodies, step.constraints.contacts, first)
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
-    times = table_times(model)
+    times = [*table_times(model), *simulation.waves.peak_times(model.schedule.end)]
     require_consistency(simulation.boundaries, step.constraints, times, model.boundary_keys())
     require_no_radial_motion(
         simulation.axis, simulation.boundaries, simulation.implicit, step.active, times

@@ -139,6 +139,14 @@ class WaveBoundaries:
                     "they miss its peaks; shorten them, or filter and resample the record",
                 )
 
+    def peak_times(self, end: float) -> list[float]:
+        """Returns when each base has its greatest acceleration, within the stage that ends then."""
+        peaks = (
+            float(each.record.time[np.abs(each.record.acceleration).max(axis=1).argmax()])
+            for each in self.bases
+        )
+        return [time for time in peaks if 0.0 < time <= end]
+
     def commit(self, before: float, after: float) -> None:
         """Ends a converged step."""
         for each in self.bases:
