@@ -19,7 +19,7 @@ from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import Inertia
-from tilth.terms.protocol import Term
+from tilth.terms.protocol import Term, union
 
 LONGEST_STEP = 1.001
 """Size of a step over the interval of a record, above which is warned."""
@@ -105,12 +105,21 @@ class WaveBoundaries:
             return False, 0.0
         forces = balance.forces(np.zeros(step.active.position.shape))
         static = np.where(step.conditions.constrained, 0.0, forces.residual - forces.inertia)
-        free = np.ones(len(static), dtype=bool)
-        for each, part in self._parts(soil, step.before, step.before):
-            nodes = each.nodes(part, soil.active)
-            if not each.begun:
-                each.keep(balance.active, np.where(nodes[:, None] & free[:, None], static, 0.0))
-            free &= ~nodes
+        parts = self._parts(soil, step.before, step.before)
+        nodes = {each.name: each.nodes(part, soil.active) for each, part in parts}
+        taken = union(len(static), (nodes[each.name] for each, _ in parts if each.begun))
+        shares = {
+            each.name: np.where(
+                (nodes[each.name] & ~taken)[:, None], each.shares(part, soil.active), 0.0
+            )
+            for each, part in parts
+            if not each.begun
+        }
+        total = sum(shares.values(), np.zeros_like(static))
+        for each in new:
+            share = shares.get(each.name, np.zeros_like(static))
+            each.keep(balance.active, static * share / np.where(total > 0.0, total, 1.0))
+        free = ~union(len(static), nodes.values())
         left = float(np.linalg.norm(static[free]))
         size = max(float(np.linalg.norm(forces.soil)), float(np.linalg.norm(forces.load)))
         return True, left / size if size > 0.0 else 0.0

@@ -31,6 +31,9 @@ from tilth.terms.dashpots import Dashpots
 from tilth.terms.inertia import Inertia
 from tilth.terms.released import Release, ReleasedForces
 
+LEAST_SHARE = 1e-6
+"""Share of a force across a boundary in that along it, where another boundary may take it."""
+
 NO_SHARE = 1e-9
 """Value of a shape function below which a node does not take part at a point."""
 
@@ -77,10 +80,8 @@ class Absorbing:
         impedance = impedance + shear[:, None, None] * np.eye(normal.shape[1])
         impedance *= part.pose.weight[:, None, None]
         outcrop = np.array([self._outcrop(time) for time in (before, after)])
-        return [
-            Dashpots(self.name, part.at, impedance, outcrop, inertia),
-            Release(self._held, soil.active, before, after),
-        ]
+        held = Release(self._held, soil.active, before, after)
+        return [Dashpots(self.name, part.at, impedance, outcrop, inertia, held), held]
 
     def _outcrop(self, time: float) -> Floats:
         if self.record is None:
@@ -115,6 +116,15 @@ class Absorbing:
         takes_part = np.add.reduceat(np.abs(part.at.value), part.at.start[:-1], axis=0) > NO_SHARE
         found[part.at.node[takes_part]] = True
         return found
+
+    def shares(self, part: ImplicitConstraint, active: ActiveGrid) -> Floats:
+        """Returns weights of its part in the forces of nodes [length^(dim - 1)], (nodes, dim).
+
+        Where several boundaries meet each takes what acts along its normal.
+        """
+        along = part.pose.normal**2 + LEAST_SHARE
+        found = part.at.scatter(part.pose.weight[:, None] * along, active.nodes)
+        return np.maximum(found, LEAST_SHARE * found.max())
 
     def keep(self, active: ActiveGrid, force: Floats) -> None:
         """Keeps forces on the soil from now on [force], shape (nodes, dim)."""

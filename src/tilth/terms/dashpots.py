@@ -22,6 +22,7 @@ from tilth.mpm.quadrature import PointsInCells
 from tilth.terms.inertia import AssembledInertia, Inertia
 from tilth.terms.linear import Coupling
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.released import Release
 
 
 class Dashpots(Term):
@@ -34,12 +35,19 @@ class Dashpots(Term):
         outcrop: velocity of the outcrop of the ground beyond before and after the step
             [length/time], shape (2, dim).
         inertia: of the soil; stands before this term in the balance.
+        held: the forces that the boundary keeps, a term of their own.
     """
 
     def __init__(
-        self, name: str, at: PointsInCells, impedance: Floats, outcrop: Floats, inertia: Inertia
+        self,
+        name: str,
+        at: PointsInCells,
+        impedance: Floats,
+        outcrop: Floats,
+        inertia: Inertia,
+        held: Release,
     ) -> None:
-        self.name, self._outcrop, self._inertia = name, outcrop, inertia
+        self.name, self._outcrop, self._inertia, self._held = name, outcrop, inertia, held
         by_point = np.einsum("na,nb,nij->nabij", at.value, at.value, impedance)
         matrix = np.ascontiguousarray(np.add.reduceat(by_point, at.start[:-1], axis=0))
         self._coupling = Coupling(at.node, matrix, np.zeros(matrix.shape[:2] + matrix.shape[-1:]))
@@ -54,7 +62,7 @@ class Dashpots(Term):
         (own,) = elements
         inertia = self._inertia.in_matrix
         assert inertia is not None
-        return AssembledDashpots(self.name, self._coupling, own, self._outcrop, inertia)
+        return AssembledDashpots(self.name, self._coupling, own, self._outcrop, inertia, self._held)
 
 
 class AssembledDashpots(AssembledTerm):
@@ -69,8 +77,9 @@ class AssembledDashpots(AssembledTerm):
         elements: Elements,
         outcrop: Floats,
         inertia: AssembledInertia,
+        held: Release,
     ) -> None:
-        self.name, self._coupling, self._elements = name, coupling, elements
+        self.name, self._coupling, self._elements, self._held = name, coupling, elements, held
         self._outcrop, self._inertia, self._from_rest = outcrop, inertia, inertia.from_rest
 
     def _product(self, velocity: Floats) -> Floats:
@@ -106,5 +115,8 @@ class AssembledDashpots(AssembledTerm):
         return float((force * displacement).sum())
 
     def on_soil(self, displacement: Floats) -> Floats:
-        """Returns its force on the soil at the end of the step [force], shape (nodes, dim)."""
-        return -self.force(displacement)
+        """Returns the boundary's force on the soil at the end of the step [force], (nodes, dim).
+
+        That of the dashpots and what it keeps.
+        """
+        return -self.force(displacement) - self._held.force(displacement)

@@ -36,7 +36,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     quantity = "amplitude of top over base, rigid rock, 0.5 times the lowest frequency"
     source, exact = f"{KRAMER}: 1/cos kH", 1.0 / math.cos(0.25 * math.pi)
     yield relative(quantity, amplitude("rigid.toml", 0.5), exact, 5e-3, source)
-    for share in (0.5, 1.0) if long else (1.0,):
+    for share in (0.5, 1.0) if long else (0.5,):
         angle = 0.5 * math.pi * share
         exact = 1.0 / math.hypot(math.cos(angle), IMPEDANCE_RATIO * math.sin(angle))
         quantity = f"amplitude of top over outcrop, {share:g} times the lowest frequency"
