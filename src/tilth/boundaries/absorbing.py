@@ -124,7 +124,7 @@ class Absorbing:
         """
         along = part.pose.normal**2 + LEAST_SHARE
         found = part.at.scatter(part.pose.weight[:, None] * along, active.nodes)
-        return np.maximum(found, LEAST_SHARE * found.max())
+        return np.asarray(np.maximum(found, LEAST_SHARE * found.max()))
 
     def keep(self, active: ActiveGrid, force: Floats) -> None:
         """Keeps forces on the soil from now on [force], shape (nodes, dim)."""
