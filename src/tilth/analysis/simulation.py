@@ -16,6 +16,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
+from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
@@ -92,6 +93,7 @@ class Simulation:
         bodies: rigid bodies.
         contact_surfaces: surfaces of boundaries and bodies that soil can separate from.
         body_contacts: surfaces of soil bodies in contact with other soil bodies.
+        relaxation: of soil beyond a limit load; None if the analysis ends there.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -152,7 +154,8 @@ class Simulation:
         self.run_warnings.departures(model, self.grid.cell_size)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
-        self.dynamics = Dynamics.of(model)
+        self._dynamics = Dynamics.of(model)
+        self.relaxation = Relaxation.of(model)
         self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -190,6 +193,16 @@ class Simulation:
     def _is_forced(self) -> bool:
         """Whether components of a rigid body are free."""
         return any(body.free.any() for body in self.bodies)
+
+    @property
+    def _relaxes(self) -> bool:
+        """Whether soil moves beyond a limit load."""
+        return self.relaxation is not None and self.relaxation.active
+
+    @property
+    def dynamics(self) -> Dynamics | Relaxation | None:
+        """The inertia that acts now; None in equilibrium."""
+        return self.relaxation if self._relaxes else self._dynamics
 
     @property
     def solved(self) -> str:
@@ -238,8 +251,10 @@ class Simulation:
         }
         if self.model.stage.number > 0:
             owners["released"] = self.released
-        if self.dynamics is not None:
-            owners["dynamics"] = self.dynamics
+        if self._dynamics is not None:
+            owners["dynamics"] = self._dynamics
+        if self.relaxation is not None:
+            owners["relaxation"] = self.relaxation
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
@@ -252,6 +267,8 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
+        if self.relaxation is not None and last.relaxation is not None:
+            self.relaxation.number = last.relaxation.number
         self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
@@ -289,7 +306,7 @@ class Simulation:
         """
         with self.timers.measure("basis"):
             active = self.locate(before)
-        time_step = None if self.dynamics is None else self.dynamics.step(before, after)
+        time_step = None if self._dynamics is None else self._dynamics.step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
         declared = Conditions.gather(self.boundaries, active, before, after)
@@ -381,7 +398,8 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self.dynamics is not None and step.after > step.before:
+        if self._relaxes or (self._dynamics is not None and step.after > step.before):
+            assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
         elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
             guess = self._predictor.guess(soil, step.after - step.before)
@@ -411,7 +429,8 @@ class Simulation:
             warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
-            if not self._is_forced and np.array_equal(balance.load_before, equilibrium.load):
+            free = self._is_forced or self._relaxes
+            if not free and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )

@@ -10,7 +10,7 @@ from tilth.analysis.energies import Energies
 from tilth.analysis.motions import motion_columns, motion_values
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.analysis.tracker import Tracker, unit_of
+from tilth.analysis.tracker import Tracker, tracked_columns
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import HistoryWriter
@@ -39,7 +39,7 @@ class StoredRows:
         Raises:
             BadInput: a file is not as the checkpoint expects it.
         """
-        tracked = [(track.name, unit_of(track, model)) for track in model.track]
+        tracked = tracked_columns(model)
         moved, stages = motion_columns(model), bool(model.stages)
         return cls(
             checked_history(folder / HISTORY, tracked, last_step, history, stages),

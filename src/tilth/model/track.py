@@ -83,6 +83,11 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
 _KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "from", "kind", "variable")
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
+OF_RELAXATION = ("relaxation", "kinetic energy in relaxation", "work in relaxation")
+"""Last columns of an analysis that goes beyond limit loads: number of the relaxation that a step
+belongs to, kinetic energy after it, and work of loads and boundaries since the relaxation began;
+all 0 in other steps."""
+
 
 class Track(Declared):
     """A quantity that is recorded after every step; its keys depend on `quantity`.
