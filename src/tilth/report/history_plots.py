@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.model.track import OF_RELAXATION
 from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
 from tilth.report.relaxations import Relaxed, mark_relaxations
@@ -36,7 +37,8 @@ def draw_curves(
     """
     from matplotlib.figure import Figure
 
-    names = [name for name in history if name not in (*FIRST_COLUMNS, *OF_STAGES)]
+    own = (*FIRST_COLUMNS, *OF_STAGES, *OF_RELAXATION)
+    names = [name for name in history if name.split(" [")[0] not in own]
     if not names:
         return None
     columns = 1 if len(names) == 1 else 2

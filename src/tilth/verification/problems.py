@@ -28,6 +28,7 @@ from tilth.verification import (
     inclined_column,
     infinite_slope,
     k0_slope,
+    layered_cut,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -43,6 +44,7 @@ from tilth.verification import (
     seabed_pipe,
     self_weight_column,
     slope,
+    slope_run_out,
     slope_strength_reduction,
     square_footing,
     strip_footing,
@@ -106,5 +108,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "two_cylinders": two_cylinders.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
     "plate_anchor": plate_anchor.comparisons,
+    "layered_cut": layered_cut.comparisons,
+    "slope_run_out": slope_run_out.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
