@@ -203,7 +203,7 @@ class AssembledInertia(AssembledTerm):
         known = np.tile(self._constrained, (1, kinds))
         known[:, :dim] &= self._prescribed == 0.0
         quantity = self._soil.points.motion.reshape(n, kinds * dim)
-        nodal = self._mass.projected(quantity, known, np.zeros(known.shape))
+        nodal = self._mass.projected(quantity, known)
         return Motion(*(nodal[:, k * dim : (k + 1) * dim] for k in range(kinds)))
 
     def after(self, displacement: Floats) -> Motion:
@@ -274,6 +274,9 @@ class AssembledInertia(AssembledTerm):
             motion[:, 0] = self._soil.interpolate(after.velocity)
             motion[:, 1:] = 0.0
             return
-        motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
-        motion[:, 1] = self._soil.interpolate(after.acceleration)
-        motion[:, 2] = self._soil.interpolate(after.algorithmic)
+        n, kinds, dim = motion.shape
+        change = after.velocity - self.before.velocity
+        nodal = np.concatenate([change, after.acceleration, after.algorithmic], axis=1)
+        found = self._soil.interpolate(nodal).reshape(n, kinds, dim)
+        motion[:, 0] += found[:, 0]
+        motion[:, 1:] = found[:, 1:]

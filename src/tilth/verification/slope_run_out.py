@@ -102,4 +102,3 @@ def slide(model: Model) -> Slide:
     moved = march_stages(model, after_step, at_end=at_end).simulation.points.displacement
     found.run_out, found.settlement = float(moved[:, 0].max()), -float(moved[:, 1].min())
     return found
-
