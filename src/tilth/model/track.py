@@ -110,7 +110,7 @@ class Track(Declared):
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
-with inertia "kinetic", "damping_dissipation", "numerical_dissipation" |
+with inertia or relaxation "kinetic", "damping_dissipation", "numerical_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -141,8 +141,8 @@ with inertia "kinetic", "damping_dissipation", "numerical_dissipation" |
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
     kind: EnergyKind | None = None
-    """Kind of energy [force length]. With inertia "numerical_dissipation" is what of the work and
-    of the energy at the start is in none of the others."""
+    """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what of
+    the work and of the energy at the start is in none of the others."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0
