@@ -141,8 +141,8 @@ with inertia or relaxation "kinetic", "damping_dissipation", "numerical_dissipat
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
     kind: EnergyKind | None = None
-    """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what of
-    the work and of the energy at the start is in none of the others."""
+    """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
+    of the work and of the energy at the start is in none of the others."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0
