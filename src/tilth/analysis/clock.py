@@ -25,6 +25,7 @@ class Clock:
         time: time reached.
         size: size of the next step, unless an event comes first.
         successes: steps accepted since the last cut.
+        relaxing: whether the soil comes to rest at the time reached, so that the time stands still.
         until: time at which to stop before the end of the schedule; None for its end.
     """
 
@@ -33,6 +34,7 @@ class Clock:
     time: float = 0.0
     size: float = 0.0
     successes: int = 0
+    relaxing: bool = False
     until: float | None = None
 
     def __post_init__(self) -> None:
@@ -45,24 +47,33 @@ class Clock:
     @property
     def done(self) -> bool:
         """Whether the end of the schedule is reached."""
-        return self.time >= self.schedule.end
+        return self.time >= self.schedule.end and not self.relaxing
 
     @property
     def stops(self) -> bool:
         """Whether `until` is reached, by the end of a step: the steps do not depend on it."""
         until = self.until
-        return until is not None and self.time >= until - self._round_off and self.step > 0
+        if until is None or self.relaxing:
+            return False
+        return self.time >= until - self._round_off and self.step > 0
 
     def next_time(self) -> float:
         """Returns the time at the end of the step to try next."""
-        event = min(self._next_output_time(), self._next_regular_time())
+        event = self.next_event
         if event - self.time <= self.size + self._round_off:
             return event
         return self.time + self.size
 
     @property
+    def next_event(self) -> float:
+        """The next regular time or time of output."""
+        return min(self._next_output_time(), self._next_regular_time())
+
+    @property
     def is_output(self) -> bool:
         """Whether the schedule has an output at the time reached, after the start."""
+        if self.relaxing:
+            return False
         before = bisect_left(self._outputs, self.time)
         return self._outputs[before : before + 1] == (self.time,)
 
@@ -88,6 +99,13 @@ class Clock:
             self.size = min(2.0 * self.size, self._regular_size)
             self.successes = 0
         self.size = min(self.size, max(possible, self.schedule.least_step))
+
+    def relax(self, time: float, at_rest: bool) -> None:
+        """Records a step in which the soil comes to rest at `time`; at_rest: whether it has."""
+        self.step += 1
+        self.time = time
+        self.relaxing = not at_rest
+        self.size, self.successes = self._regular_size, 0
 
     @property
     def is_least(self) -> bool:

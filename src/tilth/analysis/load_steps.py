@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,11 +43,18 @@ def load_steps(
     """
     cuts = 0
     while not (clock.done or clock.stops):
+        if clock.relaxing:
+            yield from _relaxed(simulation, clock, on_iteration, on_cut)
+            continue
         before, after = clock.time, clock.next_time()
         try:
             result = simulation.advance(before, after, on_iteration, clock.is_least)
         except StepFailed as failure:
             if not clock.cut(failure.share):
+                if simulation.relaxation is not None:
+                    yield from _relaxed(simulation, clock, on_iteration, on_cut)
+                    cuts = 0
+                    continue
                 raise _failed(simulation, clock, after - before, failure) from failure
             cuts += failure.share is None  # else it is known how much of the step is possible
             if cuts == CUTS_IN_A_ROW and (causes := likely_causes(simulation, clock, failure)):
@@ -61,10 +69,72 @@ def load_steps(
         yield after - before, result
 
 
+def _relaxed(
+    simulation: Simulation,
+    clock: Clock,
+    on_iteration: Callable[[int, float], None],
+    on_cut: Callable[[float, StepFailed], None],
+) -> Iterator[tuple[float, StepResult]]:
+    """Lets soil without equilibrium come to rest at the next regular time or time of output.
+
+    Also goes on with soil that is on its way. Arguments and yielded steps as in `load_steps`, with
+    the sizes of the steps of the equations of motion [time]; 0 of the last one, in equilibrium.
+
+    Raises:
+        AnalysisFailed: the soil does not come to rest, or a step fails.
+        BadInput: code of the user fails.
+    """
+    relaxation = simulation.relaxation
+    assert relaxation is not None
+    before = after = clock.time
+    if not clock.relaxing:
+        after = clock.next_event
+        relaxation.start(simulation, before)
+        simulation.run_warnings.relaxation(relaxation.number, before, after)
+    while relaxation.active:
+        relaxation.settling = relaxation.may_be_at_rest
+        size = 0.0 if relaxation.settling else relaxation.size
+        try:
+            if relaxation.steps >= relaxation.most_steps and not relaxation.settling:
+                raise StepFailed(f"the soil is not at rest after {relaxation.steps} steps")
+            result = simulation.advance(before, after, on_iteration)
+        except StepFailed as failure:
+            if relaxation.settling:
+                relaxation.not_at_rest()
+            elif not failure.residuals or not relaxation.cut(failure.share):
+                relaxation.active = False
+                raise _not_at_rest(simulation, clock, failure) from failure
+            else:
+                on_cut(after, failure)
+            continue
+        except BadInput as error:
+            when = f"while soil comes to rest at time {after:.6g}{_of_stage(simulation)}"
+            raise error.during(when) from error
+        told = relaxation.accept(simulation, result)
+        clock.relax(after, told.at_rest)
+        before = after
+        yield size, replace(result, relaxing=told)
+
+
 def _of_stage(simulation: Simulation) -> str:
     """Returns which stage the simulation is in, for messages; empty without stages."""
     stage = simulation.model.stage.name
     return f" of the stage {stage!r}" if stage else ""
+
+
+def _not_at_rest(simulation: Simulation, clock: Clock, failure: StepFailed) -> AnalysisFailed:
+    """Returns the error that ends an analysis whose soil does not come to rest."""
+    relaxation = simulation.relaxation
+    assert relaxation is not None
+    share = relaxation.kinetic / relaxation.peak if relaxation.peak > 0.0 else 0.0
+    return AnalysisFailed(
+        f"relaxation {relaxation.number} at time {clock.time:.6g}{_of_stage(simulation)} failed: "
+        f"{failure.reason} (kinetic energy {share:.2g} of its peak; forces of inertia and damping "
+        f"{relaxation.force:.2g} of the load)",
+        f"the results up to step {clock.step} are complete; see whether anything stops the soil "
+        f"(`tilth report` writes {REPORT}), give more analysis.relaxation_steps, or compute the "
+        "motion itself with analysis.inertia",
+    )
 
 
 def _failed(
@@ -81,11 +151,14 @@ def _failed(
     of_stage = _of_stage(simulation)
     causes = "; ".join(likely_causes(simulation, clock, failure))
     likely = f"likely causes: {causes}; " if causes else ""
+    offer = ""
+    if simulation.dynamics is None:
+        offer = 'go on through a collapse with analysis.beyond_limit = "relax", '
     return AnalysisFailed(
         f"step {clock.step + 1} to time {clock.time + size:.6g}{of_stage} failed: {failure.reason}"
         f" (step size {size:.2g}; relative residuals: {residuals}{where})",
         f"the results up to step {clock.step}, time {clock.time:.6g}{of_stage}, are complete; "
         f"{likely}"
         f"{failure.remedy or 'try smaller steps, a smaller schedule.minimum_step'}, "
-        f"or see where the soil fails (`tilth report` writes {REPORT})",
+        f"{offer}or see where the soil fails (`tilth report` writes {REPORT})",
     )

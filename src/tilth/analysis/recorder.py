@@ -155,6 +155,18 @@ class Recorder:
         if self._progress is not None:
             self._progress.message(f"{stage}: {text}")
 
+    def _relaxed(self, time: float) -> None:
+        """Records that soil has come to rest beyond a limit load."""
+        relaxation = self.simulation.relaxation
+        assert relaxation is not None
+        text = (
+            f"relaxation {relaxation.number}: at rest at time {time:.6g} after {relaxation.steps} "
+            f"steps; largest kinetic energy {100.0 * relaxation.largest_share:.2g} % of the work"
+        )
+        self.log.relaxation(text)
+        if self._progress is not None:
+            self._progress.message(text)
+
     def stage_start(self) -> None:
         """Records that the next stage has begun."""
         self._say_warnings()
@@ -246,6 +258,8 @@ class Recorder:
         self.energies.add(result)
         time = self.analysis.time
         self.log.step(clock.step, time, size, equilibrium.residuals)
+        if result.relaxing is not None and result.relaxing.at_rest:
+            self._relaxed(time)
         self._say_warnings()
         model = self.analysis.model
         with self.simulation.timers.measure("other"):
@@ -337,6 +351,7 @@ class Recorder:
                 "time": clock.time,
                 "size": clock.size,
                 "successes": clock.successes,
+                "relaxing": clock.relaxing,
             },
             "energies": asdict(self.energies),
             "model": zlib.crc32((self.folder / MODEL).read_bytes()),
@@ -383,7 +398,7 @@ def snapshot(
     if wet:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
         fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
-    if points.motion.shape[1]:
+    if simulation.model.analysis.inertia is not None:
         fields["velocity"] = lambda: points.motion[order, 0]
         fields["acceleration"] = lambda: points.motion[order, 1]
     corners = points.all_corners()

@@ -88,6 +88,15 @@ class RunWarnings:
             f"step {step} was undone {cuts} times in a row; likely causes: {'; '.join(causes)}",
         )
 
+    def relaxation(self, number: int, before: float, after: float) -> None:
+        """A step without equilibrium beyond which soil moves until it is at rest."""
+        self.note(
+            f"relaxation {number}",
+            f"relaxation {number}: from the equilibrium at time {before:.6g} the least step has "
+            f"none; the soil moves with damped inertia under the loads of time {after:.6g} until "
+            "it is at rest",
+        )
+
     def few_points(self, points: MaterialPoints, cell_size: Floats, key: str) -> None:
         """Bodies with fewer than two points in a cell along an axis of a stage's new grid.
 

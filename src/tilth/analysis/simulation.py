@@ -16,6 +16,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.predictor import Predictor
+from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
@@ -94,6 +95,8 @@ class Simulation:
         bodies: rigid bodies.
         contact_surfaces: surfaces of boundaries and bodies that soil can separate from.
         body_contacts: surfaces of soil bodies in contact with other soil bodies.
+        declared_dynamics: the inertia of the analysis; None if it is quasi-static.
+        relaxation: of soil beyond a limit load; None if the analysis ends there.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -112,7 +115,8 @@ class Simulation:
         self.timers = Timers()
         self.run_warnings = RunWarnings()
         self.kind = model.analysis.kind
-        self.dynamics = Dynamics.of(model)
+        self.declared_dynamics = Dynamics.of(model)
+        self.relaxation = Relaxation.of(model)
         self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)
@@ -186,7 +190,7 @@ class Simulation:
 
     def _time_step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step of the equations of motion, None if it has no inertia."""
-        return None if self.dynamics is None else self.dynamics.step(before, after)
+        return None if self.declared_dynamics is None else self.declared_dynamics.step(before, after)
 
     @property
     def warnings(self) -> list[str]:
@@ -197,6 +201,16 @@ class Simulation:
     def _is_forced(self) -> bool:
         """Whether components of a rigid body are free."""
         return any(body.free.any() for body in self.bodies)
+
+    @property
+    def _relaxes(self) -> bool:
+        """Whether soil moves beyond a limit load."""
+        return self.relaxation is not None and self.relaxation.active
+
+    @property
+    def dynamics(self) -> Dynamics | Relaxation | None:
+        """The inertia that acts now; None in equilibrium."""
+        return self.relaxation if self._relaxes else self.declared_dynamics
 
     @property
     def solved(self) -> str:
@@ -245,8 +259,10 @@ class Simulation:
         }
         if self.model.stage.number > 0:
             owners["released"] = self.released
-        if self.dynamics is not None:
-            owners["dynamics"] = self.dynamics
+        if self.declared_dynamics is not None:
+            owners["dynamics"] = self.declared_dynamics
+        if self.relaxation is not None:
+            owners["relaxation"] = self.relaxation
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
@@ -259,8 +275,10 @@ class Simulation:
         same_grid: whether the background grid is that of the last stage.
         """
         self.timers = last.timers
-        if last.dynamics is not None:
+        if last.declared_dynamics is not None:
             self.waves.go_on_from(last.waves)
+        if self.relaxation is not None and last.relaxation is not None:
+            self.relaxation.number = last.relaxation.number
         self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
@@ -394,7 +412,8 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self.dynamics is not None and step.after > step.before:
+        if self._relaxes or (self.declared_dynamics is not None and step.after > step.before):
+            assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
         elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
             guess = self._predictor.guess(soil, step.after - step.before)
@@ -424,7 +443,8 @@ class Simulation:
             warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
             warnings.depths(self.implicit, self.points, step.after, cell_size)
-            if not self._is_forced and np.array_equal(balance.load_before, equilibrium.load):
+            free = self._is_forced or self._relaxes
+            if not free and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )

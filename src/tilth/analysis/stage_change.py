@@ -201,7 +201,7 @@ def release_out_of_balance(simulation: Simulation) -> Floats:
     Raises:
         StepFailed: the forces cannot be computed.
     """
-    dynamics = simulation.dynamics
+    dynamics = simulation.declared_dynamics
     first = simulation.model.schedule.first_step
     with nullcontext() if dynamics is None else dynamics.at_start(first):
         step = simulation.prepare(0.0, 0.0)

@@ -21,6 +21,23 @@ from tilth.terms.inertia import AssembledInertia
 
 
 @dataclass(frozen=True)
+class Relaxing:
+    """What a step does to soil that comes to rest by damped inertia.
+
+    Attributes:
+        number: of the relaxation, from 1.
+        at_rest: whether the soil is at rest after the step.
+        energy: kinetic energy after the step [force length].
+        work: of loads and boundaries since the soil moves [force length].
+    """
+
+    number: int
+    at_rest: bool
+    energy: float
+    work: float
+
+
+@dataclass(frozen=True)
 class StepResult:
     """The result of a converged step.
 
@@ -40,6 +57,7 @@ class StepResult:
         radiated_work: energy that leaves through absorbing boundaries less what comes in.
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
+        relaxing: of a step in which soil comes to rest; None in all others.
     """
 
     active: ActiveGrid
@@ -54,6 +72,7 @@ class StepResult:
     damping_work: float = 0.0
     radiated_work: float = 0.0
     possible_size: float = math.inf
+    relaxing: Relaxing | None = None
 
     @property
     def reaction(self) -> Floats:

@@ -11,7 +11,7 @@ from tilth.analysis.energies import ENERGY_KINDS, Energies
 from tilth.analysis.motions import moment_unit, motion_columns, motion_values
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.analysis.tracker import Tracker, unit_of
+from tilth.analysis.tracker import Tracker, tracked_columns
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import HistoryWriter
@@ -48,7 +48,7 @@ class StoredRows:
         Raises:
             BadInput: a file is not as the checkpoint expects it.
         """
-        tracked = [(track.name, unit_of(track, model)) for track in model.track]
+        tracked = tracked_columns(model)
         moved, stages = motion_columns(model), bool(model.stages)
         of_energies = energy_columns(model)
         return cls(

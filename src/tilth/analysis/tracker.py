@@ -21,6 +21,7 @@ from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
 from tilth.model.fields import AXES
+from tilth.model.track import OF_RELAXATION
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
@@ -42,7 +43,7 @@ class Tracker:
 
     def __init__(self, model: Model, initial: MaterialPoints) -> None:
         self._model = model
-        self.columns = [(track.name, unit_of(track, model)) for track in model.track]
+        self.columns = tracked_columns(model)
         self._evaluate = [self._evaluation(track, initial) for track in model.track]
 
     def values(
@@ -52,10 +53,16 @@ class Tracker:
         energies: Energies,
     ) -> list[float]:
         """Returns the quantities after a step (`result` None: before the first one)."""
-        return [
+        values = [
             track.scale * evaluate(simulation, result, energies)
             for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
         ]
+        if self._model.analysis.beyond_limit == "stop":
+            return values
+        relaxing = None if result is None else result.relaxing
+        if relaxing is None:
+            return [*values, 0.0, 0.0, 0.0]
+        return [*values, relaxing.number, relaxing.energy, relaxing.work]
 
     def _evaluation(
         self, track: Track, initial: MaterialPoints
@@ -101,6 +108,15 @@ class Tracker:
         return lambda simulation, result, energies: energies.value(
             kind, simulation, 0.0 if result is None else result.time
         )
+
+
+def tracked_columns(model: Model) -> list[tuple[str, str]]:
+    """Returns name and unit label of each tracked quantity, and of what tells of relaxations."""
+    energy = moment_unit(model)
+    tracked = [(track.name, unit_of(track, model)) for track in model.track]
+    if model.analysis.beyond_limit == "stop":
+        return tracked
+    return [*tracked, *zip(OF_RELAXATION, ("", energy, energy), strict=True)]
 
 
 def unit_of(track: Track, model: Model) -> str:

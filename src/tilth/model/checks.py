@@ -191,10 +191,12 @@ def _needs_water(model: Model) -> Iterator[Problem]:
 
 def _densities(model: Model) -> Iterator[Problem]:
     """A body force and inertia act on mass, so every material of a body needs a density."""
-    moves = model.analysis.inertia is not None
+    moves = model.analysis.has_mass
     if not moves and not any(isinstance(load, BodyForce) for load in model.loads):
         return
     why = "it has inertia" if moves else "a body force acts on this material"
+    if model.analysis.beyond_limit == "relax":
+        why = 'beyond the limit load it has inertia (analysis.beyond_limit = "relax")'
     used = {material for body in model.bodies for material in body.materials}
     for name, material in model.materials.items():
         if name in used and not (material.density if moves else material.density is not None):

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
+from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.fields import (
     Components,
@@ -72,10 +73,35 @@ class Analysis(Declared):
     inertia: Inertia | None = None
     """Inertia: the analysis is then dynamic, and the schedule's time a physical one. Without it the
     soil is in equilibrium after every step."""
+    beyond_limit: Literal["stop", "relax"] = "stop"
+    """What happens where a step of the least size has no equilibrium: "stop" ends the analysis,
+    "relax" goes on to the next regular time of the schedule, lets the soil move with damped inertia
+    until it is at rest there, and then goes on in equilibrium. All soil needs a density."""
+    relaxation_steps: Count | None = None
+    """Steps after which soil that "relax" has not brought to rest ends the analysis, 1000 if not
+    given; with `beyond_limit = "relax"` only."""
     solver: Literal["auto", "superlu", "pardiso", "banded", "multigrid"] = "auto"
     """Linear solver; "auto" selects "multigrid" for many unknowns, "banded" for slender bodies, and
     otherwise the fastest installed direct solver.
     """
+
+    @model_validator(mode="after")
+    def _relaxation_fits(self) -> Any:
+        problems = []
+        if self.beyond_limit == "relax" and self.inertia is not None:
+            what = "has no meaning with `inertia`, which has no limit load"
+            problems.append(Problem("beyond_limit", what, "leave one of them out", "relax"))
+        if self.beyond_limit == "stop" and self.relaxation_steps is not None:
+            what, remedy = 'has no meaning with beyond_limit = "stop"', "leave it out"
+            problems.append(Problem("relaxation_steps", what, remedy, self.relaxation_steps))
+        if problems:
+            raise rejection(problems)
+        return self
+
+    @property
+    def has_mass(self) -> bool:
+        """Whether the mass of the soil matters, without a weight too."""
+        return self.inertia is not None or self.beyond_limit == "relax"
 
 
 class Limits(Declared):

@@ -92,6 +92,11 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
 _KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "from", "kind", "variable")
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
+OF_RELAXATION = ("relaxation", "kinetic energy in relaxation", "work in relaxation")
+"""Last columns of an analysis that goes beyond limit loads: number of the relaxation that a step
+belongs to, kinetic energy after it, and work of loads and boundaries since the relaxation began;
+all 0 in other steps."""
+
 
 class Track(Declared):
     """A quantity that is recorded after every step; its keys depend on `quantity`.
@@ -115,7 +120,7 @@ class Track(Declared):
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
-with inertia "kinetic", "damping_dissipation", "radiation", "numerical_dissipation" |
+ with inertia or relaxation "kinetic", "damping_dissipation", "radiation", "numerical_dissipation" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -146,8 +151,8 @@ with inertia "kinetic", "damping_dissipation", "radiation", "numerical_dissipati
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
     kind: EnergyKind | None = None
-    """Kind of energy [force length]. With inertia "numerical_dissipation" is what of the work and
-    of the energy at the start is in none of the others."""
+    """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
+    of the work and of the energy at the start is in none of the others."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

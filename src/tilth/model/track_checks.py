@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.implicit import ImplicitBoundary
-from tilth.model.track import Track
+from tilth.model.track import OF_RELAXATION, Track
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -29,9 +29,13 @@ def track_problems(model: Model) -> Iterator[Problem]:
     boundaries = {boundary.name: boundary for boundary in model.boundaries}
     implicit = [name for name, each in boundaries.items() if isinstance(each, ImplicitBoundary)]
     pairs = [pair.name for pair in model.contact_pairs]
+    own = OF_RELAXATION if model.analysis.beyond_limit == "relax" else ()
     for i, track in enumerate(model.track):
-        if track.kind in _OF_INERTIA and model.analysis.inertia is None:
-            remedy = "add `inertia` to [analysis], or leave it out"
+        if track.name in own:
+            what = 'is the name of a column that history.csv has with beyond_limit = "relax"'
+            yield Problem(f"track[{i}].name", what, "choose another name", track.name)
+        if track.kind in _OF_INERTIA and not model.analysis.has_mass:
+            remedy = 'add `inertia` or beyond_limit = "relax" to [analysis], or leave it out'
             yield Problem(f"track[{i}].kind", "has no meaning without inertia", remedy, track.kind)
         name, quantity = track.boundary or "", track.quantity
         if quantity in _MOTIONS and model.analysis.inertia is None:

@@ -87,7 +87,7 @@ def initial_points(model: Model) -> MaterialPoints:
         _at_all_points(bodies, declared, start),
     )
     start_with_stress(points, model, starts)
-    if model.analysis.inertia is not None:
+    if model.analysis.has_mass:
         points.motion = initial_motion(points, model)
     if model.analysis.kind == "axisymmetric":
         for point_range in bodies:

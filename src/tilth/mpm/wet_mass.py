@@ -63,7 +63,7 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
         return
     surface.require_covers(points.position)
     has_weight = any(isinstance(load, BodyForce) for _, load in model.acting_loads())
-    if not has_weight and model.analysis.inertia is None:
+    if not has_weight and not model.analysis.has_mass:
         return
     acts = "a body force acts" if has_weight else "it has inertia"
     for time in (0.0, model.schedule.end):

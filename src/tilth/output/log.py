@@ -80,6 +80,10 @@ class RunLog:
         """Writes the result of a stage of strength reduction at a total time."""
         self._write(f"strength reduction: {name}, at time {time:.6g}: {text}")
 
+    def relaxation(self, text: str) -> None:
+        """Writes that soil has come to rest."""
+        self._write(text)
+
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
         """Writes one converged step and its relative residuals, that of the predictor first."""
         start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.model.track import OF_RELAXATION
 from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
+from tilth.report.relaxations import Relaxed, mark_relaxations
 from tilth.report.stage_marks import Span, mark_stages, room_for_names
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
@@ -23,15 +25,20 @@ _WIDTH = 3.7
 
 
 def draw_curves(
-    history: Mapping[str, Floats], time_unit: str, stages: Sequence[Span] = ()
+    history: Mapping[str, Floats],
+    time_unit: str,
+    stages: Sequence[Span] = (),
+    relaxed: Sequence[Relaxed] = (),
 ) -> Figure | None:
     """Returns plots of all tracked quantities against time; None if there are none.
 
-    Rows without a value (NaN) are gaps. ``stages`` are those of the run by their total times.
+    Rows without a value (NaN) are gaps. ``stages`` are those of the run by their total times,
+    ``relaxed`` its relaxations.
     """
     from matplotlib.figure import Figure
 
-    names = [name for name in history if name not in (*FIRST_COLUMNS, *OF_STAGES)]
+    own = (*FIRST_COLUMNS, *OF_STAGES, *OF_RELAXATION)
+    names = [name for name in history if name.split(" [")[0] not in own]
     if not names:
         return None
     columns = 1 if len(names) == 1 else 2
@@ -50,6 +57,7 @@ def draw_curves(
             markersize=3,
         )
         mark_stages(axes, stages, _WIDTH)
+        mark_relaxations(axes, relaxed)
         axes.set_xlabel(with_unit("time", time_unit), fontsize=9, **AS_IT_IS)
         axes.set_ylabel(on_lines(name, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
         axes.tick_params(labelsize=8)

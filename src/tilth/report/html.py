@@ -37,6 +37,7 @@ from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.motion_plots import caption, draw_forces, ends_of_stages, motion_curves
+from tilth.report.relaxations import Relaxed, after, relaxation_table, relaxations
 from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, draw_setup
 from tilth.report.setup_file import read_setup, read_staged_setup
@@ -94,10 +95,13 @@ def write_report(
     if stages:
         table = stage_table(summary["stages"], history, stages, log)
         parts.append(_section("Stages", table))
-    parts.append(_section("Deformed states", _frames(results, kind, colour_by, stages, setup)))
+    if relaxed := relaxations(history):
+        parts.append(_section("Beyond the limit load", relaxation_table(relaxed)))
+    frames = _frames(results, kind, colour_by, stages, setup, relaxed)
+    parts.append(_section("Deformed states", frames))
     if pressures := _contact(results, kind):
         parts.append(_section("Contact", pressures))
-    curves = draw_curves(history, results.units.get("time", ""), stages)
+    curves = draw_curves(history, results.units.get("time", ""), stages, relaxed)
     content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
     parts.append(_section("Tracked quantities", content))
     if balance := _energies(folder, results.units.get("time", ""), stages):
@@ -258,6 +262,7 @@ def _frames(
     colour_by: str,
     stages: Sequence[Span],
     setup: Setup | StagedSetup | None,
+    relaxed: Sequence[Relaxed],
 ) -> str:
     """Returns a figure of up to six outputs at even intervals, including the first and last.
 
@@ -269,6 +274,12 @@ def _frames(
     if stages:
         chosen = outputs_of_stages(np.asarray(results.times), stages, MAXIMUM_FRAMES)
         titles = [_title_in_stage(results, index, stages) for index in chosen]
+    if relaxed:
+        titles = titles or [
+            f"step {results.steps[index]}, time {results.times[index]:.4g}" for index in chosen
+        ]
+        told = [after(relaxed, int(results.steps[index])) for index in chosen]
+        titles = [f"{title}\n{text}" for title, text in zip(titles, told, strict=True)]
     figure = draw_frames(
         [results.snapshot(int(index)) for index in chosen],
         colour_by,

@@ -105,11 +105,14 @@ class TimeStep:
         integration: the method.
         size: [time].
         from_rest: whether it begins without velocity and acceleration, whatever has been before.
+        settles: whether the points get the velocity of the grid at its end, and no acceleration:
+            what the grid does not see of their velocities is gone.
     """
 
     integration: TimeIntegration
     size: float
     from_rest: bool = False
+    settles: bool = False
 
 
 class Inertia(Term):
@@ -209,7 +212,7 @@ class AssembledInertia(AssembledTerm):
     ) -> None:
         self._soil, self._mass, self._damping = soil, mass, damping
         self._pattern = active
-        self._integration, self._size = step.integration, step.size
+        self._integration, self._size, self._settles = step.integration, step.size, step.settles
         self._constrained, self._prescribed = constrained, increment / step.size
         self._base, self.from_rest = base, step.from_rest
         if base is not None:
@@ -307,6 +310,10 @@ class AssembledInertia(AssembledTerm):
         Their accelerations are those of the grid.
         """
         motion, after = self._soil.points.motion, self.after(displacement)
+        if self._settles:
+            motion[:, 0] = self._soil.interpolate(after.velocity)
+            motion[:, 1:] = 0.0
+            return
         n, kinds, dim = motion.shape
         change = after.velocity - self.before.velocity
         nodal = np.concatenate([change, after.acceleration, after.algorithmic], axis=1)

@@ -30,6 +30,7 @@ from tilth.verification import (
     inclined_column,
     infinite_slope,
     k0_slope,
+    layered_cut,
     layered_footing,
     oedometer,
     plane_strain_block,
@@ -47,6 +48,7 @@ from tilth.verification import (
     self_weight_column,
     shear_column,
     slope,
+    slope_run_out,
     slope_strength_reduction,
     square_footing,
     strip_footing,
@@ -114,5 +116,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "rotating_disc": rotating_disc.comparisons,
     "elastic_bar": elastic_bar.comparisons,
     "shear_column": shear_column.comparisons,
+    "layered_cut": layered_cut.comparisons,
+    "slope_run_out": slope_run_out.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
