@@ -12,6 +12,7 @@
 #include "modified_cam_clay.hpp"
 #include "mohr_coulomb.hpp"
 #include "point_law.hpp"
+#include "separating.hpp"
 #include "tresca.hpp"
 #include "undrained.hpp"
 #include "von_mises.hpp"
@@ -20,7 +21,8 @@ namespace tilth::material {
 
 using List = std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager,
                         ModifiedCamClay, Undrained<HenckyElastic>, Undrained<MohrCoulomb>,
-                        Undrained<DruckerPrager>, Undrained<ModifiedCamClay>>;
+                        Undrained<DruckerPrager>, Undrained<ModifiedCamClay>,
+                        Separating<MohrCoulomb>, Separating<DruckerPrager>>;
 
 /// Calls `function.template operator()<M>()` for each law of the list.
 template <class Function>

@@ -95,6 +95,11 @@ class PlaneBoundary(_NodalBoundary):
     """One of "roller" (normal component zero), "fixed" (all, or `components`, are zero) and
     "prescribed".
     """
+    solid_side: Literal["lower", "upper"] | None = None
+    """Side of the line or plane, that of lower or upper coordinates, on which the condition holds
+    at all nodes, so that soil that is thrown against it cannot get through. If not given, it does
+    so only next to the plane and where no material point is beyond it.
+    """
 
     def prescribed(self, dimension: int) -> dict[int, float]:
         """Returns constrained directions (0 is x) with their displacement at factor 1 [length]."""
