@@ -98,11 +98,13 @@ class TimeStep:
         integration: the method.
         size: [time].
         from_rest: whether it begins without velocity and acceleration, whatever has been before.
+        keeps_unseen: whether the points keep the velocities that the grid does not represent.
     """
 
     integration: TimeIntegration
     size: float
     from_rest: bool = False
+    keeps_unseen: bool = True
 
 
 class Inertia(Term):
@@ -191,6 +193,7 @@ class AssembledInertia(AssembledTerm):
         self._soil, self._mass, self._damping = soil, mass, damping
         self._pattern = active
         self._integration, self._size = step.integration, step.size
+        self._keeps_unseen = step.keeps_unseen
         self._constrained, self._prescribed = constrained, increment / step.size
         zero = np.zeros_like(increment)
         self.before = Motion(zero, zero, zero) if step.from_rest else self._motion_before()
@@ -262,11 +265,14 @@ class AssembledInertia(AssembledTerm):
         return float((force * displacement).sum())
 
     def commit(self, displacement: Floats) -> None:
-        """As `AssembledTerm.commit`: the points get the nodes' increments of velocity.
+        """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 
-        Their accelerations are those of the grid.
+        The accelerations are those of the grid.
         """
         motion, after = self._soil.points.motion, self.after(displacement)
-        motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
+        if self._keeps_unseen:
+            motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
+        else:
+            motion[:, 0] = self._soil.interpolate(after.velocity)
         motion[:, 1] = self._soil.interpolate(after.acceleration)
         motion[:, 2] = self._soil.interpolate(after.algorithmic)
