@@ -163,6 +163,9 @@ def models() -> Iterator[Model]:
             }
             if basis == "gimp":
                 entries["bodies"][0]["domain_update"] = "corners"
+            if basis == "linear":
+                entries["units"] = {"length": "m", "force": "N", "time": "s"}
+                entries["analysis"]["inertia"] = {"scheme": "newmark"}
             if kind != "axisymmetric" and not corners:
                 entries["analysis"]["solver"] = "multigrid" if kind == "3d" else "banded"
             yield Model.from_dict(entries)
@@ -252,6 +255,10 @@ def direct_calls() -> Iterator[Call]:
     yield Call("block_product", [1, rows, column, blocks, free, *vectors])
     yield Call("asymmetry", [1, rows, column, blocks, free, *vectors])
     yield Call("connected_parts", [rows, column])
+    pair = [x[:, None].repeat(2, axis=1) for _ in range(2)]
+    yield Call("symmetric_product", [rows, column, value, *pair])
+    known, right = np.zeros((2, 4), dtype=bool), np.ones((2, 4))
+    yield Call("project", [rows, column, value, 0.0, known, 1e-6, 20, right])
     line = np.array([[0, 0, 0], [1, 0, 0]])
     cycle = ("cycle", [vectors[0], vectors[1].copy()])
     rest = [("sizes", []), ("bytes", []), ("begin", [])]

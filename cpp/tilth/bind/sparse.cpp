@@ -8,6 +8,7 @@
 #include "../sparse/graph.hpp"
 #include "../sparse/nested_dissection.hpp"
 #include "../sparse/pattern.hpp"
+#include "../sparse/projection.hpp"
 #include "../sparse/restriction.hpp"
 #include "checks.hpp"
 
@@ -110,6 +111,43 @@ void column_product(ConstShorts start, ConstShorts row, ConstDoubles value, Cons
   sparse::column_product(size, start.data(), row.data(), value.data(), x.data(), product.data());
 }
 
+sparse::SymmetricMatrix symmetric(const ConstIntegers& row_start, const ConstShorts& column,
+                                  const ConstDoubles& value) {
+  const std::int64_t rows = require_pattern(row_start, column);
+  require_size(value, size_of(column), "value");
+  return {rows, row_start.data(), column.data(), value.data()};
+}
+
+bool project(ConstIntegers row_start, ConstShorts column, ConstDoubles value, double shift,
+             ConstFlags known, double tolerance, int limit, Doubles right) {
+  const auto matrix = symmetric(row_start, column, value);
+  require(matrix.rows > 0, "row_start", "has no rows");
+  const std::int64_t columns = size_of(right) / matrix.rows;
+  require(columns == 4 || columns == 8 || columns == 12, "right", "has not 4, 8 or 12 columns");
+  require_size(right, matrix.rows * columns, "right");
+  require_size(known, matrix.rows * columns, "known");
+  nb::gil_scoped_release release;
+  const auto solve = [&]<int Width>() {
+    return sparse::Projection<Width>(matrix, shift, known.data())
+        .solve(tolerance, limit, right.data());
+  };
+  if (columns == 4) return solve.template operator()<1>();
+  return columns == 8 ? solve.template operator()<2>() : solve.template operator()<3>();
+}
+
+void symmetric_product(ConstIntegers row_start, ConstShorts column, ConstDoubles value,
+                       ConstDoubles x, Doubles product) {
+  const auto matrix = symmetric(row_start, column, value);
+  const int columns = matrix.rows > 0 ? static_cast<int>(size_of(x) / matrix.rows) : 0;
+  require(columns == 2 || columns == 3, "x", "has not 2 or 3 columns");
+  require_size(x, matrix.rows * columns, "x");
+  require_size(product, matrix.rows * columns, "product");
+  nb::gil_scoped_release release;
+  const auto multiply =
+      columns == 2 ? &sparse::symmetric_product<2> : &sparse::symmetric_product<3>;
+  multiply(matrix, x.data(), product.data());
+}
+
 }  // namespace
 
 void bind_sparse(nb::module_& module) {
@@ -127,6 +165,13 @@ void bind_sparse(nb::module_& module) {
              "Node numbers in a fill-reducing order of elimination.");
   module.def("connected_parts", &connected_parts, "row_start"_a, "column"_a,
              "Number of the connected component of each row of a symmetric pattern.");
+  module.def(
+      "project", &project, "row_start"_a, "column"_a, "value"_a, "shift"_a, "known"_a,
+      "tolerance"_a, "limit"_a, "right"_a,
+      "Replaces right sides (rows, 4, 8 or 12) by the solutions for a symmetric matrix, zero "
+      "where known; returns whether conjugate gradients converged.");
+  module.def("symmetric_product", &symmetric_product, "row_start"_a, "column"_a, "value"_a, "x"_a,
+             "product"_a, "Fills the product of a matrix with 2 or 3 columns x.");
   module.def("column_product", &column_product, "start"_a, "row"_a, "value"_a, "x"_a, "product"_a,
              "Fills the product A x of a square matrix in compressed columns.");
   nb::class_<BandFactors>(module, "BandFactors",

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.sparse as sp
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
@@ -58,50 +57,38 @@ class ConsistentMass:
             free = np.ones((len(weight), len(unit), 1), dtype=bool)
             scalar = self.blocks.reshape(-1, 1, 1)
             _core.add_scaled_blocks(elements, weight, unit, free, scalar)
-        self._matrix = sp.csr_array(
-            (self.blocks, pattern.column, pattern.row_start), shape=(pattern.nodes, pattern.nodes)
-        )
+        self._pattern = pattern
 
     def times(self, nodal: Floats) -> Floats:
-        """Returns M times a nodal quantity, shape (nodes, k)."""
-        return np.asarray(self._matrix @ nodal)
+        """Returns M times a nodal vector, shape (nodes, dim)."""
+        product = np.empty_like(nodal)
+        pattern = self._pattern
+        _core.symmetric_product(pattern.row_start, pattern.column, self.blocks, nodal, product)
+        return product
 
-    def projected(self, quantity: Floats, known: Flags, value: Floats) -> Floats:
-        """Returns the nodal field q with M q = sum_p S_ap m_p q_p, except where it is known.
+    def projected(self, quantity: Floats, zero: Flags) -> Floats:
+        """Returns the nodal field q with M q = sum_p S_ap m_p q_p, except where it is to be zero.
 
         So it has the points' momentum, and their energy if it is a field of the grid's.
 
         Args:
-            quantity: of the points, such as a velocity, shape (n, k).
-            known: which nodal components are given, shape (nodes, k).
-            value: these components, shape (nodes, k).
+            quantity: of the points, such as a velocity, shape (n, k), k at most 12.
+            zero: which nodal components are zero, shape (nodes, k).
 
         Raises:
             StepFailed: the iteration does not converge.
         """
         right = self._soil.scatter(self._mass[:, None] * quantity)
-        q = np.where(known, value, 0.0)
-        right = np.where(known, 0.0, right - self.times(q))
-        return q + self._solved(right, known)
-
-    def _solved(self, right: Floats, known: Flags) -> Floats:
-        """Conjugate gradients with the diagonal as preconditioner, all columns at once."""
-        diagonal = self._matrix.diagonal()
-        added = LEAST_EIGENVALUE * diagonal[:, None]
-        inverse = 1.0 / np.where(diagonal > 0.0, diagonal, 1.0)[:, None]
-        x, r = np.zeros_like(right), right
-        z = inverse * r
-        p, r_z = z, np.einsum("ak,ak->k", r, z)
-        target = PROJECTION_TOLERANCE**2 * r_z
-        for _ in range(MOST_ITERATIONS):
-            if (r_z <= target).all():
-                return x
-            product = np.where(known, 0.0, self.times(p) + added * p)
-            p_product = np.einsum("ak,ak->k", p, product)
-            length = np.where(r_z > target, r_z / np.where(p_product > 0.0, p_product, 1.0), 0.0)
-            x = x + length * p
-            r = r - length * product
-            z = inverse * r
-            before, r_z = r_z, np.einsum("ak,ak->k", r, z)
-            p = z + np.where(before > 0.0, r_z / np.where(before > 0.0, before, 1.0), 0.0) * p
-        raise StepFailed(f"no projection of the velocities in {MOST_ITERATIONS} iterations")
+        used = right.shape[1]
+        columns = -(-used // 4) * 4  # the kernel works on four at once
+        padded = np.zeros((len(right), columns))
+        padded[:, :used] = right
+        known = np.ones(padded.shape, dtype=bool)
+        known[:, :used] = zero
+        pattern = self._pattern
+        if not _core.project(
+            pattern.row_start, pattern.column, self.blocks, LEAST_EIGENVALUE, known,
+            PROJECTION_TOLERANCE, MOST_ITERATIONS, padded,
+        ):  # fmt: skip
+            raise StepFailed(f"no projection of the velocities in {MOST_ITERATIONS} iterations")
+        return padded[:, :used]

@@ -203,7 +203,7 @@ class AssembledInertia(AssembledTerm):
         known = np.tile(self._constrained, (1, kinds))
         known[:, :dim] &= self._prescribed == 0.0
         quantity = self._soil.points.motion.reshape(n, kinds * dim)
-        nodal = self._mass.projected(quantity, known, np.zeros(known.shape))
+        nodal = self._mass.projected(quantity, known)
         return Motion(*(nodal[:, k * dim : (k + 1) * dim] for k in range(kinds)))
 
     def after(self, displacement: Floats) -> Motion:
@@ -270,9 +270,10 @@ class AssembledInertia(AssembledTerm):
         The accelerations are those of the grid.
         """
         motion, after = self._soil.points.motion, self.after(displacement)
+        n, kinds, dim = motion.shape
+        velocity = after.velocity - self.before.velocity if self._keeps_unseen else after.velocity
+        nodal = np.concatenate([velocity, after.acceleration, after.algorithmic], axis=1)
+        found = self._soil.interpolate(nodal).reshape(n, kinds, dim)
         if self._keeps_unseen:
-            motion[:, 0] += self._soil.interpolate(after.velocity - self.before.velocity)
-        else:
-            motion[:, 0] = self._soil.interpolate(after.velocity)
-        motion[:, 1] = self._soil.interpolate(after.acceleration)
-        motion[:, 2] = self._soil.interpolate(after.algorithmic)
+            found[:, 0] += motion[:, 0]
+        motion[:] = found
