@@ -19,10 +19,10 @@
 
 namespace tilth::material {
 
-using List = std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager,
-                        ModifiedCamClay, Undrained<HenckyElastic>, Undrained<MohrCoulomb>,
-                        Undrained<DruckerPrager>, Undrained<ModifiedCamClay>,
-                        Separating<MohrCoulomb>, Separating<DruckerPrager>>;
+using List =
+    std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager, ModifiedCamClay,
+               Undrained<HenckyElastic>, Undrained<MohrCoulomb>, Undrained<DruckerPrager>,
+               Undrained<ModifiedCamClay>, Separating<MohrCoulomb>, Separating<DruckerPrager>>;
 
 /// Calls `function.template operator()<M>()` for each law of the list.
 template <class Function>

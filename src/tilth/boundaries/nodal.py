@@ -3,8 +3,9 @@
 
 The domain of a GIMP point next to a constrained plane may extend beyond it and activate nodes with
 hardly any material. If these were free, the point could move through the plane. So where no point
-has its centre beyond the plane, the nodes beyond it are constrained to move with the plane. Where the user says that one side is
-solid, they are in any case: what flies may be pressed below the plane by a part of its domain.
+has its centre beyond the plane, the nodes beyond it are constrained to move with the plane. Where
+the user says that one side is solid, they are in any case: soil that is thrown against the plane
+may be pressed into it by a part of its domain.
 """
 
 from __future__ import annotations

@@ -57,10 +57,10 @@ class Inertia(Declared):
 
     velocity_update: Literal["flip", "pic"] | None = None
     """Velocities of the points after a step: "flip" adds the change of the grid's velocity, and what
-    the grid cannot represent is kept for ever; "pic" takes the grid's velocity, so that it is lost.
-    As the grid's velocities are projected with the consistent mass, momentum and angular momentum
-    are kept in both. "pic" is for flow and impact, after which "flip" leaves points that rattle;
-    "flip" if not given.
+    the grid cannot represent is kept for ever; "pic" takes the grid's velocity, and it is lost. As
+    the grid's velocities are projected with the consistent mass, both keep momentum and angular
+    momentum. "pic" is for flow and impact, after which "flip" leaves points that rattle; "flip" if
+    not given.
     """
 
     @model_validator(mode="after")

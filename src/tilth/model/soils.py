@@ -79,9 +79,9 @@ class _Frictional(WithPoreFluid):
     dilation_angle: SoilAngle
     """Dilation angle psi [degrees], 0 to phi; psi = phi is associated flow."""
     separates: Flag | None = None
-    """Whether the soil remembers the volume that it gains at the apex, where it is pulled apart: the
-    state variable `void_strain` is the logarithm of it, and the soil bears no more pressure until it
-    is closed. For free flight and run-out; the volume is forgotten if not given.
+    """Whether the soil remembers the volume that it gains at the apex, where it is pulled apart:
+    the state variable `void_strain` is the logarithm of it, and the soil bears no more pressure
+    until it is closed. For free flight and run-out; the volume is forgotten if not given.
     """
 
     @property

@@ -80,8 +80,19 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "run_out": ("body", "share"),
     "state": ("body",),
 }
-_KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "from", "kind", "variable",
-         "share")
+_KEYS = (
+    "boundary",
+    "about",
+    "at",
+    "body",
+    "component",
+    "axis",
+    "of",
+    "from",
+    "kind",
+    "variable",
+    "share",
+)
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
 

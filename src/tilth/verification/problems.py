@@ -12,6 +12,7 @@ from tilth.verification import (
     buried_pipe,
     cavity_expansion,
     collapse,
+    column_collapse,
     cone_penetration,
     contact_patch,
     cooks_membrane,
@@ -106,5 +107,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "two_cylinders": two_cylinders.comparisons,
     "seabed_pipe": seabed_pipe.comparisons,
     "plate_anchor": plate_anchor.comparisons,
+    "column_collapse": column_collapse.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
