@@ -148,7 +148,7 @@ with inertia "kinetic", "damping_dissipation", "numerical_dissipation" |
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
     share: Share | None = None
-    """Share of the soil's initial volume up to the recorded coordinate, such as 0.98, so that a few
+    """Share of the soil's initial volume up to the recorded coordinate, such as 0.99, so that a few
     points that fly ahead do not count; all if not given."""
     kind: EnergyKind | None = None
     """Kind of energy [force length]. With inertia "numerical_dissipation" is what of the work and
