@@ -25,6 +25,8 @@ GRAVITY = 9.81
 """[m/s^2]"""
 DURATION = 5.0
 """Of the analyses, over the time sqrt(H / g) [-]."""
+CELLS = 20
+"""Across the lesser of width and height of a column."""
 RATIOS = (0.5, 1.0, 1.5, 3.0, 5.0)
 """Of height and width [-]: below and above the change of the fits."""
 
@@ -75,7 +77,7 @@ def resolved(model: Model, name: str, width: float) -> Iterator[Comparison]:
         "half the cell": {"grid.cell_size": 0.5 * float(model.cell_size[0])},
         "half the step": {
             "schedule.step_size": 0.5 * (model.schedule.step_size or 0.0),
-            "analysis.inertia.largest_motion": 0.25,
+            "analysis.inertia.largest_motion": 0.125,
         },
     }
     for change, entries in halved.items():
@@ -94,9 +96,13 @@ def rests(found: Deposit, name: str) -> Iterator[Comparison]:
 
 
 def column(file: str, ratio: float) -> Model:
-    """Returns a column of the width 1 m with this ratio of height and width."""
+    """Returns a column of the width 1 m with this ratio of height and width.
+
+    Twenty cells lie across the width, or across the height if that is less.
+    """
     changes = {
         "bodies.0.shape.upper": [1.0, ratio],
+        "grid.cell_size": min(1.0, ratio) / CELLS,
         "schedule.end": round(DURATION * math.sqrt(ratio / GRAVITY), 2),
     }
     return varied(example(PROBLEM, file), changes)
