@@ -84,6 +84,9 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("mohr_coulomb", {"friction_angle": 0.0, "dilation_angle": 0.0, "tension_cut_off": 12.0}),
     ("mohr_coulomb", {"cohesion": 0.0}),
     ("drucker_prager", {"cohesion": 0.0}),
+    ("separating_mohr_coulomb", {"cohesion": 0.0, "dilation_angle": 0.0}),
+    ("separating_mohr_coulomb", _SOFTENING),
+    ("separating_drucker_prager", {"cohesion": 0.0}),
     ("drucker_prager", {"fit": "extension"}),
     ("drucker_prager", {"fit": "plane_strain"}),
     ("mohr_coulomb", _SOFTENING),
@@ -165,9 +168,10 @@ def yields(material: str) -> bool:
 
 def material_entries(law: str, density: float = 2.0, **changed: Any) -> dict[str, Any]:
     """The material of a law of the core as a case file would declare it."""
-    model = law.removeprefix("undrained_")
-    fluid = PORE_FLUID if model != law else {}
-    entries = {"model": model, "density": density, **ENTRIES[model], **fluid, **changed}
+    model = law.removeprefix("undrained_").removeprefix("separating_")
+    fluid = PORE_FLUID if law.startswith("undrained_") else {}
+    voids = {"separates": True} if law.startswith("separating_") else {}
+    entries = {"model": model, "density": density, **ENTRIES[model], **fluid, **voids, **changed}
     return {key: value for key, value in entries.items() if value is not None}
 
 

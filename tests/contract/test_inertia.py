@@ -19,6 +19,7 @@ from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration, TimeSte
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.6}
+PIC: dict[str, Any] = NEWMARK | {"velocity_update": "pic"}
 BASES = ["linear", "gimp", "cpdi1", "cpdi2"]
 KINDS = ["plane_strain", "axisymmetric", "3d"]
 GRAVITY = 9.81
@@ -107,7 +108,7 @@ def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
 
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA])
+@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA, PIC])
 def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any]) -> None:
     """The parabola is in the space of the method: displacement, velocity and no stress."""
     simulation = block(kind, basis, inertia, turns=False)
@@ -136,6 +137,25 @@ def test_momentum_is_kept(kind: str, basis: str) -> None:
     first[-1] -= GRAVITY * 0.2
     momentum = points.mass @ points.motion[:, 0]
     np.testing.assert_allclose(momentum, points.mass.sum() * first, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_pic_loses_only_what_the_grid_does_not_represent(kind: str, basis: str) -> None:
+    """Of random velocities, in a step of almost no size: the momenta stay."""
+    simulation = block(kind, basis, PIC, turns=False)
+    points = simulation.points
+    x, mass, number = points.position.copy(), points.mass.copy(), points.point_id.copy()
+    before = np.random.default_rng(8).normal(size=x.shape)
+    points.motion[:, 0] = before
+    simulation.advance(0.0, 1e-12)
+    after = points.motion[points.index_of(number), 0]
+    np.testing.assert_allclose(mass @ after[:, 1], mass @ before[:, 1], rtol=1e-7)
+    if kind != "axisymmetric":
+        moments = [mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) for v in (before, after)]
+        assert moments[1] == pytest.approx(moments[0], rel=1e-7)
+    energies = [mass @ (v**2).sum(axis=1) for v in (before, after)]
+    assert 0.1 * energies[0] < energies[1] < 0.8 * energies[0]
 
 
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])

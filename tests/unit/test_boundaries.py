@@ -287,6 +287,15 @@ def test_nodes_behind_a_plane_with_soil_on_both_sides_are_free() -> None:
     assert {place[1] for place in found if found[place] == "middle"} == {1.0}
 
 
+@pytest.mark.parametrize(("side", "held"), [("lower", {-1.0, 0.0, 1.0}), ("upper", {1.0, 2.0})])
+def test_all_nodes_on_a_solid_side_are_held(side: str, held: set[float]) -> None:
+    """Whatever has got there."""
+    middle = plane("middle", "y", 1.0, condition="fixed", solid_side=side)
+    found = holders([middle, FAR["x"]], (0.0, -0.01))
+    assert {place[1] for place in found if found[place] == "middle"} == held
+    assert {place[1] for place in found if found[place] == "nobody"}.isdisjoint(held)
+
+
 @pytest.mark.parametrize("height", [0.0, 1.0])
 def test_slivers_beside_the_soil_are_free(height: float) -> None:
     """A free side face reaches into the next column of cells: no plane may hold that up."""

@@ -111,11 +111,13 @@ def test_heights_and_run_out_of_points_and_domains() -> None:
         {"quantity": "top_height", "of": "domains"},
         {"quantity": "run_out", "axis": "x", "of": "points"},
         {"quantity": "run_out", "axis": "x", "of": "domains"},
+        {"quantity": "run_out", "axis": "x", "of": "points", "share": 0.7},
+        {"quantity": "run_out", "axis": "x", "of": "points", "share": 0.8},
     ]
     stretch = block_entries("plane_strain", "gimp", boundaries=[affine(np.diag([1.5, 0.5]))])
     rows, _, _ = track(asked, stretch)
-    np.testing.assert_allclose(rows[0], [1.75, 2.0, 1.75, 2.0], rtol=1e-14)
-    np.testing.assert_allclose(rows[-1], [0.875, 1.0, 2.625, 3.0], rtol=1e-12)
+    np.testing.assert_allclose(rows[0], [1.75, 2.0, 1.75, 2.0, 1.25, 1.75], rtol=1e-14)
+    np.testing.assert_allclose(rows[-1], [0.875, 1.0, 2.625, 3.0, 1.875, 2.625], rtol=1e-12)
 
 
 def test_body_restricts_the_points() -> None:

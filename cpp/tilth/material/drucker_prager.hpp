@@ -33,6 +33,9 @@ struct DruckerPrager : HenckyElasticity {
     return law;
   }
 
+  /// Stress on all axes at the end of the cone.
+  TILTH_FUNCTION double apex(double /*plastic_strain*/) const { return tension_cut_off; }
+
   TILTH_FUNCTION bool update(const double trial[3], double /*plastic_strain*/,
                              const double* /*state_before*/, double* /*state*/, double tau[3],
                              double elastic[3], double tangent[3][3]) const {

@@ -12,15 +12,17 @@
 #include "modified_cam_clay.hpp"
 #include "mohr_coulomb.hpp"
 #include "point_law.hpp"
+#include "separating.hpp"
 #include "tresca.hpp"
 #include "undrained.hpp"
 #include "von_mises.hpp"
 
 namespace tilth::material {
 
-using List = std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager,
-                        ModifiedCamClay, Undrained<HenckyElastic>, Undrained<MohrCoulomb>,
-                        Undrained<DruckerPrager>, Undrained<ModifiedCamClay>>;
+using List =
+    std::tuple<HenckyElastic, VonMises, Tresca, MohrCoulomb, DruckerPrager, ModifiedCamClay,
+               Undrained<HenckyElastic>, Undrained<MohrCoulomb>, Undrained<DruckerPrager>,
+               Undrained<ModifiedCamClay>, Separating<MohrCoulomb>, Separating<DruckerPrager>>;
 
 /// Calls `function.template operator()<M>()` for each law of the list.
 template <class Function>

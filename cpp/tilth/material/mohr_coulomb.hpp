@@ -292,6 +292,11 @@ struct MohrCoulomb : HenckyElasticity {
     return s;
   }
 
+  /// Stress on all axes at the end of the pyramid.
+  TILTH_FUNCTION double apex(double plastic_strain) const {
+    return strength(plastic_strain).tension;
+  }
+
   TILTH_FUNCTION bool update(const double trial[3], double plastic_strain,
                              const double* /*state_before*/, double* /*state*/, double tau[3],
                              double elastic[3], double tangent[3][3]) const {

@@ -97,9 +97,12 @@ class LawOf final : public PointLaw {
       double pore_pressure = 0.0;  // works on every strain, so it dissipates nothing
       if constexpr (requires { law.pore_pressure(tau); })
         pore_pressure = law.pore_pressure(state.after + state.width * p);
+      double opened = 0.0;  // closes without stress, so it dissipates nothing
+      if constexpr (requires { law.opened(tau); })
+        opened = law.opened(state.before + state.width * p) / 3.0;
       batch.dissipated[lane] = 0.0;
       for (int a = 0; a < 3; ++a) {
-        batch.dissipated[lane] += (tau[a] + pore_pressure) * (trial[a] - elastic[a]);
+        batch.dissipated[lane] += (tau[a] + pore_pressure) * (trial[a] + opened - elastic[a]);
         batch.kirchhoff[a][lane] = tau[a];
         batch.elastic[a][lane] = elastic[a];
         for (int b = 0; b < 3; ++b) batch.tangent[3 * a + b][lane] = tangent[a][b];

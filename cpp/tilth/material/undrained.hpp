@@ -11,20 +11,23 @@
 
 namespace tilth::material {
 
-/// "undrained_" before the name of a law.
-template <class M>
-inline constexpr auto undrained_name = [] {
-  constexpr char prefix[] = "undrained_";
+/// A prefix before the name of a law.
+template <class M, std::size_t P>
+constexpr auto prefixed(const char (&prefix)[P]) {
   constexpr std::size_t length = [] {
     std::size_t n = 0;
     while (M::name[n] != 0) ++n;
     return n;
   }();
-  std::array<char, sizeof prefix + length> result{};
-  std::copy(prefix, prefix + sizeof prefix - 1, result.begin());
-  std::copy(M::name, M::name + length, result.begin() + sizeof prefix - 1);
+  std::array<char, P + length> result{};
+  std::copy(prefix, prefix + P - 1, result.begin());
+  std::copy(M::name, M::name + length, result.begin() + P - 1);
   return result;
-}();
+}
+
+/// "undrained_" before the name of a law.
+template <class M>
+inline constexpr auto undrained_name = prefixed<M>("undrained_");
 
 template <class T, std::size_t N, class... Further>
 constexpr auto appended(const std::array<T, N>& list, Further... further) {

@@ -57,6 +57,7 @@ class Dynamics:
         self._largest_error = declared.largest_error or math.inf
         self._largest_motion = declared.largest_motion or math.inf
         self._damping = 0.0 if declared.damping is None else declared.damping.mass
+        self._keeps_unseen = declared.velocity_update != "pic"
         self._start = 0.0
         self.begun = False
 
@@ -72,7 +73,9 @@ class Dynamics:
         """Returns the step between two times; None if they are the same: it has no inertia."""
         if self._start > 0.0:
             return TimeStep(TimeIntegration.backward_euler(), self._start, from_rest=True)
-        return TimeStep(self._integration, after - before) if after > before else None
+        if after <= before:
+            return None
+        return TimeStep(self._integration, after - before, keeps_unseen=self._keeps_unseen)
 
     def terms(
         self,

@@ -253,4 +253,10 @@ def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
     if track.body is not None:
         chosen = points.of_body(track.body)
     upper = (upper_edges(points) if track.of == "domains" else points.position)[chosen, axis]
-    return float(upper.max()) if len(upper) else math.nan
+    if len(upper) == 0:
+        return math.nan
+    if track.share is None:
+        return float(upper.max())
+    order = np.argsort(upper)
+    volume = np.cumsum(points.initial_volume[chosen][order])
+    return float(upper[order][np.searchsorted(volume, track.share * volume[-1])])

@@ -3,7 +3,9 @@
 
 The domain of a GIMP point next to a constrained plane may extend beyond it and activate nodes with
 hardly any material. If these were free, the point could move through the plane. So where no point
-has its centre beyond the plane, the nodes beyond it are constrained to move with the plane.
+has its centre beyond the plane, the nodes beyond it are constrained to move with the plane. Where
+the user says that one side is solid, they are in any case: soil that is thrown against the plane
+may be pressed into it by a part of its domain.
 """
 
 from __future__ import annotations
@@ -39,13 +41,20 @@ class Nodal:
             distance = np.abs(active.position - np.asarray(declared.at))
             return np.asarray((distance <= tolerance).all(axis=1))
         on_plane = self._on_plane(declared, active)
+        if declared.solid_side is not None:
+            return on_plane
         return on_plane | self._beyond(declared, active, on_plane)
 
     @staticmethod
     def _on_plane(declared: PlaneBoundary, active: ActiveGrid) -> Flags:
         tolerance = POSITION_TOLERANCE * active.grid.cell_size
         axis = AXES.index(declared.axis)
-        chosen = np.abs(active.position[:, axis] - declared.at) <= tolerance[axis]
+        distance = active.position[:, axis] - declared.at
+        if declared.solid_side == "lower":
+            distance = np.maximum(distance, 0.0)
+        elif declared.solid_side == "upper":
+            distance = np.minimum(distance, 0.0)
+        chosen = np.abs(distance) <= tolerance[axis]
         for name, (low, high) in (declared.range or {}).items():
             k = AXES.index(name)
             along = active.position[:, k]

@@ -103,6 +103,11 @@ class PlaneBoundary(_NodalBoundary):
     """
     ground: Ground | None = None
     """With "absorbing": the ground beyond; the soil at the boundary goes on if not given."""
+    solid_side: Literal["lower", "upper"] | None = None
+    """Side of the line or plane, that of lower or upper coordinates, on which the condition holds
+    at all nodes, so that soil that is thrown against it cannot get through. If not given, it does
+    so only next to the plane and where no material point is beyond it.
+    """
 
     @model_validator(mode="after")
     def _ground_fits_the_condition(self) -> Any:

@@ -55,6 +55,14 @@ class Inertia(Declared):
     largest_motion: Positive | None = None
     """Largest displacement of a material point in a step [cells], as `largest_error`."""
 
+    velocity_update: Literal["flip", "pic"] | None = None
+    """Velocities of the points after a step: "flip" adds the change of the grid's one, and what
+    the grid cannot represent is kept for ever; "pic" takes the grid's velocity, and it is lost. As
+    the grid's velocities are projected with the consistent mass, both keep momentum and angular
+    momentum. "pic" is for flow and impact, after which "flip" leaves points that rattle; "flip" if
+    not given.
+    """
+
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
         needs = self.scheme == "generalised_alpha"

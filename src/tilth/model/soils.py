@@ -12,8 +12,9 @@ from pydantic import AfterValidator, model_validator
 
 from tilth.arrays import Floats
 from tilth.errors import Problem
-from tilth.model.fields import Real
+from tilth.model.fields import Flag, Real
 from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.laws import Law, laws
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingNotNegative, VaryingPositive, or_varying
 
@@ -77,6 +78,37 @@ class _Frictional(WithPoreFluid):
     """Friction angle phi [degrees], 0 to 60."""
     dilation_angle: SoilAngle
     """Dilation angle psi [degrees], 0 to phi; psi = phi is associated flow."""
+    separates: Flag | None = None
+    """Whether the soil remembers the volume that it gains at the apex, where it is pulled apart:
+    the state variable `void_strain` is the logarithm of it, and the soil bears no more pressure
+    until it is closed. For free flight and run-out; the volume is forgotten if not given.
+    """
+
+    @property
+    def law(self) -> Law:
+        """The law of the core; see `PoreFluid`."""
+        return laws()[f"separating_{self.model}"] if self.separates else super().law
+
+    def separation_problems(self, cut_off: object) -> Iterator[Problem]:
+        """Yields what does not go with `separates`.
+
+        cut_off: the declared tension cut-off.
+        """
+        if not self.separates:
+            return
+        if self.friction_angle == 0.0:
+            what = "needs an apex, which soil without friction does not have"
+            yield Problem("separates", what, "give a friction angle, or leave it out", True)
+        others = {
+            "tension_cut_off": (cut_off, "soil that separates does so at its apex"),
+            "pore_fluid_bulk_modulus": (
+                self.pore_fluid_bulk_modulus, "soil whose pores stay full does not separate"
+            ),
+        }  # fmt: skip
+        for key, (value, why) in others.items():
+            if value is not None:
+                remedy = f"leave out one of the two: {why}"
+                yield Problem(key, "is given together with `separates`", remedy, value)
 
     def angle_problems(self) -> Iterator[Problem]:
         """Yields the problems between the angles and the cohesion."""
@@ -116,7 +148,11 @@ class MohrCoulomb(_Frictional):
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
-        problems = [*self.angle_problems(), *self._softening_problems()]
+        problems = [
+            *self.angle_problems(),
+            *self._softening_problems(),
+            *self.separation_problems(self.tension_cut_off),
+        ]
         if problems:
             raise rejection(problems)
         return self
@@ -217,7 +253,8 @@ class DruckerPrager(_Frictional):
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
-        if problems := [*self.angle_problems()]:
+        cut_off = self.tension_cut_off
+        if problems := [*self.angle_problems(), *self.separation_problems(cut_off)]:
             raise rejection(problems)
         return self
 

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import Axis, CellName, Label, Name, Real, Vector
+from tilth.model.fields import Axis, CellName, Label, Name, Real, Share, Vector
 from tilth.model.problems import rejection, suggestion
 
 Quantity = Literal[
@@ -86,10 +86,22 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "effective_stress": ("body",),
     "pore_pressure": ("body",),
     "top_height": ("body",),
-    "run_out": ("body",),
+    "run_out": ("body", "share"),
     "state": ("body",),
 }
-_KEYS = ("boundary", "about", "at", "body", "component", "axis", "of", "from", "kind", "variable")
+_KEYS = (
+    "boundary",
+    "about",
+    "at",
+    "body",
+    "component",
+    "axis",
+    "of",
+    "from",
+    "kind",
+    "variable",
+    "share",
+)
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
 OF_RELAXATION = ("relaxation", "kinetic energy in relaxation", "work in relaxation")
@@ -116,7 +128,7 @@ class Track(Declared):
     | effective_stress | the same of the effective stress: without water and pore fluid the total |
     | pore_pressure | `at`: pressure of the water of `[water]` at a point; optional `body` |
     | top_height | `of` "points" or "domains": greatest vertical coordinate; optional `body` |
-    | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body` |
+    | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body`, `share` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
@@ -150,6 +162,9 @@ class Track(Declared):
     """Axis along which the run-out is measured."""
     of: Literal["points", "domains"] | None = None
     """Whether the points' centres or the outer edges of their domains are used."""
+    share: Share | None = None
+    """Share of the soil's initial volume up to the recorded coordinate, such as 0.99, so that a few
+    points that fly ahead do not count; all if not given."""
     kind: EnergyKind | None = None
     """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
     of the work and of the energy at the start is in none of the others."""

@@ -181,6 +181,8 @@ def _boundary(boundary: Boundary, model: Model) -> str:
         where = f"on {boundary.axis} = {boundary.at:g}"
         for axis, (least, greatest) in (boundary.range or {}).items():
             where += f", {least:g} <= {axis} <= {greatest:g}"
+        if boundary.solid_side is not None:
+            where += f", {boundary.solid_side} side solid"
     else:
         where = f"at the node {vector(boundary.at)}"
     constrained = ", ".join(
@@ -309,6 +311,8 @@ def _region(region: Region) -> str:
 def _track(track: Track) -> str:
     what = " ".join(filter(None, (track.kind, track.quantity, track.component, track.axis)))
     where = f" of {track.boundary or track.of}" if track.boundary or track.of else ""
+    if track.share is not None:
+        where += f", {100.0 * track.share:g} % of the volume"
     position = f" at {vector(track.at)}" if track.at else ""
     if track.from_:
         position = f" below the {track.from_} surface"

@@ -105,6 +105,7 @@ class TimeStep:
         integration: the method.
         size: [time].
         from_rest: whether it begins without velocity and acceleration, whatever has been before.
+        keeps_unseen: whether the points keep the velocities that the grid does not represent.
         settles: whether the points get the velocity of the grid at its end, and no acceleration:
             what the grid does not see of their velocities is gone.
     """
@@ -113,6 +114,7 @@ class TimeStep:
     size: float
     from_rest: bool = False
     settles: bool = False
+    keeps_unseen: bool = True
 
 
 class Inertia(Term):
@@ -213,6 +215,7 @@ class AssembledInertia(AssembledTerm):
         self._soil, self._mass, self._damping = soil, mass, damping
         self._pattern = active
         self._integration, self._size, self._settles = step.integration, step.size, step.settles
+        self._keeps_unseen = step.keeps_unseen
         self._constrained, self._prescribed = constrained, increment / step.size
         self._base, self.from_rest = base, step.from_rest
         if base is not None:
@@ -305,9 +308,9 @@ class AssembledInertia(AssembledTerm):
         return float((force * displacement).sum())
 
     def commit(self, displacement: Floats) -> None:
-        """As `AssembledTerm.commit`: the points get the nodes' increments of velocity.
+        """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 
-        Their accelerations are those of the grid.
+        The accelerations are those of the grid.
         """
         motion, after = self._soil.points.motion, self.after(displacement)
         if self._settles:
@@ -315,8 +318,9 @@ class AssembledInertia(AssembledTerm):
             motion[:, 1:] = 0.0
             return
         n, kinds, dim = motion.shape
-        change = after.velocity - self.before.velocity
-        nodal = np.concatenate([change, after.acceleration, after.algorithmic], axis=1)
+        velocity = after.velocity - self.before.velocity if self._keeps_unseen else after.velocity
+        nodal = np.concatenate([velocity, after.acceleration, after.algorithmic], axis=1)
         found = self._soil.interpolate(nodal).reshape(n, kinds, dim)
-        motion[:, 0] += found[:, 0]
-        motion[:, 1:] = found[:, 1:]
+        if self._keeps_unseen:
+            found[:, 0] += motion[:, 0]
+        motion[:] = found

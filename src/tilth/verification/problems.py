@@ -12,6 +12,7 @@ from tilth.verification import (
     buried_pipe,
     cavity_expansion,
     collapse,
+    column_collapse,
     cone_penetration,
     contact_patch,
     cooks_membrane,
@@ -118,5 +119,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "shear_column": shear_column.comparisons,
     "layered_cut": layered_cut.comparisons,
     "slope_run_out": slope_run_out.comparisons,
+    "column_collapse": column_collapse.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
