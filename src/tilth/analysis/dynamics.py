@@ -113,7 +113,7 @@ class Dynamics:
         motion[:, 1] = motion[:, 2] = acceleration
         for term, own in balance.unknowns(found.global_unknowns):
             if isinstance(term, AssembledContact) and term.body is not None:
-                term.body.start(own)
+                term.body.start(own, size)
         self.begun = True
 
     @staticmethod
