@@ -23,6 +23,7 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Term
+from tilth.terms.stiffness_damping import StiffnessDamping
 
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
@@ -54,7 +55,9 @@ class Dynamics:
         )
         self._largest_error = declared.largest_error or math.inf
         self._largest_motion = declared.largest_motion or math.inf
-        self._damping = 0.0 if declared.damping is None else declared.damping.mass
+        damping = declared.damping
+        self._damping = 0.0 if damping is None else damping.mass
+        self._viscous = 0.0 if damping is None else damping.stiffness
         self._start = 0.0
         self.begun = False
 
@@ -86,7 +89,10 @@ class Dynamics:
         mass = total_mass(soil.points, water, prepared.before)
         damping = 0.0 if step.from_rest else self._damping
         constrained, increment = prepared.conditions.constrained, prepared.conditions.increment
-        return [Inertia(soil, mass, faces, step, damping, constrained, increment)]
+        terms: list[Term] = [Inertia(soil, mass, faces, step, damping, constrained, increment)]
+        if self._viscous > 0.0 and not step.from_rest:
+            terms.append(StiffnessDamping(soil, self._viscous, step.size))
+        return terms
 
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.

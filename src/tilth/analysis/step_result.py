@@ -17,6 +17,7 @@ from tilth.boundaries.contact.state import ContactState
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import AssembledInertia
+from tilth.terms.stiffness_damping import AssembledStiffnessDamping
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,8 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
         between,
     )
     states = {each.name: each.state(equilibrium.displacement) for each in contacts}
-    inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
+    damping = (AssembledInertia, AssembledStiffnessDamping)
+    damped = [term for term in balance.terms if isinstance(term, damping)]
     result = StepResult(
         balance.active,
         equilibrium,
@@ -124,7 +126,7 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
         contacts=states,
         between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
         friction_work=sum(each.friction_work() for each in contacts),
-        damping_work=sum(each.damping_work(equilibrium.displacement) for each in inertia),
+        damping_work=sum(each.damping_work(equilibrium.displacement) for each in damped),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
     return replace(result, work=0.5 * float((twice * equilibrium.displacement).sum()))
