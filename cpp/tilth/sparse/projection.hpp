@@ -203,8 +203,9 @@ class Projection {
 
   SymmetricMatrix matrix_;
   std::int64_t blocks_;
-  std::vector<double> root_;                          // of the inverse diagonal
-  std::vector<std::array<std::int64_t, 3>> place_;  // begin of the block, diagonal, end of the block
+  std::vector<double> root_;  // of the inverse diagonal
+  std::vector<std::array<std::int64_t, 3>>
+      place_;  // begin of the block, diagonal, end of the block
   std::vector<double> scaled_;
   std::vector<Row> free_;
 };
