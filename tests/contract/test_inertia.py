@@ -13,9 +13,7 @@ from tilth import Model
 from tilth.analysis.dynamics import inertia_of
 from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
-from tilth.boundaries.contact.body_inertia import BodyInertia
-from tilth.boundaries.contact.rotation import rotation_by
-from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration, TimeStep
+from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.6}
@@ -263,49 +261,3 @@ def test_the_spectral_radius_is_that_of_high_frequencies(radius: float) -> None:
     scale = np.array([1.0, 1.0 / h, omega**2, omega**2])  # balance
     values = np.abs(np.linalg.eigvals(matrix * (1.0 / scale)[:, None] * scale))
     assert values.max() == pytest.approx(radius, abs=2e-2)
-
-
-@pytest.mark.parametrize("radius", [None, 0.7])
-def test_the_stiffness_of_a_bodys_inertia_is_the_derivative_of_its_force(
-    radius: float | None,
-) -> None:
-    method = (
-        TimeIntegration.newmark() if radius is None else TimeIntegration.generalised_alpha(radius)
-    )
-    random = np.random.default_rng(5)
-    body = BodyInertia(3.0, np.array([2.0, 5.0, 7.0]), random.normal(size=3), random.normal(size=3))
-    step, rotation = TimeStep(method, 0.3), rotation_by(random.normal(size=3))
-    body.motion.acceleration[:] = random.normal(size=6)
-    increments = 0.3 * random.normal(size=6)
-    stiffness = body.stiffness(increments, rotation, step)
-    for j, unit in enumerate(1e-4 * np.eye(6)):
-        ahead = body.force(increments + unit, rotation, step)
-        behind = body.force(increments - unit, rotation, step)
-        difference = (ahead - behind) / 2e-4
-        np.testing.assert_allclose(stiffness[:, j], difference, rtol=1e-6, atol=1e-5)
-
-
-def test_a_symmetric_top_precesses() -> None:
-    """Its axis turns about its angular momentum at the rate L / I_1 (Euler's equations)."""
-    moments, spin = np.array([2.0, 2.0, 3.0]), np.array([0.3, 0.0, 2.0])
-    momentum = moments * spin
-    body = BodyInertia(1.0, moments, np.zeros(3), spin.copy())
-    acceleration = -np.cross(spin, momentum) / moments
-    body.motion.acceleration[3:] = body.motion.algorithmic[3:] = acceleration
-    size, rotation = 0.01, np.eye(3)
-    step, energy = TimeStep(TimeIntegration.newmark(), size), body.energy()
-    count = 300
-    for _ in range(count):
-        increments = body.guess(rotation, step)
-        for _ in range(4):
-            force = body.force(increments, rotation, step)
-            increments -= np.linalg.solve(body.stiffness(increments, rotation, step), force)
-        body.commit(increments, rotation, step)
-        rotation = rotation_by(increments[3:]) @ rotation
-    axis, length = momentum / np.linalg.norm(momentum), float(np.linalg.norm(momentum))
-    turned = rotation_by(axis * length / moments[0] * size * count) @ np.array([0.0, 0.0, 1.0])
-    np.testing.assert_allclose(rotation[:, 2], turned, atol=2e-4)
-    np.testing.assert_allclose(
-        rotation @ (moments * body.motion.velocity[3:]), momentum, atol=2e-4 * length
-    )
-    assert body.energy() == pytest.approx(energy, rel=1e-5)

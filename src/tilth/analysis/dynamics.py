@@ -25,6 +25,7 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Term
+from tilth.terms.stiffness_damping import StiffnessDamping
 
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
@@ -56,7 +57,9 @@ class Dynamics:
         )
         self._largest_error = declared.largest_error or math.inf
         self._largest_motion = declared.largest_motion or math.inf
-        self._damping = 0.0 if declared.damping is None else declared.damping.mass
+        damping = declared.damping
+        self._damping = 0.0 if damping is None else damping.mass
+        self._viscous = 0.0 if damping is None else damping.stiffness
         self._keeps_unseen = declared.velocity_update != "pic"
         self._start = 0.0
         self.begun = False
@@ -99,7 +102,10 @@ class Dynamics:
             soil, mass, faces, step, damping, conditions.constrained, conditions.increment,
             conditions.base,
         )  # fmt: skip
-        return [inertia, *waves.terms(prepared, soil, mass, inertia)]
+        terms: list[Term] = [inertia, *waves.terms(prepared, soil, mass, inertia)]
+        if self._viscous > 0.0 and not step.from_rest:
+            terms.append(StiffnessDamping(soil, self._viscous, step.size))
+        return terms
 
     @contextmanager
     def at_start(self, size: float) -> Iterator[None]:
@@ -140,7 +146,7 @@ class Dynamics:
         motion[:, 1] = motion[:, 2] = acceleration
         for term, own in balance.unknowns(found.global_unknowns):
             if isinstance(term, AssembledContact) and term.body is not None:
-                term.body.start(own)
+                term.body.start(own, size)
         self.begun = True
 
     @staticmethod

@@ -52,7 +52,7 @@ from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import LEFT_LIMITS, ActiveGrid, Buffers, locate
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
@@ -160,6 +160,7 @@ class Simulation:
         self.run_warnings.departures(model, self.grid.cell_size)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
+        self._is_forced = any(body.free.any() for body in self.bodies)
         self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -190,17 +191,14 @@ class Simulation:
 
     def _time_step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step of the equations of motion, None if it has no inertia."""
-        return None if self.declared_dynamics is None else self.declared_dynamics.step(before, after)
+        return (
+            None if self.declared_dynamics is None else self.declared_dynamics.step(before, after)
+        )
 
     @property
     def warnings(self) -> list[str]:
         """Texts not yet reported; the caller empties the list."""
         return self.run_warnings.texts
-
-    @property
-    def _is_forced(self) -> bool:
-        """Whether components of a rigid body are free."""
-        return any(body.free.any() for body in self.bodies)
 
     @property
     def _relaxes(self) -> bool:
@@ -361,7 +359,7 @@ class Simulation:
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
-            self._require_inside(moved)
+            self.grid.require_inside(self.points.position + moved, self.points.point_id)
             require_short_motion(self.body_contacts, self.points, moved)
             balance.require_acceptable(displacement)
             possible = math.inf
@@ -499,10 +497,3 @@ class Simulation:
             surface.commit(state)
             if warning:
                 self.run_warnings.note(f"crossing of {surface.name}", warning)
-
-    def _require_inside(self, moved: Floats) -> None:
-        """Checks that no point leaves the limits of the grid; moved: in the step, (points, dim)."""
-        outside = self.grid.first_point_outside(self.points.position + moved)
-        if outside is not None:
-            number = int(self.points.point_id[outside])
-            raise StepFailed(LEFT_LIMITS, point=number)

@@ -18,6 +18,7 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
 from tilth.terms.dashpots import AssembledDashpots
 from tilth.terms.inertia import AssembledInertia
+from tilth.terms.stiffness_damping import AssembledStiffnessDamping
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,8 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
         between,
     )
     states = {each.name: each.state(equilibrium.displacement) for each in contacts}
-    inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
+    damping = (AssembledInertia, AssembledStiffnessDamping)
+    damped = [term for term in balance.terms if isinstance(term, damping)]
     dashpots = [term for term in balance.terms if isinstance(term, AssembledDashpots)]
     result = StepResult(
         balance.active,
@@ -147,7 +149,7 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
         contacts=states,
         between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
         friction_work=sum(each.friction_work() for each in contacts),
-        damping_work=sum(each.damping_work(equilibrium.displacement) for each in inertia),
+        damping_work=sum(each.damping_work(equilibrium.displacement) for each in damped),
         radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 _STRENGTHS = ("cohesion", "residual_cohesion")
 
 
+LARGEST_MOMENT = 1.001
+"""Greatest principal moment of inertia over the sum of the other two; 1 for a thin plate."""
+
+
 def contact_problems(model: Model) -> Iterator[Problem]:
     """Yields what is wrong with the laws of contact and with rigid bodies."""
     for key, entry in _in_contact(model):
@@ -177,6 +181,10 @@ def _form_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]
         elif model.dimension == 3 and not three:
             what = "must be three numbers in 3D"
             yield Problem(f"{key}.moments_of_inertia", what, "give [Ixx, Iyy, Izz]", inertia)
+        elif isinstance(inertia, Sequence) and 2.0 * max(inertia) > LARGEST_MOMENT * sum(inertia):
+            what = "one is greater than the sum of the other two, which no body has"
+            remedy = "give the moments about the principal axes through the centre of mass"
+            yield Problem(f"{key}.moments_of_inertia", what, remedy, inertia)
 
 
 def _inertia_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:

@@ -35,6 +35,13 @@ class RayleighDamping(Declared):
     """Factor of the elastic stiffness of the soil [time]: a viscosity of its volume and shear
     strain rates."""
 
+    @model_validator(mode="after")
+    def _damps(self) -> Any:
+        if self.mass == 0.0 and self.stiffness == 0.0:
+            what, remedy = "damps nothing", "give `mass` or `stiffness`, or leave `damping` out"
+            raise rejection([Problem("", what, remedy)])
+        return self
+
 
 class Inertia(Declared):
     """Implicit integration of the equations of motion over the time of the schedule."""

@@ -48,12 +48,17 @@ class Grid:
         """Number of directions: 2 or 3."""
         return len(self.origin)
 
-    def first_point_outside(self, position: Floats) -> int | None:
-        """Returns the index of the first point beyond the limits, None if all are inside."""
+    def require_inside(self, position: Floats, point_id: Integers) -> None:
+        """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
+
+        Raises:
+            StepFailed: one is; carries its number.
+        """
         if self.lower is None or self.upper is None:
-            return None
+            return
         outside = ((position < self.lower) | (position > self.upper)).any(axis=1)
-        return int(outside.argmax()) if outside.any() else None
+        if outside.any():
+            raise StepFailed(LEFT_LIMITS, point=int(point_id[outside.argmax()]))
 
 
 @dataclass(frozen=True)
@@ -331,9 +336,7 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
         StepFailed: if a point is beyond the limits of the grid or the range of its keys, or its
             domain extends over too many cells.
     """
-    outside = grid.first_point_outside(points.position)
-    if outside is not None:
-        raise StepFailed(LEFT_LIMITS, point=int(points.point_id[outside]))
+    grid.require_inside(points.position, points.point_id)
     found = [group(points, body, grid) for body in points.bodies]
     field = [body.field for body in points.bodies]
     fields = max(field) + 1

@@ -6,7 +6,7 @@ Every method loops over the bodies and passes flat arrays to a kernel of the cor
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.errors import StepFailed
+from tilth.model.laws import laws
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
@@ -74,6 +75,27 @@ class Soil:
                 else None
                 for body, stencil in zip(points.bodies, active.stencils, strict=True)
             ]
+
+    def without_strain(self, factor: float) -> Soil:
+        """Returns linear elastic soil at the same points, with no strain and no stress.
+
+        factor: of the elastic moduli at the points now, in any unit.
+        """
+        points, moduli, law = self.points, self.elastic_moduli, laws()["hencky_elastic"]
+        n = len(points)
+        same = replace(
+            points,
+            bodies=[replace(body, law=law, parameters=None) for body in points.bodies],
+            initial_volume=points.volume,
+            deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
+            elastic_deformation=np.zeros((n, 6)),
+            stress=np.zeros((n, 6)),
+            plastic=np.zeros((n, 2)),
+            assumed_jacobian=np.ones(n),
+            state=np.zeros((n, 0)),
+            parameters=np.column_stack([factor * moduli.young, moduli.poisson]),
+        )
+        return Soil(same, self.active, self.kind, self._timers)
 
     @cached_property
     def _trial(self) -> _Trial:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tilth.model import Model
+from tilth.verification import sliding
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, relative, vanishing
 from tilth.verification.contact_runs import ContactRun, run_contact
@@ -26,7 +27,7 @@ BALANCE = "equilibrium"
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """The push at which the block slides under three laws; the incline; balance of forces."""
+    """The push at which the block slides under three laws; the incline; balance; inertia."""
     del long
     model = example(PROBLEM)
     pushed = run_contact(model)
@@ -49,6 +50,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     share = ALONG * (incline.time[-1] - SETTLED) / (1.0 - SETTLED)
     quantity = "tan(theta) / mu of the last equilibrium on the incline"
     yield relative(quantity, float(share), 1.0, 1e-3, "slides at tan(theta) = mu")
+    yield from sliding.comparisons(PROBLEM)
 
 
 def balanced(run: ContactRun, label: str) -> Iterator[Comparison]:

@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inertia of a rigid body that is free to move (docs/theory/inertia.md, "Rigid bodies").
 
-The centre of mass moves as soil does (terms/inertia.py). Angular velocity Omega and acceleration
-are in the frame of the body, where its tensor of inertia I is constant. With R the rotation before
-the step and v the rotation vector of the step, R' = exp(v) R, so that V = R^T v takes the part of
-the displacement (Bruels and Cardona 2010), and the moment is
+Angular velocity Omega and acceleration are in the frame of the body, where its tensor of inertia I
+is constant. With R the rotation before the step and v the rotation vector of the step, R' = exp(v)
+R, so that V = R^T v takes the part of the displacement (Bruels and Cardona 2010).
 
-    m = R' (I Omega_dot' + Omega' x I Omega').
+Forces that are smooth in time, weight, loads and springs, are integrated as those of soil
+(terms/inertia.py). Contact is not smooth: with the formulas of Newmark the velocity at its end
+would be that of an elastic rebound, and energy can grow. Its acceleration c at the end of the step
+is taken for the whole step, as in Moreau's time stepping,
+
+    u = u_s + h^2 c,       v' = v_s' + h c,
+
+with u_s, v_s' of the smooth forces, whose balance at the end of the step is w_s' = f'/m, about the
+centre I w_s' + Omega' x I Omega' = m'. An impact on what does not yield is so without rebound; in
+lasting contact the velocity lags by h c / 2 behind.
 """
 
 from __future__ import annotations
@@ -24,6 +32,9 @@ from tilth.terms.inertia import Motion, TimeStep
 
 NAMES = ("velocity", "acceleration", "algorithmic")
 
+ITERATIONS = 8
+"""For the gyroscopic moment: each reduces its error by the angle of a step in radians."""
+
 
 class BodyInertia:
     """Motion and inertia of a rigid body.
@@ -36,16 +47,19 @@ class BodyInertia:
 
     Attributes:
         motion: velocity and accelerations of the centre, then of the rotation in the frame of the
-            body, shape (dim + 1 or 3,) each.
+            body, shape (dim + 1 or 3,) each; the accelerations are those of the smooth forces.
+        contact: c at the end of the last step, of the same shape.
     """
 
     def __init__(
         self, mass: float, moments: Floats, velocity: Floats, angular_velocity: Floats
     ) -> None:
-        self._mass, self._moments = mass, moments
+        self._mass = np.concatenate([np.full(len(velocity), mass), moments])
+        self._inverse = 1.0 / np.where(self._mass > 0.0, self._mass, 1.0)
         first = np.concatenate([velocity, angular_velocity])
         zero = np.zeros_like(first)
         self.motion = Motion(first, zero, zero)
+        self.contact = zero
         self._dim = len(velocity)
 
     @classmethod
@@ -57,89 +71,136 @@ class BodyInertia:
         velocity = np.zeros(dim) if declared.velocity is None else np.array(declared.velocity)
         return cls(declared.mass or 0.0, np.array(moments), velocity, np.array(spin))
 
-    def force(self, increments: Floats, rotation: Floats, step: TimeStep) -> Floats:
-        """Returns force and moment that the motion of a step needs at its end, (dim + 1 or 3,).
+    def contact_force(
+        self, increments: Floats, rotation: Floats, load: Floats, step: TimeStep
+    ) -> Floats:
+        """Returns force and moment that contact has in a step of this motion, (dim + 1 or 3,).
 
-        Work-conjugate to the increments.
+        All are work-conjugate to the increments.
 
         Args:
             increments: translation [length] and rotation vector [rad] of the step.
             rotation: of the body before the step, shape (dim, dim).
+            load: all other forces and moments at the end of the step, shape (dim + 1 or 3,).
             step: its size and method.
         """
-        dim, after = self._dim, self._after(increments, rotation, step)
-        translation = self._mass * after.acceleration[:dim]
-        spin = after.velocity[dim:]
-        moment = self._moments * after.acceleration[dim:]
-        if dim == 3:
-            vector = increments[dim:]
-            moment = moment + np.cross(spin, self._moments * spin)
-            moment = left_jacobian(vector).T @ rotation_by(vector) @ rotation @ moment
-        return np.concatenate([translation, moment])
+        found = self._mass * self._by_contact(increments, rotation, load, step)
+        return self._conjugate(increments, rotation) @ found
 
-    def stiffness(self, increments: Floats, rotation: Floats, step: TimeStep) -> Floats:
-        """Returns the derivative of `force` by the increments."""
-        dim, total = self._dim, len(increments)
+    def stiffness(
+        self, increments: Floats, rotation: Floats, load: Floats, step: TimeStep
+    ) -> Floats:
+        """Returns the derivative of `contact_force` by the increments with this load."""
         _, by_increment = step.integration.derivatives(step.size)
-        whole = np.zeros((total, total))
-        whole[:dim, :dim] = self._mass * by_increment * np.eye(dim)
-        if dim == 2:
-            whole[dim:, dim:] = np.diag(self._moments * by_increment)
-            return whole
-        for j in range(dim, total):
-            unit = DIFFERENCE * np.eye(total)[j]
-            forward = self.force(increments + unit, rotation, step)
-            backward = self.force(increments - unit, rotation, step)
-            whole[dim:, j] = (forward - backward)[dim:] / (2.0 * DIFFERENCE)
+        whole = np.diag(self._mass * by_increment / self.share(step))
+        for j in range(3, len(increments) if self._dim == 3 else 0):
+            unit = DIFFERENCE * np.eye(len(increments))[j]
+            forward = self.contact_force(increments + unit, rotation, load, step)
+            backward = self.contact_force(increments - unit, rotation, load, step)
+            whole[3:, j] = (forward - backward)[3:] / (2.0 * DIFFERENCE)
         return whole
 
+    @staticmethod
+    def share(step: TimeStep) -> float:
+        """Returns by how much less contact moves a body that Newmark's formulas move, [-]."""
+        return step.integration.derivatives(step.size)[1] * step.size**2
+
     def guess(self, rotation: Floats, step: TimeStep) -> Floats:
-        """Returns the increments of a step without a change of the acceleration."""
-        dim, before = self._dim, self._before(step)
-        moved = step.size * before.velocity + 0.5 * step.size**2 * before.algorithmic
-        if dim == 3:
-            moved[dim:] = rotation @ moved[dim:]
+        """Returns the increments of a step without a change of the accelerations."""
+        before, moved = self._before(step), np.zeros_like(self.contact)
+        if not step.from_rest:
+            a = 0.5 * before.algorithmic + self.contact
+            moved = step.size * before.velocity + step.size**2 * a
+        if self._dim == 3:
+            moved[3:] = rotation @ moved[3:]
         return np.asarray(moved)
 
     def _before(self, step: TimeStep) -> Motion:
         zero = np.zeros_like(self.motion.velocity)
         return Motion(zero, zero, zero) if step.from_rest else self.motion
 
-    def _after(self, increments: Floats, rotation: Floats, step: TimeStep) -> Motion:
-        """Returns the motion at the end of a step."""
+    def _moved(self, increments: Floats, rotation: Floats) -> Floats:
+        """Returns the increments, the rotation in the frame of the body."""
         moved = increments.copy()
         if self._dim == 3:
             moved[3:] = rotation.T @ increments[3:]
-        return step.integration.after(moved, step.size, self._before(step))
+        return moved
 
-    def commit(self, increments: Floats, rotation: Floats, step: TimeStep) -> None:
-        """Ends a step; rotation: before it."""
-        self.motion = self._after(increments, rotation, step)
-
-    def start(self, increments: Floats, rotation: Floats, step: TimeStep) -> None:
-        """Sets the accelerations to those after a short step from rest; the velocity stays.
-
-        The moment of the gyroscopic terms, which the step at rest lacks, is added.
-        """
-        acceleration = self._after(increments, rotation, step).acceleration
+    def _conjugate(self, increments: Floats, rotation: Floats) -> Floats:
+        """Returns the matrix from force and moment in the frame of the body to conjugate ones."""
+        matrix = np.eye(len(increments))
         if self._dim == 3:
-            spin = self.motion.velocity[3:]
-            acceleration[3:] -= np.cross(spin, self._moments * spin) / self._moments
-        self.motion = Motion(self.motion.velocity, acceleration, acceleration)
+            vector = increments[3:]
+            matrix[3:, 3:] = left_jacobian(vector).T @ rotation_by(vector) @ rotation
+        return matrix
+
+    def _by_load(self, increments: Floats, rotation: Floats, load: Floats) -> Floats:
+        """Returns the accelerations by a load; 0 for components without mass."""
+        own = np.linalg.solve(self._conjugate(increments, rotation), load)
+        return np.asarray(np.where(self._mass > 0.0, own, 0.0) * self._inverse)
+
+    def _gyroscopic(self, spin: Floats) -> Floats:
+        """Returns the part of the accelerations by an angular velocity (1,) or (3,)."""
+        found = np.zeros_like(self._mass)
+        if self._dim == 3:
+            found[3:] = -np.cross(spin, self._mass[3:] * spin) * self._inverse[3:]
+        return found
+
+    def _by_contact(
+        self, increments: Floats, rotation: Floats, load: Floats, step: TimeStep
+    ) -> Floats:
+        """Returns c, the accelerations by contact."""
+        moved, before, h = self._moved(increments, rotation), self._before(step), step.size
+        total = step.integration.after(moved, h, before).acceleration
+        by_load, share = self._by_load(increments, rotation, load), self.share(step)
+        if self._dim == 2:
+            return np.asarray((total - by_load) / share)
+        spin = before.velocity[3:]
+        for _ in range(ITERATIONS):
+            found = (total - by_load - self._gyroscopic(spin)) / share
+            smooth = step.integration.after(moved - h**2 * found, h, before)
+            spin = (smooth.velocity + h * found)[3:]
+        return np.asarray(found)
+
+    def commit(self, increments: Floats, rotation: Floats, load: Floats, step: TimeStep) -> None:
+        """Ends a step; arguments as in `contact_force`."""
+        h, moved = step.size, self._moved(increments, rotation)
+        self.contact = self._by_contact(increments, rotation, load, step)
+        smooth = step.integration.after(moved - h**2 * self.contact, h, self._before(step))
+        velocity = smooth.velocity + h * self.contact
+        self.motion = Motion(velocity, smooth.acceleration, smooth.algorithmic)
+
+    def rest(self) -> None:
+        """Sets velocity and accelerations to zero."""
+        zero = np.zeros_like(self.contact)
+        self.motion, self.contact = Motion(zero, zero, zero), zero
+
+    def start(
+        self, increments: Floats, rotation: Floats, load: Floats, step: TimeStep, first: float
+    ) -> None:
+        """Sets the accelerations to those after a short step from rest.
+
+        The velocity lags as in lasting contact. first: size of the first step [time]; others as in
+        `contact_force`.
+        """
+        self.contact = self._by_contact(increments, rotation, load, step)
+        acceleration = self._by_load(increments, rotation, load)
+        acceleration += self._gyroscopic(self.motion.velocity[self._dim :])
+        velocity = self.motion.velocity - 0.5 * first * self.contact
+        self.motion = Motion(velocity, acceleration, acceleration)
 
     def energy(self) -> float:
         """Returns the kinetic energy [force length]."""
-        velocity, dim = self.motion.velocity, self._dim
-        translation = self._mass * float(velocity[:dim] @ velocity[:dim])
-        return 0.5 * (translation + float(self._moments @ velocity[dim:] ** 2))
+        return 0.5 * float(self._mass @ self.motion.velocity**2)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {name: getattr(self.motion, name) for name in NAMES}
+        return {name: getattr(self.motion, name) for name in NAMES} | {"contact": self.contact}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
-        for name in NAMES:
+        for name in (*NAMES, "contact"):
             if state[name].shape != self.motion.velocity.shape:
                 raise ValueError(f"{name!r} has another shape")
         self.motion = Motion(*(state[name] for name in NAMES))
+        self.contact = state["contact"]

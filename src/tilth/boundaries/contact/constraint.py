@@ -14,6 +14,7 @@ u is taken at y_q, where the normal through the point meets the soil.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -45,6 +46,14 @@ cells, and as a share of the scatter of measured gaps."""
 
 LARGEST_DRIFT = 0.01
 """By how much a support follows what is measured in one step, in cells."""
+
+RENEWAL = 1e-3
+"""Relative difference of a given shear strength from that of the pressure that is left."""
+
+LARGEST_GAP = 0.005
+"""Gap in cells at which points of a body with inertia have no share; it increases linearly to 1 at
+the soil. A wider layer lets a body on stiff soil sink in, a thinner one lets it roll on its points.
+"""
 
 LEAST_TURN = 1e-12
 """Angle [rad] from which a surface turns in a step."""
@@ -178,12 +187,15 @@ class Supports:
         stiffness: e_n and e_t [stress/length], shape (m, 2).
         law: of each multiplier.
         slip: directions in which they slide at the last linearisation, shape (m, dim - 1).
-        given: whether the shear strength is that of the pressure at the start of the step.
+        given: whether the shear strength is given: that of the pressure at the start of the step,
+        strength: or this one [stress], shape (m,).
+        share: of each point in the mean over its support [-], shape (n,).
         fixed: which are closed, whatever their traction, shape (m,); None by the law.
     """
 
     slip: Floats
     given: bool
+    strength: Floats | None
     fixed: Flags | None
     node_start: Integers
     node: npt.NDArray[np.int32]
@@ -210,8 +222,9 @@ class Supports:
             in this one, so that a smaller step has less to close. It is drift, and the mean
             of carried gaps where the points were in other supports.
         """
-        self.given = cautious
+        self.given, self.strength = cautious, None
         self.fixed = None
+        self.share = np.ones(len(self.part.chosen))
         self.added = np.zeros((self.count, len(self.frame)))
         touch, cell = self.part.touch, self.part.boundary.cell
         drift = self._drift()
@@ -226,6 +239,18 @@ class Supports:
             near &= np.bincount(owner[touch.closed], minlength=self.count)[owner] == 0
         self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
+
+    def select(self, gap: Floats, level: float) -> None:
+        """Lets points take part by their gaps at the end of the step for a predicted motion.
+
+        A body that rolls leaves soil behind and comes to other soil ahead; the mean gaps, and so
+        the path of the body, must not jump.
+
+        gap: [length], shape (n,). level: gap from which on the share decreases [length].
+        """
+        share = 1.0 - (gap - level) / (LARGEST_GAP * self.part.boundary.cell)
+        self.share = np.clip(share, 0.0, 1.0)
+        self.activate(self.share > 0.0)
 
     def _drift(self) -> Floats:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
@@ -263,7 +288,7 @@ class Supports:
         """Sets which points take part, shape (n,)."""
         part, dim = self.part, len(self.frame)
         self.active = active
-        self.weight = np.where(active, part.pose.weight, 0.0)
+        self.weight = np.where(active, part.pose.weight * self.share, 0.0)
         self.area = self._sum(np.ones(len(active)))
         self._divisor = np.where(self.area > 0.0, self.area, 1.0)
         self.row = np.zeros((dim, len(self.node), dim))
@@ -327,9 +352,30 @@ class Supports:
 
         held: which multipliers are not to open now, shape (m,).
         """
-        given = self.law.strength(-self.before[:, 0])[0] if self.given else None
+        given = self._given_strength if self.given else None
         trial, fixed = self.trial(slip), self.fixed
         return respond(self.law, trial, self.stiffness, self.slip, given, held, fixed)
+
+    def renew_strength(self, slip: Floats) -> bool:
+        """Sets a given shear strength to that of the pressures now; returns whether it changes.
+
+        slip: mean gaps and slips [length], shape (m, dim).
+        """
+        if not self.given:
+            return False
+        response = self.respond(slip)
+        closed = response.closed & (self.area > 0.0)
+        now = np.where(closed, self.law.strength(-response.traction[:, 0])[0], 0.0)
+        used = np.where(closed, self._given_strength, 0.0)
+        self.strength = now
+        return bool(np.abs(now - used).max(initial=0.0) > RENEWAL * np.abs(now).max(initial=0.0))
+
+    @property
+    def _given_strength(self) -> Floats:
+        """Shear strength in place of that of the pressure [stress], shape (m,)."""
+        if self.strength is not None:
+            return self.strength
+        return self.law.strength(-self.before[:, 0])[0]
 
     def violation(self, slip: Floats) -> Floats:
         """Returns by how much fixed contact is against the law [stress], shape (m,), 0 if not.
@@ -362,6 +408,20 @@ class Supports:
         """Returns the gaps at all points after a displacement [length], shape (n,)."""
         slip = self.part.trace.interpolate(displacement) - moved
         return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
+
+
+def select_by_gaps(supports: Sequence[Supports], gaps: Sequence[Floats]) -> None:
+    """Lets points of a body take part by their gaps at the end of the step, as `Supports.select`.
+
+    Without contact before only those nearest to the soil, not all that would be in it after free
+    fall. gaps: for a predicted motion, of each support's points [length].
+    """
+    own = [g[s.part.pose.weight > 0.0] for g, s in zip(gaps, supports, strict=True)]
+    lowest = min((float(each.min(initial=np.inf)) for each in own), default=np.inf)
+    if any(support.part.touch.closed.any() for support in supports):
+        lowest = max(lowest, 0.0)
+    for support, gap in zip(supports, gaps, strict=True):
+        support.select(gap, lowest)
 
 
 def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:

@@ -21,7 +21,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.between_bodies import BodyContact
-from tilth.boundaries.contact.constraint import Supports
+from tilth.boundaries.contact.constraint import Supports, select_by_gaps
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.boundaries.contact.state import ContactState
@@ -63,6 +63,10 @@ Strength that increases with the pressure couples both: there may be no equilibr
 iteration can alternate between open, sliding and sticking multipliers. With a given strength the
 balance is that of a minimum (of an elastic soil's energy) and has a solution.
 """
+
+MAXIMUM_RENEWALS = 10
+"""Number of times that a given shear strength is determined anew: before an impact, the pressure at
+the start of the step is none."""
 
 MAXIMUM_REVISIONS_FIXED = 60
 """As `MAXIMUM_REVISIONS`, where single supports change."""
@@ -109,6 +113,7 @@ class AssembledContact(GlobalUnknowns):
         self._held, self._may_hold = False, self._is_free
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
+        self._is_selected = False
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -195,6 +200,7 @@ class AssembledContact(GlobalUnknowns):
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
+        self._select(displacement, unknowns)
         self._evaluated = self._evaluate(displacement, unknowns)
         self._unknowns = unknowns.copy()
         nodal = np.zeros_like(displacement)
@@ -207,6 +213,14 @@ class AssembledContact(GlobalUnknowns):
             lever = self._levers(support, unknowns)
             own -= np.einsum("k,jka,ka->j", support.area, lever, each.response.traction)
         return nodal, own
+
+    def _select(self, displacement: Floats, unknowns: Floats) -> None:
+        """Selects, once in an attempt, what takes part for a body that moves with inertia."""
+        if self._is_selected or self.body is None or not self.body.moves_with_inertia:
+            return
+        self._is_selected = True
+        gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._supports]
+        select_by_gaps(self._supports, gaps)
 
     def _each(self) -> list[tuple[Supports, Elements, _Evaluated]]:
         return list(zip(self._supports, self._elements, self._evaluated, strict=True))
@@ -306,12 +320,15 @@ class AssembledContact(GlobalUnknowns):
             touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
             new = touches & ~support.active
             holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
+            if self._is_selected:  # its gaps are not less exact there
+                holes[:] = False
             among = support.part.at_hole(holes, held & (support.active | touches))
             if new.any() or len(among):
                 if self._is_cautious:  # a gap in the mean would open the support
                     among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
                 support.close(among, gaps[among])
                 new[among] = True
+                support.share[new] = 1.0
                 support.activate(support.active | new)
                 changed = True
         return changed
@@ -320,6 +337,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._changes = changes
+        self._is_selected = False
         self._held, self._may_hold = False, self._is_free
         for support in self._supports:
             support.restart(cautious=self._is_cautious, owing=self._is_fixed)
@@ -365,6 +383,9 @@ class AssembledContact(GlobalUnknowns):
             if turned.any():
                 support.slip = np.where(turned[:, None], 0.0, support.slip)
                 changed = True
+        if self._is_selected and self._revisions < MAXIMUM_RENEWALS:
+            for support, _, each in self._each():
+                changed |= support.renew_strength(each.slip)
         if self._is_fixed and self._change_fixed():
             changed = True
         if changed:

@@ -14,12 +14,14 @@ from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.measure import (
     DENSE,
     EVEN,
+    ROUND_OFF,
     Measure,
     Measured,
     SurfaceParts,
     measure,
     sampled,
 )
+from tilth.boundaries.contact.smoothness import Smoothness, smoothness
 from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
 from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.boundaries.implicit.boundary import Pose
@@ -31,6 +33,10 @@ from tilth.surface.protocol import BodySurface
 
 REACH = 1.0
 """Gap, in cells, up to which soil can come into contact in a step."""
+
+BY_WIDENING = 0.02
+"""Difference of gaps in cells, at most, by the widening of domains across an oblique line. A body
+that rolls would follow it."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +75,16 @@ def gather_contacts(
         parts = SurfaceParts(*surface.surface_points(before))
         measure_gap_at = _measure_of(surface, soil, points, active)
         measured = measure(parts, measure_gap_at)
-        at, chosen, touch = near_cells(surface, parts, measured, points, active)
+        smooth = None
+        if surface.has_inertia:
+            smooth = smoothness(parts.position, parts.normal, measured.gap, surface.cell)
+        at, chosen, touch = near_cells(surface, parts, measured, points, active, smooth)
         if len(chosen) == 0:
             continue
         point = measured.point[chosen]
         pose = _pose(surface, before, after, chosen)
+        if smooth is not None:
+            pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
         trace = trace_of_soil(
             surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
         )
@@ -103,15 +114,21 @@ def near_cells(
     measured: Measured,
     points: MaterialPoints,
     active: ActiveGrid,
+    smooth: Smoothness | None = None,
 ) -> tuple[PointsInCells, Integers, Touch]:
     """Returns the n points of a surface near soil in its cells, their numbers, how they touch it.
 
     Points are where they touch the soil, or would at the end of their gap.
+
+    smooth: the soil's surface opposite to the surface's points where it is known.
     """
     near = np.flatnonzero(measured.point >= 0)
     gap, point = measured.gap[near], measured.point[near]
     position, normal = parts.position[near], parts.normal[near]
-    touch = surface.touch(near, gap, scatter_of(points, point, normal))
+    scatter = scatter_of(points, point, normal)
+    if smooth is not None:
+        scatter = np.minimum(scatter, smooth.inexact[near])
+    touch = surface.touch(near, gap, scatter)
     apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
     foot = position + apart[:, None] * normal
     field = np.broadcast_to(points.fields_of(point), len(near))
@@ -142,6 +159,13 @@ def _measure_of(
         found = measure_gap(
             points, active.grid, soil.tracked, position, normal, reach, behind, widening
         )
+        if surface.has_inertia and widening > ROUND_OFF:
+            exact = measure_gap(
+                points, active.grid, soil.tracked, position, normal, reach, behind, ROUND_OFF
+            )
+            with np.errstate(invalid="ignore"):
+                near = np.abs(exact[0] - found[0]) < BY_WIDENING * surface.cell
+            found = np.where(near, exact[0], found[0]), np.where(near, exact[1], found[1])
         return _closed_on_plate(*found, points, position) if surface.is_thin else found
 
     return measure_gap_at

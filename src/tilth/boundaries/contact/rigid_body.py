@@ -123,10 +123,19 @@ class RigidBody:
     def begin(self, after: float, step: TimeStep | None = None) -> None:
         """Begins a step to the time `after`, with the free components at rest.
 
+        With inertia the free ones have their motion without a change of the acceleration.
+
         step: of the equations of motion; None where equilibrium is sought.
         """
         self._end, self.step = after, step
         self._increments = self._prescribed(self.time, after)
+        if step is not None:
+            self._increments = self.increments(self.first_unknowns)
+
+    @property
+    def moves_with_inertia(self) -> bool:
+        """Whether some of its components are free in a step of the equations of motion."""
+        return self.step is not None and bool(self.free.any())
 
     @property
     def needs_contact(self) -> bool:
@@ -159,10 +168,15 @@ class RigidBody:
         guess = self.inertia.guess(self.rotation, self.step)
         return np.asarray(guess[self._axis[self.free]])
 
-    def start(self, unknowns: Floats) -> None:
-        """Sets the accelerations to those after a short step from rest, shape (m,)."""
+    def start(self, unknowns: Floats, first: float) -> None:
+        """Sets the accelerations to those after a short step from rest, shape (m,).
+
+        first: size of the first step [time].
+        """
         if self.inertia is not None and self.step is not None:
-            self.inertia.start(self.increments(unknowns), self.rotation, self.step)
+            increments = self.increments(unknowns)
+            load = self._load(increments, self._end)
+            self.inertia.start(increments, self.rotation, load, self.step, first)
 
     def moved_by(self, translation: Floats) -> Floats:
         """Returns the free components of a translation (dim,) [length], shape (m,)."""
@@ -246,19 +260,25 @@ class RigidBody:
         return np.asarray(whole[np.ix_(slots, slots)])
 
     def applied(self, increments: Floats, time: float) -> Floats:
-        """Returns force and moment on the free components at a time, shape (m,).
+        """Returns the force and moment on the free components that contact balances, shape (m,).
 
-        With weight and springs, less what inertia needs.
+        Weight, loads and springs at a time; with inertia the opposite of what contact has in the
+        step.
 
         increments: of the step so far. Forces in [force], moments in [force length].
         """
+        load = self._load(increments, time)
+        if self.inertia is not None and self.step is not None:
+            load = -self.inertia.contact_force(increments, self.rotation, load, self.step)
+        return np.asarray(load[self._axis[self.free]])
+
+    def _load(self, increments: Floats, time: float) -> Floats:
+        """Returns force and moment with weight and springs, conjugate to the increments."""
         load = self._declared_load(time)
         load[self.dim :] = left_jacobian(increments[self.dim :]).T @ load[self.dim :]
         total = np.concatenate([self.displacement, self.turn]) + increments
         load[self._axis] -= self.springs * total[self._axis]
-        if self.inertia is not None and self.step is not None:
-            load -= self.inertia.force(increments, self.rotation, self.step)
-        return np.asarray(load[self._axis[self.free]])
+        return load
 
     def load_stiffness(self, increments: Floats, time: float) -> Floats:
         """Returns the derivative of -`applied` by the free components, shape (m, m)."""
@@ -268,7 +288,9 @@ class RigidBody:
         moment = self._declared_load(time)[dim:]
         whole[dim:, dim:] -= left_jacobian_derivative(increments[dim:], moment)
         if self.inertia is not None and self.step is not None:
-            whole += self.inertia.stiffness(increments, self.rotation, self.step)
+            whole /= self.inertia.share(self.step)
+            load = self._load(increments, time)
+            whole += self.inertia.stiffness(increments, self.rotation, load, self.step)
         slots = self._axis[self.free]
         return np.asarray(whole[np.ix_(slots, slots)])
 
@@ -300,7 +322,10 @@ class RigidBody:
         """Ends the step with these free components (m,) and the soil's force and moment."""
         step = self.increments(unknowns)
         if self.inertia is not None and self.step is not None:
-            self.inertia.commit(step, self.rotation, self.step)
+            load = self._load(step, self._end)
+            self.inertia.commit(step, self.rotation, load, self.step)
+        elif self.inertia is not None and self._end > self.time:  # in equilibrium
+            self.inertia.rest()
         self.displacement = self.displacement + step[: self.dim]
         self.turn = self.turn + step[self.dim :]
         self.rotation = rotation_by(step[self.dim :]) @ self.rotation

@@ -118,6 +118,11 @@ class CarriedContact:
         raise NotImplementedError
 
     @property
+    def has_inertia(self) -> bool:
+        """Whether it belongs to a rigid body that moves freely with inertia."""
+        return self.body is not None and self.body.moves_with_inertia
+
+    @property
     def touches_nearly(self) -> bool:
         """Whether soil that never was in contact is if its gap is not more than inexact."""
         raise NotImplementedError
@@ -140,6 +145,8 @@ class CarriedContact:
         limit = LARGEST_OFFSET * self.cell
         gap = measured - np.clip(offset, -limit, limit)
         carried, part = stored[:, dim + 2], 0.5 * scatter
+        if self.has_inertia:  # along the body's way
+            carried = np.clip(carried, gap - part, gap + part)
         known = (was_closed | (stored[:, dim] == OPEN)) & (scatter <= PARALLEL * self.cell)
         gap = np.where(known, np.clip(carried, gap - part, gap + part), gap)
         closed = np.where(was_closed, measured < LOST * self.cell, gap <= ROUND_OFF * self.cell)
@@ -167,7 +174,7 @@ class CarriedContact:
         stored = np.zeros_like(self.carried)
         stored[:, dim] = np.where(self.carried[:, dim] == NEVER, NEVER, AWAY)
         limit = LARGEST_OFFSET * self.cell
-        now = np.clip(measured, -limit, limit)
+        now = np.zeros_like(measured) if self.has_inertia else np.clip(measured, -limit, limit)
         kept = np.where(measured < 2.0 * limit, touch.offset, 0.0)
         stored[chosen, :dim] = np.where(closed[:, None], traction, 0.0)
         stored[chosen, dim] = np.where(closed, 1.0, OPEN)
