@@ -32,6 +32,7 @@ def touch(state: float, carried: float, measured: float, scatter: float) -> Touc
         cell=CELL,
         full=False,
         touches_nearly=False,
+        has_inertia=False,
     )
     gaps = np.array([measured]) * CELL, np.array([scatter]) * CELL
     return CarriedContact.touch(surface, np.array([0]), *gaps)

@@ -16,6 +16,7 @@ from result_snapshots import assert_same, make_snapshot, opened_by_vtk
 from small_problems import block_entries, rollers
 
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.energies import Energies
 from tilth.analysis.rigid_shapes import rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
@@ -217,7 +218,7 @@ def tracked(asked: list[dict[str, Any]], state: RigidBodyState | None) -> list[f
         np.zeros((3, 2)), np.zeros(3), np.zeros(3, bool), np.array([True, False, True]),
     )  # fmt: skip
     result.contacts["ball"] = contact
-    return tracker.values(simulation, result, 3.0, 2.0)
+    return tracker.values(simulation, result, Energies(work=3.0, friction=2.0))
 
 
 STATE = RigidBodyState(
