@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.step_result import PreparedStep
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -43,12 +44,14 @@ class Dynamics:
 
     Args:
         declared: the user's declaration.
+        dim: number of directions.
 
     Attributes:
         begun: whether the accelerations at the start are known.
+        contact: the force of contact at the end of the last step.
     """
 
-    def __init__(self, declared: DeclaredInertia) -> None:
+    def __init__(self, declared: DeclaredInertia, dim: int) -> None:
         radius = declared.spectral_radius
         self._integration = (
             TimeIntegration.newmark()
@@ -63,6 +66,7 @@ class Dynamics:
         self._keeps_unseen = declared.velocity_update != "pic"
         self._start = 0.0
         self.begun = False
+        self.contact = KeptContact(dim)
 
     @classmethod
     def of(cls, model: Model) -> Dynamics | None:
@@ -70,7 +74,7 @@ class Dynamics:
         stage = model.stage.declared
         if model.analysis.inertia is None or not (stage is None or stage.inertia):
             return None
-        return cls(model.analysis.inertia)
+        return cls(model.analysis.inertia, model.dimension)
 
     def step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step between two times; None if they are the same: it has no inertia."""
@@ -183,13 +187,14 @@ class Dynamics:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"begun": np.array([self.begun])}
+        return {"begun": np.array([self.begun]), **self.contact.state()}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         if state["begun"].shape != (1,):
             raise ValueError("'begun' is not one flag")
         self.begun = bool(state["begun"][0])
+        self.contact.restore(state)
 
 
 def inertia_of(balance: Balance) -> AssembledInertia:

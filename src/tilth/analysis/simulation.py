@@ -382,7 +382,8 @@ class Simulation:
             raise
         self._move_surfaces(balance.active, displacement, moved)
         with self.timers.measure("boundaries"):
-            result = result_of(step, balance, equilibrium)
+            own = self.declared_dynamics if after > before else None
+            result = result_of(step, balance, equilibrium, own and own.contact)
         balance.commit(displacement)
         self.waves.commit(before, after)
         for pair in self.body_contacts:

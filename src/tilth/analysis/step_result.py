@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
@@ -117,8 +118,16 @@ class PreparedStep:
         return self.on_axis.conditions
 
 
-def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) -> StepResult:
-    """Returns the result of a converged step; call it before the step is committed."""
+def result_of(
+    step: PreparedStep,
+    balance: Balance,
+    equilibrium: Equilibrium,
+    kept: KeptContact | None = None,
+) -> StepResult:
+    """Returns the result of a converged step; call it before the step is committed.
+
+    kept: the force of contact at the end of the last step, in steps with inertia; is renewed.
+    """
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
     forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
@@ -128,6 +137,11 @@ def result_of(step: PreparedStep, balance: Balance, equilibrium: Equilibrium) ->
     for contact in contacts:
         total = between if contact.is_between_bodies else touching
         total += contact.carried_force()
+    if kept is not None:
+        if len(kept.key) > 0:  # else none, or that of a stage without inertia
+            touching = -kept.at(balance.active)
+        loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
+        kept.keep(balance.active, sum(loading, np.zeros_like(touching)))
     reaction_before = constraints.reaction_before(
         equilibrium.initial_reaction,
         conditions.constrained,

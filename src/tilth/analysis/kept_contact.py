@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The force of contact at the end of a step with inertia, for the work of the next step.
+
+Where a body strikes the soil the points of contact and their shares are others in each step, and
+the tractions that they carry are less than those that acted. The motion that the soil brings into
+the next step is that under the force that acted: the trapezoidal rule takes this one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.arrays import Floats, Integers, require_table
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import find_keys
+
+
+class KeptContact:
+    """Nodal forces of rigid bodies and boundaries in contact at the end of the last step.
+
+    Args:
+        dim: number of directions.
+
+    Attributes:
+        key: of the loaded nodes, sorted, shape (m,).
+        force: on the soil there [force], shape (m, dim).
+    """
+
+    def __init__(self, dim: int) -> None:
+        self.key: Integers = np.zeros(0, dtype=np.int64)
+        self.force: Floats = np.zeros((0, dim))
+
+    def at(self, active: ActiveGrid) -> Floats:
+        """Returns the force on the nodes of the next step's grid [force], shape (nodes, dim)."""
+        number = find_keys(active.key, self.key)
+        nodal, there = np.zeros((active.nodes, self.force.shape[1])), number >= 0
+        nodal[number[there]] = self.force[there]
+        return nodal
+
+    def keep(self, active: ActiveGrid, force: Floats) -> None:
+        """Keeps the force at the end of a step, shape (nodes, dim)."""
+        loaded = np.flatnonzero(force.any(axis=1))
+        self.key, self.force = active.key[loaded].copy(), force[loaded]
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns the arrays for a checkpoint."""
+        return {"contact_node": self.key, "contact_force": self.force}
+
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
+        own = {name: state[name] for name in self.state()}
+        require_table(own)
+        if own["contact_force"].shape[1:] != self.force.shape[1:]:
+            raise ValueError("'contact_force' has another number of directions")
+        self.key, self.force = own["contact_node"], own["contact_force"]
