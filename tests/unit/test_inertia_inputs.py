@@ -36,6 +36,22 @@ WRONG: list[tuple[str, dict[str, Any], str, str]] = [
     (PLANE, {f"{INERTIA}.damping": {"stiffness": -1.0}}, "damping.stiffness", "not be negative"),
     (PLANE, {f"{INERTIA}.damping": {}}, "inertia.damping", "leave `damping` out"),
     (PLANE, {f"{INERTIA}.spectral_radius": 2.0}, "spectral_radius", "from 0 to 1"),
+    (PLANE, {f"{INERTIA}.spectral_radius": float("nan")}, "spectral_radius", "finite"),
+    (PLANE, {f"{INERTIA}.spectral_radius": None}, "spectral_radius", "0.8 damps little"),
+    (PLANE, {f"{INERTIA}.scheme": "newmark"}, "spectral_radius", "leave it out"),
+    (PLANE, {INERTIA: "newmark"}, "analysis.inertia", "must be a table"),
+    (PLANE, {f"{INERTIA}.damping": {"mass": -1.0}}, "damping.mass", "not be negative"),
+    (PLANE, {f"{INERTIA}.largest_motion": 0.0}, "largest_motion", "greater than zero"),
+    (PLANE, {f"{INERTIA}.largest_error": -1.0}, "largest_error", "greater than zero"),
+    (PLANE, {"analysis.beyond_limit": "relax"}, "beyond_limit", "no meaning with `inertia`"),
+    (PLANE, {"materials.soil.density": None}, "materials.soil.density", "it has inertia"),
+    (PLANE, {"materials.soil.density": 0.0}, "materials.soil.density", "it has inertia"),
+    (PLANE, {"schedule.end": None}, "schedule.end", "until which the motion is computed"),
+    (PLANE, {"initial": {"velocity": [{"body": "soil"}]}}, "initial.velocity[0]", "no velocity"),
+    (PLANE, {"initial": {"velocity": [{"body": "soil", "y": float("nan")}]}}, "velocity[0].y",
+     "finite"),
+    (PLANE, {"boundaries.0.condition": "base_motion",
+             "boundaries.0.acceleration": {"file": "a.csv", "scale": 0.0}}, "scale", "zero"),
 ]
 
 

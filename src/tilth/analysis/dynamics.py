@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.step_result import PreparedStep
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -44,14 +43,12 @@ class Dynamics:
 
     Args:
         declared: the user's declaration.
-        dim: number of directions.
 
     Attributes:
         begun: whether the accelerations at the start are known.
-        contact: the force of contact at the end of the last step.
     """
 
-    def __init__(self, declared: DeclaredInertia, dim: int) -> None:
+    def __init__(self, declared: DeclaredInertia) -> None:
         radius = declared.spectral_radius
         self._integration = (
             TimeIntegration.newmark()
@@ -66,7 +63,6 @@ class Dynamics:
         self._keeps_unseen = declared.velocity_update != "pic"
         self._start = 0.0
         self.begun = False
-        self.contact = KeptContact(dim)
 
     @classmethod
     def of(cls, model: Model) -> Dynamics | None:
@@ -74,7 +70,7 @@ class Dynamics:
         stage = model.stage.declared
         if model.analysis.inertia is None or not (stage is None or stage.inertia):
             return None
-        return cls(model.analysis.inertia, model.dimension)
+        return cls(model.analysis.inertia)
 
     def step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step between two times; None if they are the same: it has no inertia."""
@@ -127,7 +123,8 @@ class Dynamics:
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.
 
-        They are those after a very short step from rest, under the forces at its start.
+        They are those after a very short step from rest, under the forces at its start. A stage
+        after another one begins in balance: what is not is held and released.
 
         size: of the first step [time].
 
@@ -144,6 +141,9 @@ class Dynamics:
             if taken:
                 simulation.run_warnings.not_at_rest(unbalanced)
                 balance = Balance(step.active, simulation.terms(step, soil))
+            if simulation.model.stage.number > 0:
+                self.begun = True
+                return
             found = simulation.solve(step, soil, balance, lambda iteration, residual: None)
         after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
@@ -187,14 +187,13 @@ class Dynamics:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"begun": np.array([self.begun]), **self.contact.state()}
+        return {"begun": np.array([self.begun])}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         if state["begun"].shape != (1,):
             raise ValueError("'begun' is not one flag")
         self.begun = bool(state["begun"][0])
-        self.contact.restore(state)
 
 
 def inertia_of(balance: Balance) -> AssembledInertia:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The force of contact at the end of a step with inertia, for the work of the next step.
+"""The force of contact at the end of a step: for the work of the next one, and for the next stage.
 
 Where a body strikes the soil the points of contact and their shares are others in each step, and
 the tractions that they carry are less than those that acted. The motion that the soil brings into
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers, require_table
+from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys
 
@@ -24,15 +25,26 @@ class KeptContact:
 
     Args:
         dim: number of directions.
+        in_work: whether the work of the next step takes this force, as in steps with inertia.
 
     Attributes:
+        in_work: see above.
         key: of the loaded nodes, sorted, shape (m,).
         force: on the soil there [force], shape (m, dim).
     """
 
-    def __init__(self, dim: int) -> None:
+    def __init__(self, dim: int, in_work: bool) -> None:
+        self.in_work = in_work
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.force: Floats = np.zeros((0, dim))
+
+    @classmethod
+    def of(cls, model: Model) -> KeptContact | None:
+        """Returns that of a model; None if it has no inertia in any stage."""
+        stage = model.stage.declared
+        if model.analysis.inertia is None:
+            return None
+        return cls(model.dimension, stage is None or stage.inertia)
 
     def at(self, active: ActiveGrid) -> Floats:
         """Returns the force on the nodes of the next step's grid [force], shape (nodes, dim)."""
@@ -48,12 +60,12 @@ class KeptContact:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"contact_node": self.key, "contact_force": self.force}
+        return {"node": self.key, "force": self.force}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         own = {name: state[name] for name in self.state()}
         require_table(own)
-        if own["contact_force"].shape[1:] != self.force.shape[1:]:
-            raise ValueError("'contact_force' has another number of directions")
-        self.key, self.force = own["contact_node"], own["contact_force"]
+        if own["force"].shape[1:] != self.force.shape[1:]:
+            raise ValueError("'force' has another number of directions")
+        self.key, self.force = own["node"], own["force"]

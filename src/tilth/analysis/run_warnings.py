@@ -73,6 +73,19 @@ class RunWarnings:
                 "with [[initial.stress]], or with a stage with inertia = false",
             )
 
+    def stopped(self, stage: str, soil: float, bodies: float) -> None:
+        """Motion at the end of a stage with inertia that the next one, without, does not have.
+
+        soil, bodies: kinetic energy [force length].
+        """
+        if soil + bodies > 0.0:
+            self.note(
+                f"stopped in {stage}",
+                f"the stage {stage!r} has no inertia: what moves is at rest from its start on, and "
+                f"its kinetic energy ({soil:.3g} of the soil, {bodies:.3g} of rigid bodies) is lost "
+                "(numerical_dissipation); let it come to rest before if that is not meant",
+            )
+
     def line_search(self, reason: str, time: float) -> None:
         """A step that is repeated."""
         self.note(

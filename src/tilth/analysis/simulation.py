@@ -15,6 +15,7 @@ import numpy.typing as npt
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
+from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
@@ -97,6 +98,7 @@ class Simulation:
         body_contacts: surfaces of soil bodies in contact with other soil bodies.
         declared_dynamics: the inertia of the analysis; None if it is quasi-static.
         relaxation: of soil beyond a limit load; None if the analysis ends there.
+        kept_contact: the force of contact at the end of the last step; None without `inertia`.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -117,6 +119,7 @@ class Simulation:
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
+        self.kept_contact = KeptContact.of(model)
         self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)
@@ -191,9 +194,8 @@ class Simulation:
 
     def _time_step(self, before: float, after: float) -> TimeStep | None:
         """Returns the step of the equations of motion, None if it has no inertia."""
-        return (
-            None if self.declared_dynamics is None else self.declared_dynamics.step(before, after)
-        )
+        own = self.declared_dynamics
+        return None if own is None else own.step(before, after)
 
     @property
     def warnings(self) -> list[str]:
@@ -257,10 +259,9 @@ class Simulation:
         }
         if self.model.stage.number > 0:
             owners["released"] = self.released
-        if self.declared_dynamics is not None:
-            owners["dynamics"] = self.declared_dynamics
-        if self.relaxation is not None:
-            owners["relaxation"] = self.relaxation
+        moving = self.declared_dynamics, self.relaxation, self.kept_contact
+        named = zip(("dynamics", "relaxation", "contact force"), moving, strict=True)
+        owners |= {name: each for name, each in named if each is not None}
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
@@ -382,8 +383,7 @@ class Simulation:
             raise
         self._move_surfaces(balance.active, displacement, moved)
         with self.timers.measure("boundaries"):
-            own = self.declared_dynamics if after > before else None
-            result = result_of(step, balance, equilibrium, own and own.contact)
+            result = result_of(step, balance, equilibrium, self.kept_contact)
         balance.commit(displacement)
         self.waves.commit(before, after)
         for pair in self.body_contacts:

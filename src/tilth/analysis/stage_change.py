@@ -10,10 +10,12 @@ from functools import partial
 
 import numpy as np
 
+from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.placement import placed_on_ground, settlement
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags, Floats
 from tilth.bodies.inside import inside_of
+from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
 from tilth.fields.tables import place_text
@@ -23,6 +25,7 @@ from tilth.model.stages import Stage
 from tilth.model.staging import copied
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 
 
@@ -47,10 +50,16 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     points = _with_materials(points, initial, key)
     points, grounds = _with_new_bodies(points, last, model, initial, key)
     _reset(points, stage)
+    moving = points.kinetic_energy(total_mass(points, last.water, last.model.schedule.end))
     if not stage.inertia:
         points.motion[:] = 0.0
     simulation = Simulation(model, points, initial)
     _carry(last, simulation, grounds)
+    if not stage.inertia:
+        bodies = [body.inertia for body in simulation.bodies if body.inertia is not None]
+        simulation.run_warnings.stopped(stage.name, moving, sum(each.energy() for each in bodies))
+        for each in bodies:
+            each.rest()
     if stage.grid is not None:
         cell_size = simulation.grid.cell_size
         simulation.run_warnings.few_points(points, cell_size, f"{key}.grid.cell_size")
@@ -168,9 +177,12 @@ def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats])
         if (earlier := before.get(boundary.name)) is not None:
             _carry_tractions(earlier, boundary, same_grid)
     bodies = {body.name: body for body in last.bodies}
+    moved = last.declared_dynamics is not None
     for body in simulation.bodies:
         if body.name in bodies:
             body.go_on_from(bodies[body.name])
+        if simulation.declared_dynamics is not None and not (moved and body.name in bodies):
+            body.begin_stage(simulation.model.schedule.first_step)
     for name, surface in simulation.surfaces.items():
         if name in last.surfaces:
             surface.restore(last.surfaces[name].state())
@@ -191,10 +203,12 @@ def _carry_tractions(before: Implicit, after: Implicit, same_grid: bool) -> None
         after.carry_from(before)
 
 
-def release_out_of_balance(simulation: Simulation) -> Floats:
+def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = None) -> Floats:
     """Lets the forces that are out of balance at the start of a stage act as released forces.
 
     With inertia these are what the motion at the end of the last stage is out of balance with.
+
+    kept: the force of contact at the end of the last stage, if it had inertia and this grid.
 
     Returns their resultant on the free nodes [force], shape (dim,).
 
@@ -208,6 +222,8 @@ def release_out_of_balance(simulation: Simulation) -> Floats:
         soil = simulation.soil_on(step.active)
         balance = Balance(step.active, simulation.terms(step, soil))
         residual = balance.forces(np.zeros(step.active.position.shape)).residual
+        if dynamics is not None or kept is not None:
+            residual += _contact_so_far(balance, kept)
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)
     force = np.where(step.conditions.constrained, 0.0, residual)
@@ -216,16 +232,36 @@ def release_out_of_balance(simulation: Simulation) -> Floats:
     return np.asarray(force.sum(axis=0))
 
 
+def _contact_so_far(balance: Balance, kept: KeptContact | None) -> Floats:
+    """Returns what to add to the residual so that contact acts as at the end of the last stage.
+
+    The law of contact has no force of its own without motion: a penetration within its accuracy
+    would be pushed out at once.
+    """
+    contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
+    pressing = [term for term in contacts if not term.is_between_bodies]
+    zero = np.zeros((balance.active.nodes, balance.active.grid.dim))
+    now = sum((term.nodal_force() for term in pressing), zero)
+    if kept is not None:
+        return np.asarray(now - kept.at(balance.active))
+    return np.asarray(now + sum((term.carried_force() for term in pressing), zero))
+
+
 def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
     """As `next_stage`, with the first step's conditions checked and out-of-balance forces found.
 
     Raises:
         BadInput: as `next_stage` and `Simulation.check`.
     """
+    stage = model.stage.declared
+    assert stage is not None
+    kept = last.kept_contact if stage.grid is None else None
+    if not (stage.inertia or last.declared_dynamics is not None):
+        kept = None
     simulation = next_stage(last, model, initial)
     try:
         simulation.check()
-        release_out_of_balance(simulation)
+        release_out_of_balance(simulation, kept)
     except StepFailed as failure:
         raise BadInput(
             f"the stage cannot begin: {failure.reason}",

@@ -126,7 +126,7 @@ def result_of(
 ) -> StepResult:
     """Returns the result of a converged step; call it before the step is committed.
 
-    kept: the force of contact at the end of the last step, in steps with inertia; is renewed.
+    kept: the force of contact at the end of the last step; is renewed. None without inertia.
     """
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
@@ -138,7 +138,7 @@ def result_of(
         total = between if contact.is_between_bodies else touching
         total += contact.carried_force()
     if kept is not None:
-        if len(kept.key) > 0:  # else none, or that of a stage without inertia
+        if kept.in_work and len(kept.key) > 0:  # else there was none, or another stage
             touching = -kept.at(balance.active)
         loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
         kept.keep(balance.active, sum(loading, np.zeros_like(touching)))

@@ -21,6 +21,7 @@ from tilth.model.problems import dotted, suggestion, unknown_name
 from tilth.model.settings import COLOURS, COLOURS_OF_INERTIA, COLOURS_OF_WATER
 from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
+from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track_checks import track_problems
 
@@ -212,6 +213,16 @@ def _needs_time(model: Model) -> Iterator[Problem]:
     if model.analysis.inertia is not None and not model.units.time:
         remedy = 'give the unit of the schedule\'s time that fits to the others, such as "s"'
         yield Problem("units.time", "missing: with inertia time has a unit", remedy)
+    if model.analysis.inertia is None:
+        return
+    schedules = [("schedule", model.schedule)]
+    if model.stages:
+        moving = [(i, each) for i, each in loading_stages(model) if each.inertia]
+        schedules = [(f"stages[{i}].schedule", each.schedule) for i, each in moving]
+    for key, schedule in schedules:
+        if "end" not in schedule.model_fields_set:
+            remedy = "give the time until which the motion is computed"
+            yield Problem(f"{key}.end", "missing: with inertia it is a time like others", remedy)
 
 
 def _needs_inertia(model: Model) -> Iterator[Problem]:

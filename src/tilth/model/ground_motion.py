@@ -21,7 +21,14 @@ class GroundAcceleration(Declared):
     then one or more of "x", "y", "z", such as time,x,y; the times increase and begin with 0, which
     is the start of the stage in which the boundary begins to act."""
     scale: Real = 1.0
-    """Factor on all accelerations, such as 9.81 for a record in parts of gravity."""
+    """Factor on all accelerations, such as 9.81 for a record in parts of gravity; not 0."""
+
+    @model_validator(mode="after")
+    def _moves(self) -> Any:
+        if self.scale == 0.0:
+            what, remedy = "is zero: nothing moves", 'give another one, or condition = "fixed"'
+            raise rejection([Problem("scale", what, remedy, self.scale)])
+        return self
 
 
 class Ground(Declared):

@@ -209,6 +209,9 @@ class InitialVelocity(Declared):
             key = "angular_velocity" if given else "centre"
             remedy = "give both, or neither"
             raise rejection([Problem(key, "missing: a rotation has both", remedy)])
+        if self.angular_velocity is None and not {"x", "y", "z"} & self.model_fields_set:
+            what, remedy = "has no velocity", "give `x`, `y`, `z` or a rotation, or leave it out"
+            raise rejection([Problem("", what, remedy)])
         return self
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tilth.errors import Problem
 from tilth.model.problems import unknown_name
 from tilth.model.rigid_bodies import RigidBody
@@ -157,15 +159,42 @@ def _excavation_problems(
             yield Problem(where, what, remedy, region.body)
 
 
+def _lost_velocities(of_stage: Model, stage: Stage, begun: set[str]) -> Iterator[Problem]:
+    """Yields velocities of bodies that come in a stage without inertia, which ends at rest.
+
+    begun: bodies that were there in an earlier stage; these are added.
+    """
+    given = [
+        (f"initial.velocity[{i}]", each.body)
+        for i, each in enumerate(of_stage.initial.velocity)
+        if of_stage.present(each.body)
+    ]
+    keys = of_stage.rigid_body_keys()
+    given += [
+        (f"{keys[body.name]}.{name}", body.name)
+        for body in of_stage.rigid_bodies
+        for name in ("velocity", "angular_velocity")
+        if np.any(getattr(body, name) or 0.0)
+    ]
+    for key, name in given:
+        if name not in begun and not stage.inertia:
+            what = f"{name!r} is there from the stage {stage.name!r} on, which has no inertia"
+            remedy = "activate it in a stage with inertia, which it begins with this velocity"
+            yield Problem(key, what, remedy)
+    begun |= {name for _, name in given}
+
+
 def problems_in_stages(model: Model) -> Iterator[Problem]:
     """Yields what does not fit together in the model of a stage; its own entries are right."""
     from tilth.model.checks import problems_of_stage
 
     held: dict[str, float] = {}
     complained: list[int] = []
+    begun: set[str] = set()
     for of_stage in stage_models(model):
         key, stage = of_stage.stage.key, of_stage.stage.declared
         assert stage is not None
+        yield from _lost_velocities(of_stage, stage, begun)
         for boundary in [*of_stage.boundaries, *of_stage.rigid_bodies]:
             if not moves(boundary):
                 continue

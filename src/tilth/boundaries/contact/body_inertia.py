@@ -184,8 +184,19 @@ class BodyInertia:
         `contact_force`.
         """
         self.contact = self._by_contact(increments, rotation, load, step)
-        acceleration = self._by_load(increments, rotation, load)
-        acceleration += self._gyroscopic(self.motion.velocity[self._dim :])
+        self._begin(self._by_load(increments, rotation, load), first)
+
+    def begin(self, load: Floats, contact: Floats, rotation: Floats, first: float) -> None:
+        """Sets the accelerations by known forces, all (dim + 1 or 3,); others as in `start`.
+
+        contact: force and moment of contact, which weigh up the load of a body at rest.
+        """
+        none = np.zeros_like(load)
+        self.contact = self._by_load(none, rotation, contact)
+        self._begin(self._by_load(none, rotation, load), first)
+
+    def _begin(self, by_load: Floats, first: float) -> None:
+        acceleration = by_load + self._gyroscopic(self.motion.velocity[self._dim :])
         velocity = self.motion.velocity - 0.5 * first * self.contact
         self.motion = Motion(velocity, acceleration, acceleration)
 

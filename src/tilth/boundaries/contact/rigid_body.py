@@ -337,6 +337,16 @@ class RigidBody:
         self.restore(last.state())
         self.time = self._end = 0.0
 
+    def begin_stage(self, first: float) -> None:
+        """Sets the accelerations at the start of a stage with inertia, in which it is new or rests.
+
+        first: size of the first step [time].
+        """
+        if self.inertia is not None:
+            load = self._load(np.zeros_like(self._increments), 0.0)
+            contact = np.concatenate([self.force, self.moment])
+            self.inertia.begin(load, contact, self.rotation, first)
+
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
         motion = {} if self.inertia is None else self.inertia.state()
