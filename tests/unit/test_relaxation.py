@@ -19,6 +19,7 @@ from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.errors import StepFailed
+from tilth.mpm.wet_mass import total_mass
 from tilth.output import read_history, read_results
 
 RELAX = {"beyond_limit": "relax"}
@@ -283,3 +284,53 @@ def test_what_cannot_relax_is_refused(changes: dict[str, Any], key: str) -> None
     with pytest.raises(BadInput) as failure:
         Model.from_dict({**entries, "units": {"time": "s"}, **changes})
     assert key in str(failure.value)
+
+
+def _on_soil(entries: dict[str, Any]) -> None:
+    """A stiff slab on the block, in contact with it, which slides down with it."""
+    entries["bodies"][0]["surface"] = {}
+    entries["materials"]["stiff"] = material_entries("hencky_elastic", young_modulus=1e4)
+    entries["bodies"].append({
+        "name": "slab", "material": "stiff", "basis": "gimp", "points_per_cell": 2,
+        "shape": {"type": "box", "lower": [0.0, 3.0], "upper": [2.0, 3.5]},
+    })  # fmt: skip
+    entries["contact_pairs"] = [{
+        "name": "pair", "bodies": ["block", "slab"],
+        "contact": {"normal": "unilateral", "tangential": "friction", "friction": 0.3},
+    }]  # fmt: skip
+
+
+def _in_water(entries: dict[str, Any]) -> None:
+    """Water up to a third of the block, whose weight comes with that of the soil."""
+    entries["materials"]["soil"] |= {"saturated_density": 2.2, "yield_stress": 12.0}
+    entries["water"] = {"level": 1.0, "unit_weight": 10.0, "factor": [[0.0, 0.0], [1.0, 1.0]]}
+
+
+def _undrained(entries: dict[str, Any]) -> None:
+    """Clay with excess pore pressures."""
+    entries["materials"]["soil"] = material_entries(
+        "undrained_mohr_coulomb", cohesion=11.0, friction_angle=5.0, dilation_angle=0.0,
+        young_modulus=5e3, pore_fluid_bulk_modulus=5e4,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [_on_soil, _in_water, _undrained])
+def test_soil_with_another_body_or_with_water_comes_to_rest(
+    change: Callable[[dict[str, Any]], None],
+) -> None:
+    """The base then carries all of the weight, but for what the water carries."""
+    entries = cut()
+    del entries["track"]
+    change(entries)
+    base: list[float] = []
+    model = Model.from_dict(entries)
+    found = marched(model, lambda _, result: base.append(float(result.resultant("base")[1])))
+    assert found.relaxation is not None
+    assert found.relaxation.number >= 1
+    assert not found.points.motion.any()
+    whole = 10.0 * float(total_mass(found.points, found.water, 1.0).sum())
+    if found.water is None:
+        assert base[-1] == pytest.approx(whole, rel=1e-6)
+    assert 0.5 * whole < base[-1] < (1.0 + 1e-6) * whole
+    assert np.isfinite(found.points.stress).all()
