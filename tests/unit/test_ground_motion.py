@@ -233,6 +233,11 @@ def test_stages_are_resumed_and_gone_on_from(tmp_path: Path) -> None:
         assert (other / name).read_bytes() == (whole / name).read_bytes()
 
 
+def test_a_record_has_no_steps_in_a_stage_without_inertia(tmp_path: Path) -> None:
+    """Whose steps may be as long as they like, for the base stands still."""
+    assert warnings_of(staged_entries_of(written(tmp_path))) == ""
+
+
 def test_a_record_goes_on_in_the_next_stage(tmp_path: Path) -> None:
     """The base has the record's acceleration after its end in two stages as in one."""
     entries = staged_entries_of(written(tmp_path))

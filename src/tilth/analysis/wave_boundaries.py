@@ -134,6 +134,8 @@ class WaveBoundaries:
                 f"{keys[name]}: the absorbing boundary {name!r} touches no soil; put it at the "
                 "outer face of the soil",
             )
+        if (stage := model.stage.declared) is not None and not stage.inertia:
+            return
         records = [(each.name, each.record) for each in self.bases]
         records += [(each.name, each.record) for each in self.absorbing if each.record is not None]
         for name, record in records:
