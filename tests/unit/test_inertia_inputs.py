@@ -48,10 +48,21 @@ WRONG: list[tuple[str, dict[str, Any], str, str]] = [
     (PLANE, {"materials.soil.density": 0.0}, "materials.soil.density", "it has inertia"),
     (PLANE, {"schedule.end": None}, "schedule.end", "until which the motion is computed"),
     (PLANE, {"initial": {"velocity": [{"body": "soil"}]}}, "initial.velocity[0]", "no velocity"),
-    (PLANE, {"initial": {"velocity": [{"body": "soil", "y": float("nan")}]}}, "velocity[0].y",
-     "finite"),
-    (PLANE, {"boundaries.0.condition": "base_motion",
-             "boundaries.0.acceleration": {"file": "a.csv", "scale": 0.0}}, "scale", "zero"),
+    (
+        PLANE,
+        {"initial": {"velocity": [{"body": "soil", "y": float("nan")}]}},
+        "velocity[0].y",
+        "finite",
+    ),
+    (
+        PLANE,
+        {
+            "boundaries.0.condition": "base_motion",
+            "boundaries.0.acceleration": {"file": "a.csv", "scale": 0.0},
+        },
+        "scale",
+        "zero",
+    ),
 ]
 
 

@@ -25,6 +25,9 @@ this part of a cell, is warned of."""
 NOT_AT_REST = 1e-3
 """Relative residual above which soil beside absorbing boundaries counts as not at rest."""
 
+HARDLY_MOVING = 1e-4
+"""Kinetic energy, relative to the elastic one, up to which what moves may stop unsaid."""
+
 FARTHEST_APART = 0.6
 """Mean distance of points in cells, above which there are fewer than two in a cell."""
 
@@ -73,17 +76,17 @@ class RunWarnings:
                 "with [[initial.stress]], or with a stage with inertia = false",
             )
 
-    def stopped(self, stage: str, soil: float, bodies: float) -> None:
+    def stopped(self, stage: str, soil: float, bodies: float, stored: float) -> None:
         """Motion at the end of a stage with inertia that the next one, without, does not have.
 
-        soil, bodies: kinetic energy [force length].
+        soil, bodies: kinetic energy; stored: elastic energy of the soil [force length].
         """
-        if soil + bodies > 0.0:
+        if soil + bodies > HARDLY_MOVING * stored:
             self.note(
                 f"stopped in {stage}",
                 f"the stage {stage!r} has no inertia: what moves is at rest from its start on, and "
-                f"its kinetic energy ({soil:.3g} of the soil, {bodies:.3g} of rigid bodies) is lost "
-                "(numerical_dissipation); let it come to rest before if that is not meant",
+                f"its kinetic energy ({soil:.3g} of the soil, {bodies:.3g} of rigid bodies) is "
+                "lost (numerical_dissipation); let it come to rest before if that is not meant",
             )
 
     def line_search(self, reason: str, time: float) -> None:

@@ -57,7 +57,8 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     _carry(last, simulation, grounds)
     if not stage.inertia:
         bodies = [body.inertia for body in simulation.bodies if body.inertia is not None]
-        simulation.run_warnings.stopped(stage.name, moving, sum(each.energy() for each in bodies))
+        energies = moving, sum(each.energy() for each in bodies), points.stored_energy()
+        simulation.run_warnings.stopped(stage.name, *energies)
         for each in bodies:
             each.rest()
     if stage.grid is not None:
