@@ -166,6 +166,7 @@ def models() -> Iterator[Model]:
             if basis == "linear":
                 entries["units"] = {"length": "m", "force": "N", "time": "s"}
                 entries["analysis"]["inertia"] = {"scheme": "newmark"}
+                entries["schedule"]["end"] = 1.0
             if kind != "axisymmetric" and not corners:
                 entries["analysis"]["solver"] = "multigrid" if kind == "3d" else "banded"
             yield Model.from_dict(entries)

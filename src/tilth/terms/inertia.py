@@ -179,9 +179,13 @@ class Inertia(Term):
         return self.in_matrix
 
     def _nodal_density(self) -> Floats:
-        soil = self._soil
-        mass = soil.scatter(self._mass[:, None])[:, 0]
-        return np.asarray(mass / np.maximum(soil.nodal_volume, 1e-300))
+        """Returns the mass by volume at the start [mass/length^3], shape (nodes,).
+
+        Not by today's volume, of which grains that fly may have next to nothing left.
+        """
+        both = np.column_stack([self._mass, self._soil.points.initial_volume])
+        mass, volume = self._soil.scatter(both).T
+        return np.asarray(mass / np.maximum(volume, 1e-300))
 
     def _ghost_mass(self, faces: Faces, density: Floats) -> Floats:
         """Returns the factor of the unit matrix, which has h int [du/dn] [dw/dn], (faces,)."""

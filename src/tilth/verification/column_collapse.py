@@ -14,11 +14,12 @@ from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.verification.cases import example, varied
-from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.comparison import Comparison, absolute, relative, vanishing
 from tilth.verification.march import initial_position, march
 
 PROBLEM = "column_collapse"
 PLANE, ROUND, BARS = "case.toml", "axisymmetric.toml", "bars.toml"
+SHAPES = {PLANE: "plane", ROUND: "round"}
 LUBE = "fit of Lube et al."
 SHARE = 0.99
 """Share of the mass within the run-out [-]; a few points may lie ahead of the front."""
@@ -28,8 +29,10 @@ DURATION = 5.0
 """Of the analyses, over the time sqrt(H / g) [-]."""
 CELLS = 20
 """Across the lesser of width and height of a column."""
-RATIOS = (0.5, 1.0, 3.0)
-"""Of height and width [-]: below and above the change of the fits."""
+LOW = (0.5, 1.0, 1.5)
+"""Ratios of height and width below the change of the fits [-]."""
+TALL = (3.0, 5.0)
+"""Ratios above it, which give the exponent [-]."""
 
 
 @dataclass(frozen=True)
@@ -48,22 +51,49 @@ class Deposit:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """A plane column; long: lower and higher ones, round ones, another step, bars."""
+    """A plane column; long: lower and higher ones, round ones, other steps and grids, bars."""
     yield from fitted(PLANE, 1.0)
     if not long:
         return
-    for file, ratio in itertools.product((PLANE, ROUND), RATIOS):
+    for file, ratio in itertools.product((PLANE, ROUND), LOW):
         if (file, ratio) != (PLANE, 1.0):
             yield from fitted(file, ratio)
+    yield from exponent(PLANE)
+    yield from exponent(ROUND)
+    yield from steps_and_grids()
     yield from rests(collapse(example(PROBLEM, BARS), 0.2), "bars")
 
 
 def fitted(file: str, ratio: float) -> Iterator[Comparison]:
     """Run-out of a column against the fit of its shape; no sand is in the base, and all rests."""
-    shape, fit = ("plane", plane_fit) if file == PLANE else ("round", round_fit)
-    found, name = collapse(column(file, ratio), 1.0), f"{shape}, a {ratio:g}"
+    fit = plane_fit if file == PLANE else round_fit
+    found, name = collapse(column(file, ratio), 1.0), f"{SHAPES[file]}, a {ratio:g}"
     yield relative(f"run-out, {name}", found.run_out, fit(ratio), 0.25, LUBE)
     yield from rests(found, name)
+
+
+def exponent(file: str) -> Iterator[Comparison]:
+    """The power of a with which the run-out of tall columns grows."""
+    fit = plane_fit if file == PLANE else round_fit
+    found = [collapse(column(file, ratio), 1.0) for ratio in TALL]
+    power, expected = (
+        math.log(long / short) / math.log(TALL[1] / TALL[0])
+        for short, long in ([each.run_out for each in found], [fit(ratio) for ratio in TALL])
+    )
+    name = SHAPES[file]
+    yield absolute(f"exponent of the run-out, {name}, a 3 to 5", power, expected, 0.15, LUBE)
+    for ratio, each in zip(TALL, found, strict=True):
+        yield from rests(each, f"{name}, a {ratio:g}")
+
+
+def steps_and_grids() -> Iterator[Comparison]:
+    """Half the step and half the cell change the run-out of a fine grid by less than 5 %."""
+    fine, finest = (collapse(column(PLANE, 1.0, n * CELLS), 1.0).run_out for n in (2, 4))
+    halved = {"analysis.inertia.largest_motion": 0.0625, "schedule.step_size": 0.0025}
+    small = collapse(varied(column(PLANE, 1.0, 2 * CELLS), halved), 1.0).run_out
+    name = "run-out, plane, a 1, 40 cells"
+    yield relative(f"{name}, half the step", small, fine, 0.05, "step of the case file")
+    yield relative(f"{name}, against 80", fine, finest, 0.05, "half the cell")
 
 
 def plane_fit(ratio: float) -> float:
@@ -85,14 +115,14 @@ def rests(found: Deposit, name: str) -> Iterator[Comparison]:
     yield vanishing(quantity, found.motion, 1e-3, "at rest")
 
 
-def column(file: str, ratio: float) -> Model:
+def column(file: str, ratio: float, cells: int = CELLS) -> Model:
     """Returns a column of the width 1 m with this ratio of height and width.
 
-    Twenty cells lie across the width, or across the height if that is less.
+    The cells are those across the width, or across the height if that is less.
     """
     changes = {
         "bodies.0.shape.upper": [1.0, ratio],
-        "grid.cell_size": min(1.0, ratio) / CELLS,
+        "grid.cell_size": min(1.0, ratio) / cells,
         "schedule.end": round(DURATION * math.sqrt(ratio / GRAVITY), 2),
     }
     return varied(example(PROBLEM, file), changes)
