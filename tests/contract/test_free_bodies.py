@@ -126,9 +126,11 @@ def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     """The soil then carries its weight; it has spent the energy of the fall on the clay.
 
     Of that energy a tenth at most is not found in the work on the soil and in the impacts, and of
-    the work a tenth at most is numerical dissipation, whatever the steps.
+    the work a tenth at most is numerical dissipation: 5 and 8 % in plane strain and axisymmetry,
+    where steps twice as long have up to 12 %.
     """
-    entries = falling(kind, end=0.5, steps=100, **(SMALL if kind == "3d" else {}))
+    small = {"steps": 100, **SMALL} if kind == "3d" else {"steps": 200}
+    entries = falling(kind, end=0.5, **small)
     entries["loads"][0]["factor"] = [[0.0, 1.0], [0.5, 1.0]]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
