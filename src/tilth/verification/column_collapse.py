@@ -76,14 +76,16 @@ def exponent(file: str) -> Iterator[Comparison]:
     """The power of a with which the run-out of tall columns grows."""
     fit = plane_fit if file == PLANE else round_fit
     found = [collapse(column(file, ratio), 1.0) for ratio in TALL]
-    power, expected = (
-        math.log(long / short) / math.log(TALL[1] / TALL[0])
-        for short, long in ([each.run_out for each in found], [fit(ratio) for ratio in TALL])
-    )
-    name = SHAPES[file]
+    power = growth(*(each.run_out for each in found))
+    expected, name = growth(*map(fit, TALL)), SHAPES[file]
     yield absolute(f"exponent of the run-out, {name}, a 3 to 5", power, expected, 0.15, LUBE)
     for ratio, each in zip(TALL, found, strict=True):
         yield from rests(each, f"{name}, a {ratio:g}")
+
+
+def growth(lower: float, higher: float) -> float:
+    """Returns the power of a with which run-outs grow between the two ratios of `TALL`."""
+    return math.log(higher / lower) / math.log(TALL[1] / TALL[0])
 
 
 def steps_and_grids() -> Iterator[Comparison]:
