@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
+from tilth.solvers.protocol import Matrix, Solution, refined, unsolved
 
 
 class BandedLU:
@@ -39,12 +39,12 @@ class BandedLU:
             self._indices, self._indptr = matrix.indices, matrix.indptr
             self._factors = _core.BandFactors(matrix.indptr, matrix.indices)
         if not self._factors.factorise(matrix.data):
-            raise SolveFailed("the linear system is singular (a pivot is zero)")
+            raise unsolved(matrix.data, "a pivot is zero")
 
     def solve(self, right_side: Floats) -> Solution:
         """Returns the solution for one right side, shape (n,)."""
         matrix = self._matrix
-        return refined(matrix.times, right_side, self._apply_inverse, matrix.comm)
+        return refined(matrix.times, right_side, matrix.data, self._apply_inverse, matrix.comm)
 
     def _apply_inverse(self, right_side: Floats) -> Floats:
         x = np.empty_like(right_side)

@@ -7,7 +7,7 @@ import importlib.util
 from typing import ClassVar
 
 from tilth.arrays import Floats
-from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
+from tilth.solvers.protocol import Matrix, Solution, refined, unsolved
 
 REAL_UNSYMMETRIC = 11
 NOT_ENOUGH_MEMORY = -2
@@ -40,13 +40,14 @@ class Pardiso:
         except (PyPardisoError, ValueError) as error:  # ValueError: an empty row
             if getattr(error, "value", 0) == NOT_ENOUGH_MEMORY:
                 raise MemoryError("PARDISO: not enough memory") from error
-            raise SolveFailed(f"the linear system is singular ({error})") from error
+            raise unsolved(matrix.data, error) from error
 
     def solve(self, right_side: Floats) -> Solution:
         """Returns the solution for one right side, shape (n,)."""
         return refined(
             lambda x: self._matrix @ x,
             right_side,
+            self._matrix.data,
             lambda b: self._pardiso.solve(self._matrix, b).ravel(),
             self._comm,
         )

@@ -101,9 +101,20 @@ LARGEST_RESIDUAL = 1e-8
 """Relative residual above which the matrix of a direct solution counts as singular."""
 
 
+def unsolved(entries: Floats, detail: object) -> SolveFailed:
+    """Returns the failure of a direct solver for a matrix with these entries, shape (m,).
+
+    Factorisations take an entry that is not a number for a pivot of zero.
+    """
+    if not np.isfinite(entries).all():
+        return SolveFailed("the matrix of the linear system has entries that are not numbers")
+    return SolveFailed(f"the linear system is singular ({detail})")
+
+
 def refined(
     times: Callable[[Floats], Floats],
     right_side: Floats,
+    entries: Floats,
     apply_inverse: Callable[[Floats], Floats],
     comm: Communicator = SERIAL,
 ) -> Solution:
@@ -112,6 +123,7 @@ def refined(
     Args:
         times: returns the matrix times a vector.
         right_side: b, shape (n,).
+        entries: of the matrix, shape (m,); tell why there is no solution.
         apply_inverse: returns an approximate solution for a right side.
         comm: the processes that share the vectors.
 
@@ -131,5 +143,5 @@ def refined(
         x = x + apply_inverse(residual)
         refinements += 1
     if not relative < LARGEST_RESIDUAL:
-        raise SolveFailed(f"the linear system is singular (relative residual {relative:.1e})")
+        raise unsolved(entries, f"relative residual {relative:.1e}")
     return Solution(x, refinements, relative)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from tilth.arrays import Floats
 from tilth.memory_errors import is_memory_error
-from tilth.solvers.protocol import Matrix, Solution, SolveFailed, refined
+from tilth.solvers.protocol import Matrix, Solution, refined, unsolved
 
 
 class SuperLU:
@@ -39,9 +39,9 @@ class SuperLU:
         except RuntimeError as error:
             if is_memory_error(error):
                 raise MemoryError(f"SuperLU: {error}") from error
-            raise SolveFailed(f"the linear system is singular ({error})") from error
+            raise unsolved(matrix.data, error) from error
 
     def solve(self, right_side: Floats) -> Solution:
         """Returns the solution for one right side, shape (n,)."""
         matrix = self._matrix
-        return refined(matrix.times, right_side, self._factors.solve, matrix.comm)
+        return refined(matrix.times, right_side, matrix.data, self._factors.solve, matrix.comm)
