@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The regular background grid, its active nodes, and the stencils of the material points on it."""
+"""The background grid, its active nodes, and the stencils of the material points on it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
+from tilth.mpm import grid_lines
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,
@@ -30,23 +31,63 @@ LEFT_LIMITS = "a point left the limits of the grid"
 
 @dataclass(frozen=True)
 class Grid:
-    """Unbounded regular grid with nodes at `origin` + lattice index * `cell_size`.
+    """Unbounded grid, uniform or graded along each axis.
 
     Attributes:
-        origin: [length], shape (dim,).
-        cell_size: [length], shape (dim,), positive.
+        origin: position of the node with the lattice index 0 [length], shape (dim,).
+        cell_size: sizes of the smallest cell along each axis [length], shape (dim,), positive;
+            those of all cells where the grid is uniform.
         lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
+        lines: for each axis the distances of its lines from the origin (`mpm/grid_lines.py`), empty
+            along a uniform axis; () if all are uniform.
     """
 
     origin: Floats
     cell_size: Floats
     lower: Floats | None = None
     upper: Floats | None = None
+    lines: tuple[Floats, ...] = ()
 
     @property
     def dim(self) -> int:
         """Number of directions: 2 or 3."""
         return len(self.origin)
+
+    @property
+    def graded(self) -> list[int]:
+        """The graded axes."""
+        return [k for k, line in enumerate(self.lines) if len(line) > 0]
+
+    def in_cells(self, position: Floats) -> Floats:
+        """Returns positions (..., dim) in cells: lattice index of the line below plus a share."""
+        cells = np.asarray((position - self.origin) / self.cell_size)
+        for k in self.graded:
+            cells[..., k] = grid_lines.in_cells(position[..., k] - self.origin[k], self.lines[k])
+        return cells
+
+    def position(self, cells: Floats) -> Floats:
+        """Returns the positions [length] of coordinates in cells, shape (..., dim)."""
+        position = np.asarray(self.origin + cells * self.cell_size)
+        for k in self.graded:
+            position[..., k] = self.origin[k] + grid_lines.distance(
+                np.asarray(cells)[..., k], self.lines[k]
+            )
+        return position
+
+    def sizes(self, cell: Integers) -> Floats:
+        """Returns the sizes [length] of cells by their lattice indices (..., dim)."""
+        size = np.broadcast_to(self.cell_size, np.shape(cell))
+        if self.graded:
+            size = size.copy()
+        for k in self.graded:
+            size[..., k] = grid_lines.size(cell[..., k], self.lines[k])
+        return size
+
+    def sizes_at(self, position: Floats) -> Floats:
+        """Returns the sizes [length] of the cells that contain positions (..., dim)."""
+        if not self.graded:
+            return np.broadcast_to(self.cell_size, np.shape(position))
+        return self.sizes(np.floor(self.in_cells(position)).astype(np.int64))
 
     def require_inside(self, position: Floats, point_id: Integers) -> None:
         """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
@@ -184,7 +225,7 @@ class ActiveGrid:
     those of one field after those of the other (`mpm/keys.py`).
 
     Attributes:
-        grid: the regular grid.
+        grid: its lines.
         key: sorted keys of the active nodes, shape (nodes,); field after field, x fastest.
         stencils: one per body, in the order of the bodies.
         points: the points that are located.
@@ -234,7 +275,7 @@ class ActiveGrid:
     @cached_property
     def position(self) -> Floats:
         """Positions of the active nodes [length], shape (nodes, dim)."""
-        return self.grid.origin + self.lattice[:, : self.grid.dim] * self.grid.cell_size
+        return self.grid.position(self.lattice[:, : self.grid.dim].astype(float))
 
     @cached_property
     def occupied(self) -> Integers:
@@ -242,7 +283,7 @@ class ActiveGrid:
 
         It must be evaluated before the points move.
         """
-        cell = np.floor((self.points.position - self.grid.origin) / self.grid.cell_size)
+        cell = np.floor(self.grid.in_cells(self.points.position))
         field = self.points.fields_of(np.arange(len(self.points)))
         return np.unique(lattice_keys(cell.astype(np.int64), field))
 
