@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth import _core
+from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
-from tilth.mpm import grid_lines
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,
@@ -38,8 +37,8 @@ class Grid:
         cell_size: sizes of the smallest cell along each axis [length], shape (dim,), positive;
             those of all cells where the grid is uniform.
         lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
-        lines: for each axis the distances of its lines from the origin (`mpm/grid_lines.py`), empty
-            along a uniform axis; () if all are uniform.
+        lines: for each axis the distances of its lines from the origin (`tilth/grid_lines.py`),
+            empty along a uniform axis; () if all are uniform.
     """
 
     origin: Floats
