@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.analysis.residual import Newton
-from tilth.analysis.simulation import ROUND_OFF, Simulation
+from tilth.analysis.simulation import ROUND_OFF, Simulation, largest_face
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
@@ -233,13 +233,12 @@ class _Trials:
             analysis.solver, simulation.model.dimension, len(points),
             simulation.run_warnings.fallback,
         )  # fmt: skip
-        cell = simulation.grid.cell_size
         self._newton = Newton(
             tolerance=max(TOLERANCE, analysis.tolerance),
             maximum_iterations=2 * analysis.maximum_iterations,
             line_search=True,
-            round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max() * cell.prod())
-            / float(cell.max()),
+            round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max())
+            * largest_face(simulation.model),
         )  # fmt: skip
         simulation.points = frozen
         try:

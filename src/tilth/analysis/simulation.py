@@ -80,6 +80,12 @@ ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
 
 
+def largest_face(model: Model) -> float:
+    """Returns the area of the largest face of a cell, per unit thickness in 2D a length."""
+    cell = np.array(model.largest_cell)
+    return float(np.prod(cell) / cell.max())
+
+
 class Simulation:
     """The state of an analysis in memory.
 
@@ -156,11 +162,9 @@ class Simulation:
         self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
         self.round_off = (
-            ROUND_OFF
-            * float(self.points.elastic_moduli().young.max())
-            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
+            ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(model)
         )
-        self.run_warnings.departures(model, self.grid.cell_size)
+        self.run_warnings.departures(model)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self._is_forced = any(body.free.any() for body in self.bodies)
@@ -365,9 +369,8 @@ class Simulation:
             balance.require_acceptable(displacement)
             possible = math.inf
             if self.dynamics is not None:
-                possible = self.dynamics.possible_size(
-                    balance, displacement, moved, self.grid.cell_size
-                )
+                cells = moved / self.grid.sizes_at(self.points.position)
+                possible = self.dynamics.possible_size(balance, displacement, cells)
                 if not is_least:
                     self.dynamics.require_accurate(possible)
             if self.implicit and not is_least:

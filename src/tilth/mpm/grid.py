@@ -88,6 +88,11 @@ class Grid:
             return np.broadcast_to(self.cell_size, np.shape(position))
         return self.sizes(np.floor(self.in_cells(position)).astype(np.int64))
 
+    def has_lines_of(self, other: Grid) -> bool:
+        """Whether the lines are those of another grid."""
+        own, others = ((g.origin, g.cell_size, *g.lines) for g in (self, other))
+        return len(own) == len(others) and all(map(np.array_equal, own, others))
+
     def require_inside(self, position: Floats, point_id: Integers) -> None:
         """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
 
