@@ -58,5 +58,6 @@ def vector(components: Iterable[float]) -> str:
 
 def cells_text(sizes: Iterable[tuple[float, float]], unit: str) -> str:
     """Returns the sizes of cells along each axis, from the smallest to the largest [length]."""
-    texts = [f"{low:.4g} to {high:.4g}" if high > low else f"{low:g}" for low, high in sizes]
+    pairs = [(f"{low:g}", f"{high:g}") for low, high in sizes]
+    texts = [low if low == high else f"{low} to {high}" for low, high in pairs]
     return f"cells of {' x '.join(texts)} {unit}".rstrip()
