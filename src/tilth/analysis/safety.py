@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.analysis.residual import Newton
-from tilth.analysis.simulation import ROUND_OFF, Simulation, largest_face
+from tilth.analysis.simulation import ROUND_OFF, Simulation
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.model import StrengthReduction
+from tilth.mpm.background import largest_face
 from tilth.mpm.frozen_points import (
     FROZEN_STRAIN,
     FrozenPoints,

@@ -52,6 +52,7 @@ from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
+from tilth.mpm.background import largest_face
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -78,12 +79,6 @@ from tilth.timers import Timers
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
-
-
-def largest_face(model: Model) -> float:
-    """Returns the area of the largest face of a cell, per unit thickness in 2D a length."""
-    cell = np.array(model.largest_cell)
-    return float(np.prod(cell) / cell.max())
 
 
 class Simulation:

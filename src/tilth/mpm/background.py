@@ -19,3 +19,9 @@ def background_grid(model: Model) -> Grid:
         upper=None if limits is None else np.array(limits.upper, dtype=float),
         lines=lines if any(len(line) for line in lines) else (),
     )
+
+
+def largest_face(model: Model) -> float:
+    """Returns the area of the largest face of a cell, per unit thickness in 2D a length."""
+    cell = np.array(model.largest_cell)
+    return float(np.prod(cell) / cell.max())
