@@ -159,6 +159,7 @@ WRONG: dict[str, tuple[Any, str, list[str]]] = {
         "grid.cell_size.y",
         ["at 5 a cell of 1 is beside one of 0.6", "closer"],
     ),
+    "too small": ({"x": [[0, 1], [9, 1], [12, 1e-25]], "y": 1}, "grid.cell_size.x", ["too small"]),
     "too many": ({"x": [[0, 1e-3], [1e3, 1e-3]], "y": 1}, "grid.cell_size.x", ["1e+06 cells"]),
 }
 

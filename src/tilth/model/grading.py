@@ -43,6 +43,9 @@ LARGEST_CHANGE = 1.0 / 3.0
 MOST_LINES = 100_000
 """Cells between the first and the last place, at most."""
 
+RESOLUTION = 1e-9
+"""Size of a cell, at least, over the greatest coordinate of a place."""
+
 ROUND_OFF = 1e-9
 """Relative excess of a ratio that is round-off."""
 
@@ -100,6 +103,10 @@ def _grading_problems(places: Places) -> Iterator[Problem]:
             return
     line = line_of(places) + places[0][0]
     size = np.diff(line)
+    if size.min() < RESOLUTION * np.abs(line).max():
+        what = f"a cell of {min(size for _, size in places):g} is too small for the places"
+        yield Problem("", what, "use larger cells, or places nearer to 0")
+        return
     ratio = np.maximum(size[1:] / size[:-1], size[:-1] / size[1:])
     worst = int(ratio.argmax()) if len(ratio) else -1
     if worst >= 0 and ratio[worst] > LARGEST_RATIO * (1.0 + ROUND_OFF):
