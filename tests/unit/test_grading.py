@@ -224,6 +224,17 @@ def footing(grid: dict[str, Any]) -> Model:
     return Model.from_dict(entries(grid, boundaries=[plate]))
 
 
+def test_a_long_spline_may_lie_in_large_cells() -> None:
+    """It passes through 300 cells; in cells of the smallest size they would be 20,000."""
+    vertices = [[float(x), 0.0] for x in range(0, 1001, 100)]
+    line = {"type": "spline", "vertices": vertices, "soil": "left"}
+    bed = {"name": "bed", "type": "implicit", "geometry": line, "condition": "fixed"}
+    rows = [[0, 0.05], [1, 0.05], [100, 5.0], [1000, 5.0]]
+    Model.from_dict(entries({"cell_size": {"x": rows, "y": 0.1}}, boundaries=[bed]))
+    error = refused({"cell_size": {"x": 0.05, "y": 0.1}}, boundaries=[bed])
+    assert "passes through about 2e+04 cells" in str(error)
+
+
 FOLLOWED = [[-1.0, 0.4], [-0.2, 0.1], [0.0, 0.1], [0.5, 0.1]]
 
 
