@@ -239,7 +239,7 @@ class _Trials:
             maximum_iterations=2 * analysis.maximum_iterations,
             line_search=True,
             round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max())
-            * largest_face(simulation.model),
+            * largest_face(simulation.grid),
         )  # fmt: skip
         simulation.points = frozen
         try:

@@ -157,7 +157,7 @@ class Simulation:
         self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
         self.round_off = (
-            ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(model)
+            ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(self.grid)
         )
         self.run_warnings.departures(model)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]

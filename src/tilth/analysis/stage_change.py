@@ -169,7 +169,7 @@ def _reset(points: MaterialPoints, stage: Stage) -> None:
 
 def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats]) -> None:
     """Hands on what persists: tractions of boundaries, tracked surfaces, stabilisation."""
-    same_grid = last.grid.has_lines_of(simulation.grid)
+    same_grid = simulation.grid.has_lines_of(last.grid)
     before = {boundary.name: boundary for boundary in [*last.implicit, *last.waves.surfaces()]}
     for boundary in [*simulation.implicit, *simulation.waves.surfaces()]:
         if (earlier := before.get(boundary.name)) is not None:

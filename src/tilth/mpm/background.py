@@ -21,7 +21,7 @@ def background_grid(model: Model) -> Grid:
     )
 
 
-def largest_face(model: Model) -> float:
+def largest_face(grid: Grid) -> float:
     """Returns the area of the largest face of a cell, per unit thickness in 2D a length."""
-    cell = np.array(model.largest_cell)
-    return float(np.prod(cell) / cell.max())
+    size = grid.largest_size
+    return float(np.prod(size) / size.max())
