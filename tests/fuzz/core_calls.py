@@ -203,9 +203,9 @@ def valid_calls() -> dict[str, list[Call]]:
 def dense_calls(scaled: list[Call]) -> Iterator[Call]:
     """Calls for dense elements, on the elements of calls for scaled ones."""
     for call in scaled:
-        elements, _, unit, free, blocks = call.arguments
+        elements, _, unit, _, free, blocks = call.arguments
         components = blocks.shape[1]
-        matrix = np.ones((*free.shape[:2], unit.shape[1], components, components))
+        matrix = np.ones((*free.shape[:2], unit.shape[2], components, components))
         vectors = [np.zeros((int(elements.node.max(initial=0)) + 1, components)) for _ in range(2)]
         yield Call("add_dense_blocks", [elements, matrix, blocks])
         yield Call("add_dense_products", [elements, matrix, vectors[0], False, vectors[1]])

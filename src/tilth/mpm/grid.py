@@ -89,6 +89,23 @@ class Grid:
             return np.broadcast_to(self.cell_size, np.shape(position))
         return self.sizes(np.floor(self.in_cells(position)).astype(np.int64))
 
+    def sizes_around(self, node: Integers) -> Floats:
+        """Returns the mean sizes [length] of the cells on both sides of nodes (..., dim).
+
+        Their product over the axes is the mean volume of the cells around the node.
+        """
+        if not self.graded:
+            return np.broadcast_to(self.cell_size, np.shape(node))
+        return np.asarray(0.5 * (self.sizes(node - 1) + self.sizes(node)))
+
+    @property
+    def largest_size(self) -> Floats:
+        """Sizes of the largest cell along each axis [length], shape (dim,)."""
+        size = self.cell_size.copy()
+        for k in self.graded:
+            size[k] = np.diff(self.lines[k]).max()
+        return size
+
     def require_inside(self, position: Floats, point_id: Integers) -> None:
         """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
 

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The background grid that a model declares, as it is at time 0."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilth.model import Model
+from tilth.mpm.grid import Grid
+
+
+def initial_grid(model: Model) -> Grid:
+    """Returns the grid of a model at time 0."""
+    limits = model.grid.limits
+    return Grid(
+        origin=np.array(model.origin, dtype=float),
+        cell_size=np.array(model.cell_size, dtype=float),
+        lower=None if limits is None else np.array(limits.lower, dtype=float),
+        upper=None if limits is None else np.array(limits.upper, dtype=float),
+    )
