@@ -116,7 +116,7 @@ def near_soil(
 
     field: displacement field of the soil, one number or shape (n,).
     """
-    lattice = np.floor((position - active.grid.origin) / active.grid.cell_size).astype(np.int64)
+    lattice = np.floor(active.grid.in_cells(position)).astype(np.int64)
     near = np.zeros(len(position), dtype=bool)
     for step in np.ndindex(*(3,) * position.shape[1]):
         keys = lattice_keys(lattice + np.array(step) - 1, field)
