@@ -12,7 +12,6 @@ import numpy as np
 from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.mpm.grid import Grid
-from tilth.mpm.initial_grid import initial_grid
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
@@ -27,7 +26,13 @@ class GridMotion:
     """
 
     def __init__(self, model: Model, boundaries: Sequence[Implicit]) -> None:
-        self._initial, self._follow = initial_grid(model), model.grid.follow
+        limits, self._follow = model.grid.limits, model.grid.follow
+        self._initial = Grid(
+            origin=np.array(model.origin, dtype=float),
+            cell_size=np.array(model.cell_size, dtype=float),
+            lower=None if limits is None else np.array(limits.lower, dtype=float),
+            upper=None if limits is None else np.array(limits.upper, dtype=float),
+        )
         if self._follow is not None:
             self._leader = next(b for b in boundaries if b.name == self._follow.boundary)
 

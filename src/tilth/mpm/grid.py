@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth import _core
+from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
-from tilth.mpm import grid_lines
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,

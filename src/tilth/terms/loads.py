@@ -14,7 +14,7 @@ from tilth.errors import BadInput
 from tilth.fields.tables import place_text
 from tilth.model import BodyForce, LineForce, Model, PointForce, SeismicLoad
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.initial_grid import initial_grid
+from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.point_shares import NoShares, shares_at
 
@@ -141,7 +141,7 @@ def _on_points(
     model: Model, number: int, load: PointForce | LineForce, points: MaterialPoints, there: Flags
 ) -> LoadOnPoints:
     """Returns the points that carry a load, of those that are there, and their shares."""
-    of_body, grid = points.of_body(load.body), initial_grid(model)
+    of_body, grid = points.of_body(load.body), background_grid(model)
     own = np.arange(len(points))[of_body][there[of_body]]
     position, half = points.position[own], points.initial_half_length[own]
     reach = REACH * (half.max(axis=0) + grid.largest_size)
