@@ -37,8 +37,8 @@ class Grid:
         cell_size: sizes of the smallest cell along each axis [length], shape (dim,), positive;
             those of all cells where the grid is uniform.
         lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
-        lines: for each axis the distances of its lines from the origin (`mpm/grid_lines.py`), empty
-            along a uniform axis; () if all are uniform.
+        lines: for each axis the distances of its lines from the origin (`tilth/grid_lines.py`),
+            empty along a uniform axis; () if all are uniform.
     """
 
     origin: Floats

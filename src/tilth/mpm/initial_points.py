@@ -13,6 +13,7 @@ from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
+from tilth.mpm.background import background_grid
 from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.initial_motion import initial_motion
 from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
@@ -34,9 +35,9 @@ def initial_points(model: Model) -> MaterialPoints:
     parameters: dict[int, Floats] = {}
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
-    start, fields = 0, model.fields()
+    start, fields, grid = 0, model.fields(), background_grid(model)
     for number, body in enumerate(model.bodies):
-        part = discretise(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
+        part = discretise(body, model.analysis.kind, grid)
         part, counts = by_layer(body, part, f"bodies[{number}]")
         declared_starts = None
         if model.present(body.name):  # a body that is placed later begins without stress
