@@ -97,6 +97,15 @@ class Grid:
             return np.broadcast_to(self.cell_size, np.shape(node))
         return np.asarray(0.5 * (self.sizes(node - 1) + self.sizes(node)))
 
+    def has_lines_of(self, other: Grid) -> bool:
+        """Returns whether the lines of another grid are at the same places."""
+        return (
+            np.array_equal(self.cell_size, other.cell_size)
+            and np.array_equal(self.origin, other.origin)
+            and self.graded == other.graded
+            and all(np.array_equal(self.lines[k], other.lines[k]) for k in self.graded)
+        )
+
     @property
     def largest_size(self) -> Floats:
         """Sizes of the largest cell along each axis [length], shape (dim,)."""
