@@ -370,7 +370,7 @@ def test_the_cutting_keeps_each_facet_whole(dim):
     corner[::4] = np.round(corner[::4], 1)  # corners on grid lines
     corner[::8, :, 0] = 0.2  # facets on grid lines
     origin, cell = np.full(dim, -0.1), np.array([0.1, 0.2, 0.25])[:dim]
-    piece, facet = _core.cut_simplices(corner, origin, cell)
+    piece, facet = _core.cut_simplices(corner, Grid(origin, cell))
     assert (np.diff(facet) >= 0).all()
 
     def area(c):

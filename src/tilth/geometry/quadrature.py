@@ -49,7 +49,7 @@ def make_quadrature(
             edges to that of the smallest cell.
     """
     facets = geometry.facets(lower, upper, facet_size or size)
-    piece, facet = _core.cut_simplices(facets.corner, grid.origin, grid.cell_size)
+    piece, facet = _core.cut_simplices(facets.corner, grid)
     piece, facet = np.asarray(piece), np.asarray(facet)
     if geometry.dim == 2:
         piece, facet = _sorted_along(facets.corner, piece, facet)

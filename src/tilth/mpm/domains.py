@@ -48,8 +48,8 @@ def moved_domains(
         part, own = points.part(body), active.of_field(body.field)
         moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
         folded = _core.move_corners(
-            part.position, part.corner, own.key, displacement[own.nodes], active.grid.origin,
-            active.grid.cell_size, kind == "axisymmetric", moved, shift,
+            part.position, part.corner, own.key, displacement[own.nodes], active.grid,
+            kind == "axisymmetric", moved, shift,
         )  # fmt: skip
         if folded >= 0:
             remedy = _UNFOLDED.format(body.name)
@@ -64,8 +64,8 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
         if body.domain_update == "corners":
             part, own = points.part(body), active.of_field(body.field)
             _core.move_domain_faces(
-                part.position, own.key, displacement[own.nodes], active.grid.origin,
-                active.grid.cell_size, part.half_length,
+                part.position, own.key, displacement[own.nodes], active.grid,
+                part.half_length,
             )  # fmt: skip
 
 

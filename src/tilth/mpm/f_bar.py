@@ -144,12 +144,12 @@ class Centres:
         if points.bodies[0].has_corners:
             cell_start = stencil.cell_start
             cell, corner_node, *shares = _core.share_corner_domains(
-                stencil, points.position, points.corner, volume, grid.origin, grid.cell_size,
+                stencil, points.position, points.corner, volume, grid,
                 own.cell_keys, axisymmetric,
             )  # fmt: skip
         else:
             cell_start, cell, *shares = _core.share_among_cells(
-                stencil, points.position, points.half_length, volume, grid.origin, grid.cell_size,
+                stencil, points.position, points.half_length, volume, grid,
                 own.cell_keys, axisymmetric,
             )  # fmt: skip
             corner_node = np.zeros(0, dtype=np.int32)

@@ -38,12 +38,12 @@ class PointsInCells:
     @cached_property
     def value(self) -> Floats:
         """Shape functions N [-], shape (n, 2^dim)."""
-        return np.asarray(_core.shape_values(self.local, np.ones(self.local.shape[1])))
+        return np.asarray(_core.shape_values(self.local))
 
     @cached_property
     def gradient(self) -> Floats:
         """Gradients of the shape functions [1/length], shape (n, 2^dim, dim)."""
-        return np.asarray(_core.shape_functions(self.local, self.size[0])[1])
+        return np.asarray(_core.shape_functions(self.local, self.size[self.cell])[1])
 
     def of(self, kept: npt.NDArray[np.bool_]) -> PointsInCells:
         """Returns the points `kept`, shape (n,), in those of the cells that have any."""
@@ -82,7 +82,7 @@ def locate_in_cells(
     grid = active.grid
     position = np.ascontiguousarray(position)
     if active.fields == 1:
-        found = _core.locate_in_cells(position, grid.origin, grid.cell_size, active.cell_keys)
+        found = _core.locate_in_cells(position, grid, active.cell_keys)
         key, local = np.asarray(found[0]), np.asarray(found[1])
     else:
         key, local = _in_cells_of_fields(active, position, field)
@@ -103,9 +103,7 @@ def _in_cells_of_fields(
     for number in np.unique(field):
         own = np.flatnonzero(field == number)
         cell_keys = active.of_field(number).cell_keys
-        found = _core.locate_in_cells(
-            position[own], active.grid.origin, active.grid.cell_size, cell_keys
-        )
+        found = _core.locate_in_cells(position[own], active.grid, cell_keys)
         key[own], local[own] = np.asarray(found[0]) + field_shift(number), found[1]
     return key, local
 

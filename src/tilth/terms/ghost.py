@@ -71,14 +71,14 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
-                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
-                    grid.cell_size, own.cell_keys, False,
+                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid,
+                    own.cell_keys, False,
                 )  # fmt: skip
                 filled[own.cells, column] += moment[:, 0]
             continue
         _core.fill_cells(
             stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
-            grid.origin, grid.cell_size, own.cell_keys, filled[own.cells],
+            grid, own.cell_keys, filled[own.cells],
         )  # fmt: skip
     size = grid.sizes(_places(active, key)).prod(axis=1)
     if soil.kind == "axisymmetric":

@@ -222,9 +222,7 @@ class ImplicitConstraints:
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
-            key, depth = _core.exterior_nodes(
-                *concatenated_cells(parts), lattice, self.active.grid.cell_size
-            )
+            key, depth = _core.exterior_nodes(*concatenated_cells(parts), lattice, self.active.grid)
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
         key, number = np.unique(np.concatenate(keys), return_inverse=True)
@@ -379,7 +377,7 @@ def _find_contact(
     start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
     nearest[near], fraction[near] = _core.find_contact(
         start, surface[near], normal[near], part[near], points.position, points.half_length,
-        edge, inverse, around, grid.origin, grid.cell_size,
+        edge, inverse, around, grid,
     )  # fmt: skip
     return nearest, fraction
 
