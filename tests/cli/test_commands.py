@@ -20,6 +20,7 @@ from tilth.analysis.memory import memory_of
 from tilth.bodies.discretise import discretise
 from tilth.case import load_case
 from tilth.errors import AnalysisFailed, TilthError
+from tilth.mpm.background import background_grid
 from tilth.output.folder import CHECKPOINT
 from tilth.report.setup import Setup
 from tilth.report.summary import print_summary
@@ -159,7 +160,7 @@ def summary_of(file: Path) -> str:
     """What `tilth check` prints of a case."""
     model = load_case(file)
     column = model.bodies[0]
-    points = discretise(column, "plane_strain", 2, model.origin, model.cell_size)
+    points = discretise(column, "plane_strain", background_grid(model))
     setup = Setup(
         title=model.title,
         dim=2,

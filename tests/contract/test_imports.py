@@ -25,6 +25,7 @@ ROOMS = [
     "output",
     "case",
     "model",
+    "grid_lines",
     "arrays comm errors interrupt memory_errors timers",
     "_core __init__",
 ]

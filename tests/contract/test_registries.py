@@ -36,6 +36,7 @@ from tilth.geometry.make import GEOMETRIES, Geometry, make_geometry
 from tilth.model import Body, Model, shapes
 from tilth.model import geometry as geometries
 from tilth.model.base import Declared
+from tilth.mpm.grid import Grid
 
 # --- geometries ------------------------------------------------------------------------------
 
@@ -176,7 +177,7 @@ def test_the_volumes_of_the_points_sum_to_that_of_the_shape(
         mesh.write(given["file"], file_format="gmsh22", binary=False)
     body = Body(name="soil", material="soil", shape=given, basis="linear", points_per_cell=2)  # type: ignore[arg-type]
     dimension = 3 if kind == "3d" else 2
-    found = discretise(body, kind, dimension, np.zeros(dimension), np.full(dimension, 0.25))
+    found = discretise(body, kind, Grid(np.zeros(dimension), np.full(dimension, 0.25)))
     assert found.position.shape[1] == dimension
     assert found.volume.min() > 0.0
     assert math.fsum(found.volume) == pytest.approx(volume, rel=1e-13)

@@ -9,6 +9,7 @@ import pytest
 from tilth.bodies import BodyPoints, discretise
 from tilth.errors import BadInput
 from tilth.model import Body, Box, Circle, Cylinder, Polygon, Sphere
+from tilth.mpm.grid import Grid
 
 CELL = {2: [0.5, 0.25], 3: [0.5, 0.25, 0.4]}
 ORIGIN = {2: [-1.0, 0.3], 3: [-1.0, 0.3, 0.1]}
@@ -18,13 +19,8 @@ L_SHAPE = [[0.0, 0.0], [2.1, 0.0], [2.1, 0.9], [0.8, 0.9], [0.8, 2.05], [0.0, 2.
 def points_of(shape, kind="plane_strain", origin=None, cell=None, **resolution) -> BodyPoints:
     dimension = 3 if kind == "3d" else 2
     body = Body(name="soil", material="clay", shape=shape, basis="gimp", **resolution)
-    return discretise(
-        body,
-        kind,
-        dimension,
-        ORIGIN[dimension] if origin is None else origin,
-        CELL[dimension] if cell is None else cell,
-    )
+    origin = np.array(ORIGIN[dimension] if origin is None else origin)
+    return discretise(body, kind, Grid(origin, np.array(CELL[dimension] if cell is None else cell)))
 
 
 def assert_sum(points: BodyPoints, volume: float) -> None:

@@ -12,6 +12,7 @@ from tilth.bodies import discretise
 from tilth.bodies.elements import ELEMENTS, simplex_weights
 from tilth.errors import BadInput
 from tilth.model import Body, Mesh
+from tilth.mpm.grid import Grid
 
 pytest.importorskip("meshio")
 
@@ -35,7 +36,7 @@ CORNERS = {
 def points_of(path, kind="plane_strain", **resolution):
     dimension = 3 if kind == "3d" else 2
     body = Body(name="dam", material="clay", shape=Mesh(file=str(path)), basis="gimp", **resolution)
-    return discretise(body, kind, dimension, [0.0] * dimension, [0.5] * dimension)
+    return discretise(body, kind, Grid(np.zeros(dimension), np.full(dimension, 0.5)))
 
 
 def monomial_integrals(name, corners):

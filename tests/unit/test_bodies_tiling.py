@@ -21,6 +21,7 @@ from tilth.bodies import BodyPoints, discretise
 from tilth.bodies.corners import corner_signs, mean_half_edges
 from tilth.errors import BadInput
 from tilth.model import Body, Mesh
+from tilth.mpm.grid import Grid
 
 pytest.importorskip("meshio")
 
@@ -41,7 +42,7 @@ def points_of(
 ) -> BodyPoints:
     dim = 3 if kind == "3d" else 2
     body = Body(name="dam", material="clay", shape=Mesh(file=str(path)), basis=basis, **more)
-    return discretise(body, kind, dim, [0.0] * dim, [cell] * dim)
+    return discretise(body, kind, Grid(np.zeros(dim), np.full(dim, cell)))
 
 
 def kind_of(element: str) -> str:

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from tilth.bodies import discretise
 from tilth.errors import BadInput
 from tilth.model import Body, Box, Circle, Cylinder, Mesh, Sphere
+from tilth.mpm.grid import Grid
 from tilth.surface.outline_3d import outline_3d
 
 CENTRE = np.array([1.0, -2.0, 30.0])
@@ -49,7 +50,7 @@ def edges(triangles):
 
 
 def exact_volume(shape):
-    points = discretise(body(shape, spacing=0.1), "3d", 3, [0.0] * 3, [0.2] * 3)
+    points = discretise(body(shape, spacing=0.1), "3d", Grid(np.zeros(3), np.full(3, 0.2)))
     return points.volume.sum()
 
 
@@ -74,7 +75,7 @@ def test_a_surface_is_closed_and_encloses_its_body(shape):
 
 @SHAPE
 def test_normals_point_into_the_soil(shape):
-    points = discretise(body(shape, spacing=0.05), "3d", 3, [0.0] * 3, [0.05] * 3)
+    points = discretise(body(shape, spacing=0.05), "3d", Grid(np.zeros(3), np.full(3, 0.05)))
     found = surface(shape, 0.1)
     inside = found.corner.mean(axis=1) + 0.1 * found.normal
     outside = found.corner.mean(axis=1) - 0.1 * found.normal

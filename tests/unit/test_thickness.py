@@ -15,6 +15,7 @@ from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.bodies.thickness import Crossings, crossings_of, mesh_crossings
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
+from tilth.mpm.grid import Grid
 
 L_SHAPE = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
 NOTCHED = [[0.0, 0.0], [4.0, 0.5], [3.5, 3.0], [1.0, 2.6], [3.0, 2.0], [2.5, 1.0], [0.3, 1.5]]
@@ -134,7 +135,7 @@ $EndElements
 def in_mesh(text: str, folder: Path, dim: int, place: Floats) -> tuple[Crossings, Any]:
     file = folder / "body.msh"
     file.write_text(text)
-    request = Request("body", False, np.zeros(dim), np.ones(dim), spacing=np.ones(dim))
+    request = Request("body", False, Grid(np.zeros(dim), np.ones(dim)), spacing=np.ones(dim))
     blocks = read_mesh(file, dim, request)
     return mesh_crossings(blocks, place), inside_mesh(blocks)
 

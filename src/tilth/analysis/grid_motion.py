@@ -11,6 +11,8 @@ import numpy as np
 
 from tilth.model import Model
 from tilth.model.fields import AXES
+from tilth.model.grading import along_axes
+from tilth.mpm.background import background_grid
 from tilth.mpm.grid import Grid
 
 if TYPE_CHECKING:
@@ -26,13 +28,10 @@ class GridMotion:
     """
 
     def __init__(self, model: Model, boundaries: Sequence[Implicit]) -> None:
-        limits, self._follow = model.grid.limits, model.grid.follow
-        self._initial = Grid(
-            origin=np.array(model.origin, dtype=float),
-            cell_size=np.array(model.cell_size, dtype=float),
-            lower=None if limits is None else np.array(limits.lower, dtype=float),
-            upper=None if limits is None else np.array(limits.upper, dtype=float),
-        )
+        self._follow = model.grid.follow
+        self._initial = background_grid(model)
+        sizes = along_axes(model.grid.cell_size, model.dimension)
+        self._first = np.array([s[0][0] if isinstance(s, tuple) else 0.0 for s in sizes])
         if self._follow is not None:
             self._leader = next(b for b in boundaries if b.name == self._follow.boundary)
 
@@ -44,5 +43,5 @@ class GridMotion:
         position = leader.motion.position(np.array([self._follow.place]), leader.factor(time))[0]
         axes = [AXES.index(axis) for axis in self._follow.axes]
         origin = self._initial.origin.copy()
-        origin[axes] = position[axes]
+        origin[axes] = position[axes] + self._first[axes]  # places are relative to the point
         return replace(self._initial, origin=origin)

@@ -24,7 +24,8 @@ from tilth.bodies.size import BodySize, body_size
 from tilth.errors import BadInput
 from tilth.model import Body, Model
 from tilth.model.variation import variations
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.background import background_grid
+from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
@@ -110,20 +111,24 @@ def memory_of(
         BadInput: a mesh that cannot be used, or a number of points that can only be an error.
     """
     if not model.stages:
-        return _of_stage(model, model.bodies, points, active, partial(body_size, model=model))
+        size = partial(body_size, kind=model.analysis.kind, grid=background_grid(model))
+        return _of_stage(model, model.bodies, points, active, size)
     first = model.of_stages[0]
-    sizes = {body.name: body_size(body, first) for body in first.bodies}
+    first_grid = background_grid(first)
+    sizes = {body.name: body_size(body, model.analysis.kind, first_grid) for body in first.bodies}
     estimates: dict[Any, MemoryEstimate] = {}
     for stage in model.of_stages:
         present = stage.present_bodies
-        kind = (frozenset(body.name for body in present), stage.cell_size)
-        refined = np.array(first.cell_size) / np.array(stage.cell_size)
+        stage_grid = background_grid(stage)
+        kind = (frozenset(body.name for body in present), str(stage.grid.cell_size))
 
-        def size_of(body: Body, refined: Floats = refined) -> BodySize:
+        def size_of(body: Body, grid: Grid = stage_grid) -> BodySize:
             """Returns its size on the grid of the stage; its points are those of the first."""
             size = sizes[body.name]
-            cells, lower, upper = size.cells * refined.prod(), size.lower, size.upper
-            return BodySize(size.points, float(cells), lower * refined, upper * refined)
+            ends = first_grid.position(np.stack([size.lower, size.upper]))
+            lower, upper = grid.in_cells(ends)
+            refined = ((upper - lower) / np.maximum(size.upper - size.lower, 1.0)).prod()
+            return BodySize(size.points, float(size.cells * refined), lower, upper)
 
         if not estimates and points is not None:
             estimates[kind] = _of_stage(stage, present, points, active, size_of)

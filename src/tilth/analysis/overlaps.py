@@ -11,6 +11,7 @@ from tilth.arrays import Integers
 from tilth.bodies.corners import corner_signs
 from tilth.bodies.discretise import inside_body
 from tilth.model import Model
+from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 
 INNER_SHARE = 0.5
@@ -65,9 +66,7 @@ def _points_inside(model: Model, points: MaterialPoints, body: int, host: int) -
     near: Integers = np.flatnonzero(within_bounds) + int(own.start)
     if len(near) == 0:
         return near
-    inside = inside_body(
-        model.bodies[host], model.analysis.kind, model.dimension, model.origin, model.cell_size
-    )
+    inside = inside_body(model.bodies[host], model.analysis.kind, background_grid(model))
     near = near[inside(points.position[near])]
     corners = points.all_corners()
     if corners is None:

@@ -189,6 +189,7 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         body_names=[body.name for body in model.bodies],
         cell_size=simulation.grid.cell_size,
         origin=simulation.grid.origin,
+        lines=[line.tolist() for line in simulation.grid.lines],
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[
             *(_surface(simulation, boundary) for boundary in simulation.implicit),

@@ -170,9 +170,7 @@ def _reset(points: MaterialPoints, stage: Stage) -> None:
 
 def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats]) -> None:
     """Hands on what persists: tractions of boundaries, tracked surfaces, stabilisation."""
-    same_grid = np.array_equal(last.grid.cell_size, simulation.grid.cell_size) and np.array_equal(
-        last.grid.origin, simulation.grid.origin
-    )
+    same_grid = simulation.grid.has_lines_of(last.grid)
     before = {boundary.name: boundary for boundary in [*last.implicit, *last.waves.surfaces()]}
     for boundary in [*simulation.implicit, *simulation.waves.surfaces()]:
         if (earlier := before.get(boundary.name)) is not None:

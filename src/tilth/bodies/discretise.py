@@ -6,10 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tilth.bodies.box import box_points
 from tilth.bodies.inside import Inside, inside_mesh, inside_of
@@ -19,6 +18,9 @@ from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
 from tilth.model import Body, Box, Circle, Cylinder, Mesh, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape
+
+if TYPE_CHECKING:
+    from tilth.mpm.grid import Grid
 
 SHAPES: dict[type[DeclaredShape], Callable[[Any, Request], BodyPoints]] = {
     Box: box_points,
@@ -31,23 +33,21 @@ SHAPES: dict[type[DeclaredShape], Callable[[Any, Request], BodyPoints]] = {
 """One line per shape: the function that divides it into material points."""
 
 
-def discretise(
-    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
-) -> BodyPoints:
+def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
     """Returns the initial material points of a body; their volumes sum to its volume to round-off.
 
-    kind: plane_strain, axisymmetric or 3d. grid_origin, cell_size: [length], shape (dimension,).
+    kind: plane_strain, axisymmetric or 3d.
     Points are ordered x fastest, then y, then z (a mesh: in the order of its elements). In
     axisymmetry the domains' half lengths along r are limited to r, so that none extends across the
     axis; rotated domains and those of a mesh (CPDI) fill the body and need no limit.
     Raises BadInput, naming the body, for a body without points, a shape of another dimension, or
     points so close that it can only be an error, or so far apart that cells in the body are empty.
     """
-    request = requested(body, kind, dimension, grid_origin, cell_size)
-    if dimension not in body.shape.dimensions:
+    request = requested(body, kind, grid)
+    if grid.dim not in body.shape.dimensions:
         raise request.refused(
-            f"a {body.shape.type} is not a shape of {dimension} dimensions",
-            "choose " + ", ".join(s.__name__.lower() for s in SHAPES if dimension in s.dimensions),
+            f"a {body.shape.type} is not a shape of {grid.dim} dimensions",
+            "choose " + ", ".join(s.__name__.lower() for s in SHAPES if grid.dim in s.dimensions),
             "shape.type",
         )
     if request.points is None:
@@ -62,30 +62,25 @@ def discretise(
     return replace(points, half_length=half_length)
 
 
-def inside_body(
-    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
-) -> Inside:
+def inside_body(body: Body, kind: str, grid: Grid) -> Inside:
     """Returns the test of which positions [length], (n, dimension), are inside a body's shape.
 
     Arguments as those of `discretise`. Raises BadInput for a mesh that cannot be read.
     """
     if not isinstance(body.shape, Mesh):
         return inside_of(body.shape)
-    request = requested(body, kind, dimension, grid_origin, cell_size)
-    return inside_mesh(read_mesh(Path(body.shape.file), dimension, request))
+    request = requested(body, kind, grid)
+    return inside_mesh(read_mesh(Path(body.shape.file), grid.dim, request))
 
 
-def requested(
-    body: Body, kind: str, dimension: int, grid_origin: npt.ArrayLike, cell_size: npt.ArrayLike
-) -> Request:
+def requested(body: Body, kind: str, grid: Grid) -> Request:
     """Returns the resolution that a body declares; arguments as in `discretise`."""
     return Request(
         name=body.name,
         axisymmetric=kind == "axisymmetric",
-        grid_origin=np.asarray(grid_origin, dtype=float),
-        cell_size=np.asarray(cell_size, dtype=float),
-        points_per_cell=per_direction(body.points_per_cell, dimension),
-        points=per_direction(body.points, dimension),
-        spacing=per_direction(body.spacing, dimension),
+        grid=grid,
+        points_per_cell=per_direction(body.points_per_cell, grid.dim),
+        points=per_direction(body.points, grid.dim),
+        spacing=per_direction(body.spacing, grid.dim),
         basis=body.basis,
     )

@@ -52,7 +52,7 @@ class Element(Protocol):
     def required_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
         """Returns the real number of segments per row of edges that matches the spacing, (n, rows).
 
-        corners: shape (n, corners, d). volume: shape (n,). spacing: shape (d,).
+        corners: shape (n, corners, d). volume: shape (n,). spacing: shape (n, d).
         """
         ...
 
@@ -111,7 +111,7 @@ class Simplex:
     def required_segments(self, corners: Floats, volume: Floats, spacing: Floats) -> Floats:
         """As `Element.required_segments`, by the volume of the tiles."""
         dimension = corners.shape[2]
-        pieces = volume / np.prod(spacing) / (dimension + 1)
+        pieces = volume / spacing.prod(axis=1) / (dimension + 1)
         return np.asarray(2.0 * pieces[:, None] ** (1.0 / dimension))
 
     def number_of_tiles(self, segments: Floats) -> Floats:
@@ -178,7 +178,7 @@ class Brick:
         """As `Element.required_segments`, by the mean of the edges of each direction."""
         start, end = np.moveaxis(self.edges, 2, 0)
         edge = (corners[:, end] - corners[:, start]).mean(axis=2)
-        return np.asarray(np.linalg.norm(edge / spacing, axis=2))
+        return np.asarray(np.linalg.norm(edge / spacing[:, None], axis=2))
 
     def number_of_tiles(self, segments: Floats) -> Floats:
         """As `Element.number_of_tiles`."""

@@ -15,7 +15,7 @@ from tilth.arrays import Floats
 from tilth.bodies.block import Block
 from tilth.bodies.elements import ELEMENTS
 from tilth.bodies.request import BodyPoints, Request
-from tilth.bodies.tiling import tile_points
+from tilth.bodies.tiling import spacing_of, tile_points
 from tilth.model import Mesh
 
 # Elements with a volume below this fraction of their longest extent to the power d are degenerate.
@@ -28,10 +28,10 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     """Returns the points of a mesh of triangles and quadrilaterals, or tetrahedra and hexahedra.
 
     An element is divided into k parts along each edge, k at least 1 and such that its pieces have
-    about the volume of the requested spacing. Each piece gives a point at its centroid with its
-    exact volume, and a square or cubic domain of that volume. Points are in the order of the
-    elements. Elements of lower dimension (the mesh of the outline) are not used. Domains with
-    corners tile the elements instead, see `tile_points`.
+    about the volume of the requested spacing, the least within the element. Each piece gives a
+    point at its centroid with its exact volume, and a square or cubic domain of that volume. Points
+    are in the order of the elements. Elements of lower dimension (the mesh of the outline) are not
+    used. Domains with corners tile the elements instead, see `tile_points`.
     Raises BadInput for a file that cannot be read or contains no such elements, and for degenerate,
     inverted or repeated elements.
     """
@@ -39,8 +39,11 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     blocks, measures = measured_blocks(shape, request)
     if request.has_corners:
         return tile_points(blocks, measures, request)
-    piece_volume = float(np.prod(request.requested_spacing()))
-    cuts = [np.maximum(np.rint((m / piece_volume) ** (1.0 / dimension)), 1.0) for m in measures]
+    spacings = [spacing_of(block, request) for block in blocks]
+    cuts = [
+        np.maximum(np.rint((m / spacing.prod(axis=1)) ** (1.0 / dimension)), 1.0)
+        for m, spacing in zip(measures, spacings, strict=True)
+    ]
     request.check_number(float(sum((cut**dimension).sum() for cut in cuts)))
     pieces = [_cut(block, cut.astype(np.int64)) for block, cut in zip(blocks, cuts, strict=True)]
     position = np.concatenate([centroid for centroid, _ in pieces])

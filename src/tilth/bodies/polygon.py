@@ -27,9 +27,9 @@ def polygon_points(shape: Polygon, request: Request) -> BodyPoints:
     request.check_radius(vertices[:, 0].min(), "its outline")
     area, centroid = area_and_centroid(vertices)
     volume = area * (2.0 * math.pi * centroid[0] if request.axisymmetric else 1.0)
-    axes = anchored_axes(request, vertices.min(axis=0), vertices.max(axis=0))
+    axes, sizes = anchored_axes(request, vertices.min(axis=0), vertices.max(axis=0))
     margin = OUTLINE_TOLERANCE * float(request.requested_spacing().min())
-    return cut_lattice(request, axes, inside_polygon(vertices, axes, margin), volume)
+    return cut_lattice(request, axes, sizes, inside_polygon(vertices, axes, margin), volume)
 
 
 def area_and_centroid(vertices: Floats) -> tuple[float, Floats]:

@@ -5,21 +5,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth import _core
+from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs
 from tilth.errors import NOT_GIVEN, BadInput
+
+if TYPE_CHECKING:
+    from tilth.mpm.grid import Grid
 
 MAXIMUM_POINTS = 1_000_000_000
 MAXIMUM_PER_CELL = 1000  # points per cell and direction
 # Largest distance of neighbouring points [cell sizes]. With one point per cell and a body that does
 # not fit the grid it is at most this; beyond it cells inside the body may be empty.
 MAXIMUM_SPACING = 1.5
+# Sides within this fraction of a cell of a grid line lie on it.
+ON_LINE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class BodyPoints:
 class Request:
     """Requested resolution of one body: exactly one of points_per_cell, points, spacing is given.
 
-    grid_origin, cell_size: shape (d,), any node of the grid and the cell's side lengths.
+    grid: the background grid.
     points_per_cell, points, spacing: shape (d,) each; material points per cell and direction,
     points per side, or distance of the points along each direction.
     basis: name of the basis, which determines the domains of the points.
@@ -77,8 +82,7 @@ class Request:
 
     name: str
     axisymmetric: bool
-    grid_origin: Floats
-    cell_size: Floats
+    grid: Grid
     points_per_cell: Floats | None = None
     points: Floats | None = None
     spacing: Floats | None = None
@@ -89,12 +93,36 @@ class Request:
         """Whether the domains of the points have corners (CPDI)."""
         return self.basis in _core.corner_basis_names()
 
+    @property
+    def cell_size(self) -> Floats:
+        """Sizes of the smallest cell along each axis, shape (d,)."""
+        return self.grid.cell_size
+
+    @property
+    def per_graded_cell(self) -> dict[int, float]:
+        """Points per cell along each axis where their distance varies with the cells."""
+        if self.points_per_cell is None:
+            return {}
+        return {k: float(self.points_per_cell[k]) for k in self.grid.graded}
+
     def requested_spacing(self) -> Floats:
-        """Distance of the points along each direction, shape (d,); needs no shape's size."""
+        """Distance of the points along each direction, shape (d,); needs no shape's size.
+
+        In the smallest cells, where it varies.
+        """
         if self.points_per_cell is not None:
             return self.cell_size / self.points_per_cell
         assert self.spacing is not None, "a Body takes `points` for a box only"
         return self.spacing
+
+    def spacing_within(self, lower: Floats, upper: Floats) -> Floats:
+        """Distance of the points along each direction in boxes, (n, d): the least within each.
+
+        lower, upper: their corners, shape (n, d).
+        """
+        if self.points_per_cell is None:
+            return np.broadcast_to(self.requested_spacing(), lower.shape)
+        return smallest_cells(self.grid, lower, upper) / self.points_per_cell
 
     def circumference(self, position: Floats) -> Floats:
         """Returns the volume per area at `position` (n, d): 2 pi r in axisymmetry, else 1; (n,)."""
@@ -158,11 +186,14 @@ class Request:
         corners are compared with the smallest side of a cell.
         """
         rotated = points.frame is not None or points.corner is not None
-        cell = np.full_like(self.cell_size, self.cell_size.min()) if rotated else self.cell_size
-        distance = 2.0 * points.half_length.max(axis=0)
-        worst = int(np.argmax(distance / cell))
-        if distance[worst] <= MAXIMUM_SPACING * cell[worst] * (1.0 + 1e-9):
+        cells = self.grid.sizes_at(points.position)
+        if rotated:
+            cells = np.broadcast_to(cells.min(axis=1, keepdims=True), cells.shape)
+        in_cells = points.half_length / cells
+        point, worst = divmod(int(in_cells.argmax()), cells.shape[1])
+        if 2.0 * in_cells[point, worst] <= MAXIMUM_SPACING * (1.0 + 1e-9):
             return
+        distance, cell = 2.0 * points.half_length[point, worst], cells[point, worst]
         along = f" along {'its own ' if rotated else ''}{'xyz'[worst]}"
         if points.corner is not None:
             along = ""
@@ -170,11 +201,28 @@ class Request:
         if self.points_per_cell is not None:
             remedy = "more points per cell"
         raise self.refused(
-            f"material points {distance[worst]:.6g} apart{along} in cells of "
-            f"{cell[worst]:.6g}: cells without points lose the material",
-            f"put them at most {MAXIMUM_SPACING * cell[worst]:.6g} apart: {remedy}",
+            f"material points {distance:.6g} apart{along} in cells of "
+            f"{cell:.6g}: cells without points lose the material",
+            f"put them at most {MAXIMUM_SPACING * cell:.6g} apart: {remedy}",
             self.resolution,
         )
+
+
+def smallest_cells(grid: Grid, lower: Floats, upper: Floats) -> Floats:
+    """Returns the sizes [length] of the smallest cells in boxes along each axis, shape (n, d).
+
+    lower, upper: their corners, shape (n, d).
+    """
+    size = np.array(np.broadcast_to(grid.cell_size, lower.shape))
+    for k in grid.graded:
+        line = grid.lines[k]
+        first, last = (grid_lines.in_cells(x[:, k] - grid.origin[k], line) for x in (lower, upper))
+        cells = np.append(np.diff(line), np.inf)
+        start = np.clip(np.floor(first + ON_LINE), 0, len(line) - 2)
+        end = np.clip(np.ceil(last - ON_LINE), start + 1, len(line) - 1)
+        ranges = np.stack([start, end], axis=1).astype(np.int64).ravel()
+        size[:, k] = np.minimum.reduceat(cells, ranges)[::2]
+    return size
 
 
 def per_direction(value: float | Sequence[float] | None, dimension: int) -> Floats | None:

@@ -40,11 +40,11 @@ def circle_points(shape: Circle, request: Request) -> BodyPoints:
                 f"its radius is {radius:.6g})",
                 f"centre it on the axis (x = 0) or move its centre to x >= {radius:.6g}",
             )
-    axes = anchored_axes(request, lower, upper)
+    axes, sizes = anchored_axes(request, lower, upper)
     inside = _within(axes, centre, radius, directions=(0, 1))
     if request.axisymmetric:
         inside &= axes[0] > 0.0
-    return cut_lattice(request, axes, inside, volume)
+    return cut_lattice(request, axes, sizes, inside, volume)
 
 
 def cylinder_points(shape: Cylinder, request: Request) -> BodyPoints:
@@ -52,23 +52,25 @@ def cylinder_points(shape: Cylinder, request: Request) -> BodyPoints:
     centre = np.asarray(shape.centre, dtype=float)
     along = "xyz".index(shape.axis)
     lower, upper = (np.array(corner) for corner in shape.bounds())
-    axes = anchored_axes(request, lower, upper)
+    axes, sizes = anchored_axes(request, lower, upper)
     across = tuple(i for i in range(3) if i != along)
     margin = SURFACE_TOLERANCE * shape.height
     between = (axes[along] >= lower[along] - margin) & (axes[along] <= upper[along] + margin)
     inside = _between_radii(axes, centre, shape, across) & spread(between, along)
     section = math.pi * (shape.radius**2 - (shape.inner_radius or 0.0) ** 2)
-    return cut_lattice(request, axes, inside, _fraction(shape) * section * float(shape.height))
+    return cut_lattice(
+        request, axes, sizes, inside, _fraction(shape) * section * float(shape.height)
+    )
 
 
 def sphere_points(shape: Sphere, request: Request) -> BodyPoints:
     """Returns the points of a sphere: the centres of the grid's sub-cells inside it."""
     centre = np.asarray(shape.centre, dtype=float)
     lower, upper = (np.array(corner) for corner in shape.bounds())
-    axes = anchored_axes(request, lower, upper)
+    axes, sizes = anchored_axes(request, lower, upper)
     inside = _between_radii(axes, centre, shape, directions=(0, 1, 2))
     volume = 4.0 / 3.0 * math.pi * (shape.radius**3 - (shape.inner_radius or 0.0) ** 3)
-    return cut_lattice(request, axes, inside, _fraction(shape) * volume)
+    return cut_lattice(request, axes, sizes, inside, _fraction(shape) * volume)
 
 
 def _fraction(shape: Cylinder | Sphere) -> float:

@@ -5,14 +5,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.bodies.discretise import requested
+from tilth.bodies.inside import inside_of
+from tilth.bodies.lattice import full_lattice
 from tilth.bodies.mesh import measured_blocks
 from tilth.bodies.request import Request
-from tilth.model import Body, Box, Circle, Mesh, Model
+from tilth.bodies.tiling import spacing_of
+from tilth.model import Body, Box, Circle, Mesh
+from tilth.model.shapes import DeclaredShape
+
+if TYPE_CHECKING:
+    from tilth.mpm.grid import Grid
+
+SAMPLES = 48
+"""Places along each axis of a graded grid at which a shape is sampled."""
 
 ALIGNMENT_TOLERANCE = 1e-6
 """Sides within this fraction of a cell of a grid line lie on it."""
@@ -34,19 +45,20 @@ class BodySize:
     upper: Floats
 
 
-def body_size(body: Body, model: Model) -> BodySize:
-    """Returns the size of a body of a model; a mesh is read, other shapes take no time.
+def body_size(body: Body, kind: str, grid: Grid) -> BodySize:
+    """Returns the size of a body; a mesh is read, other shapes take no time.
+
+    kind: plane_strain, axisymmetric or 3d.
 
     Raises:
         BadInput: a mesh that cannot be used, or so many points that it can only be an error.
     """
-    kind, dim = model.analysis.kind, model.dimension
-    request = requested(body, kind, dim, model.origin, model.cell_size)
+    request = requested(body, kind, grid)
     if request.points is None:
         request.check_spacing(request.cell_size / request.requested_spacing())
     shape = body.shape
     if isinstance(shape, Mesh):
-        points, measure, lower, upper = _of_mesh(shape, request)
+        points, cells, lower, upper = _of_mesh(shape, request)
     else:
         bounds, declared = shape.bounds(), shape.measure()
         assert bounds is not None, "only a mesh does not know its bounds"
@@ -55,21 +67,35 @@ def body_size(body: Body, model: Model) -> BodySize:
         measure = declared
         if isinstance(shape, Circle) and request.axisymmetric and lower[0] < 0.0:
             lower[0], measure = 0.0, 0.5 * measure  # centred on the axis
-        points = _points(body, request, measure)
+        cells = _cells(shape, measure, lower, upper, grid)
+        points = _points(body, request, measure, cells)
     request.check_number(points)
-    cell = request.cell_size
-    below, above = (lower - request.grid_origin) / cell, (upper - request.grid_origin) / cell
+    below, above = grid.in_cells(lower), grid.in_cells(upper)
     first = np.floor(below + ALIGNMENT_TOLERANCE)
     end = np.ceil(above - ALIGNMENT_TOLERANCE)
     if isinstance(shape, Box) and not shape.angle:
         return BodySize(points, float(np.prod(end - first)), first, end)
-    cells = _touched(measure / float(np.prod(cell)), above - below)
+    cells = _touched(cells, above - below)
     return BodySize(points, min(cells, float(np.prod(end - first))), first, end)
 
 
-def _points(body: Body, request: Request, measure: float) -> float:
+def _cells(shape: DeclaredShape, measure: float, lower: Floats, upper: Floats, grid: Grid) -> float:
+    """Returns the area or volume of a shape, not a mesh, in cells; within bounds (dim,)."""
+    if not grid.graded:
+        return measure / float(np.prod(grid.cell_size))
+    ends = zip(grid.in_cells(lower), grid.in_cells(upper), strict=True)
+    share = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    cells = full_lattice([low + share * (high - low) for low, high in ends])
+    inside = inside_of(shape)(grid.position(cells))
+    return float(inside.mean() * np.prod(grid.in_cells(upper) - grid.in_cells(lower)))
+
+
+def _points(body: Body, request: Request, measure: float, cells: float) -> float:
+    """Returns the number of points of a body that is not a mesh; cells: its size in them."""
     if request.points is not None:
         return float(np.prod(request.points))
+    if request.points_per_cell is not None and request.grid.graded:
+        return max(cells * float(np.prod(request.points_per_cell)), 1.0)
     spacing = request.requested_spacing()
     if isinstance(body.shape, Box):
         side = np.subtract(body.shape.upper, body.shape.lower)
@@ -78,14 +104,17 @@ def _points(body: Body, request: Request, measure: float) -> float:
 
 
 def _of_mesh(shape: Mesh, request: Request) -> tuple[float, float, Floats, Floats]:
-    """Returns points, area or volume, and bounds of a mesh."""
+    """Returns points, area or volume in cells, and bounds of a mesh."""
     blocks, measures = measured_blocks(shape, request)
-    piece = float(np.prod(request.requested_spacing()))
-    points = sum(float(np.maximum(np.rint(own / piece), 1.0).sum()) for own in measures)
+    points = cells = 0.0
+    for block, own in zip(blocks, measures, strict=True):
+        pieces = own / spacing_of(block, request).prod(axis=1)
+        points += float(np.maximum(np.rint(pieces), 1.0).sum())
+        cells += float((own / request.grid.sizes_at(block.corners.mean(axis=1)).prod(axis=1)).sum())
     corners = [block.corners.reshape(-1, len(request.cell_size)) for block in blocks]
     lower = np.min([own.min(axis=0) for own in corners], axis=0)
     upper = np.max([own.max(axis=0) for own in corners], axis=0)
-    return points, float(sum(own.sum() for own in measures)), lower, upper
+    return points, cells, lower, upper
 
 
 def _touched(measure: float, sides: Floats) -> float:

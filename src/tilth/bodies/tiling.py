@@ -33,7 +33,7 @@ def tile_points(blocks: Sequence[Block], volumes: Sequence[Floats], request: Req
     Raises BadInput for too many points, and for a hexahedron with folded tiles.
     """
     dimension = len(request.cell_size)
-    segments = _segments(blocks, volumes, request.requested_spacing())
+    segments = _segments(blocks, volumes, request)
     numbers = [b.element.number_of_tiles(s) for b, s in zip(blocks, segments, strict=True)]
     request.check_number(float(sum(number.sum() for number in numbers)))
     total = int(sum(number.sum() for number in numbers))
@@ -97,15 +97,20 @@ def _box_volumes(half_edge: Floats) -> Floats:
     return np.asarray(2.0 ** half_edge.shape[2] * np.linalg.det(half_edge))
 
 
-def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], spacing: Floats) -> list[Floats]:
+def spacing_of(block: Block, request: Request) -> Floats:
+    """Returns the requested spacing in each element, the least within it, shape (n, d)."""
+    return request.spacing_within(block.corners.min(axis=1), block.corners.max(axis=1))
+
+
+def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], request: Request) -> list[Floats]:
     """Returns the numbers of segments along each row of edges, (n, rows) for each block."""
     classes = _edge_classes(blocks)
     every = np.concatenate([own.ravel() for own in classes])
     # The mean of the power d, so that the number of tiles corresponds to their volume.
-    power = len(spacing)
+    power = len(request.cell_size)
     required = np.concatenate(
         [
-            b.element.required_segments(b.corners, volume, spacing).ravel()
+            b.element.required_segments(b.corners, volume, spacing_of(b, request)).ravel()
             for b, volume in zip(blocks, volumes, strict=True)
         ]
     )

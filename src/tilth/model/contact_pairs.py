@@ -161,8 +161,9 @@ def _near(model: Model, one: Bounds | None, other: Bounds | None) -> bool:
     """Whether two bounding boxes come nearer than a cell, or one of them is not known (a mesh)."""
     if one is None or other is None:
         return True
+    axes = [model.grid_axis(k) for k in range(model.dimension)]
     return all(
-        one[0][k] < other[1][k] + model.cell_size[k]
-        and other[0][k] < one[1][k] + model.cell_size[k]
-        for k in range(model.dimension)
+        one[0][k] < other[1][k] + axis.size_at(other[1][k])
+        and other[0][k] < one[1][k] + axis.size_at(one[1][k])
+        for k, axis in enumerate(axes)
     )

@@ -89,7 +89,8 @@ def _whole(value: Any) -> int:
     return int(value)
 
 
-def _positive(value: Any) -> float:
+def positive(value: Any) -> float:
+    """Returns a number of at least `LEAST`; refuses anything else."""
     if (number := real(value)) >= LEAST:
         return number
     if number > 0.0:
@@ -112,7 +113,7 @@ def _angle(value: Any) -> float:
 
 
 def _tolerance(value: Any) -> float:
-    if (number := _positive(value)) < ROUND_OFF:
+    if (number := positive(value)) < ROUND_OFF:
         raise reject(f"is below {ROUND_OFF:g}, the round-off of numbers")
     if number > LARGEST_TOLERANCE:
         what = f"must be at most {LARGEST_TOLERANCE:g}: with more there is no equilibrium"
@@ -328,7 +329,7 @@ def _angular_velocity(value: Any) -> float | tuple[float, ...]:
 
 
 Real = Annotated[float, PlainValidator(real)]
-Positive = Annotated[float, PlainValidator(_positive)]
+Positive = Annotated[float, PlainValidator(positive)]
 NotNegative = Annotated[float, PlainValidator(_not_negative)]
 Angle = Annotated[float, PlainValidator(_angle)]
 Tolerance = Annotated[float, PlainValidator(_tolerance)]
@@ -340,9 +341,8 @@ Flag = Annotated[bool, PlainValidator(_flag)]
 Vector = Annotated[Sequence[float], PlainValidator(_vector_of(real))]
 CountVector = Annotated[Sequence[int], PlainValidator(_vector_of(_count))]
 WholeNumbers = Annotated[Sequence[int], PlainValidator(_whole_numbers)]
-PositivePerDirection = Annotated[
-    float | Sequence[float], PlainValidator(_per_direction_of(_positive))
-]
+positive_per_direction = _per_direction_of(positive)
+PositivePerDirection = Annotated[float | Sequence[float], PlainValidator(positive_per_direction)]
 CountPerDirection = Annotated[int | Sequence[int], PlainValidator(_per_direction_of(_count))]
 Direction = Annotated[Vector, AfterValidator(_not_zero)]
 AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direction)]

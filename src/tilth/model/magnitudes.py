@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.grading import along_axes
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.surface import SurfaceLoad
 
@@ -32,7 +33,7 @@ SMALLEST_LENGTH = 1e-6
 
 
 MOST_ELONGATED = 1e4
-"""Ratio of a cell's longest edge to its shortest, at most."""
+"""Ratio of the longest edge of a cell to the shortest, at most; of all cells of a graded grid."""
 
 
 def magnitude_problems(model: Model) -> Iterator[Problem]:
@@ -40,10 +41,10 @@ def magnitude_problems(model: Model) -> Iterator[Problem]:
 
     Only that where the cells are too elongated: nothing else can be told then.
     """
-    ratio = max(model.cell_size) / min(model.cell_size)
+    ratio = max(model.largest_cell) / min(model.cell_size)
     if ratio > MOST_ELONGATED:
         what = f"the edges of a cell have the ratio {ratio:.3g}, more than {MOST_ELONGATED:g}"
-        yield Problem("grid.cell_size", what, "give edges of similar length", model.cell_size)
+        yield Problem("grid.cell_size", what, "give edges of similar length", model.grid.cell_size)
         return
     yield from _beyond_resolution(model)
     yield from _too_small(model)
@@ -67,10 +68,9 @@ def magnitude_problems(model: Model) -> Iterator[Problem]:
 
 def _too_far(model: Model, position: Sequence[float]) -> tuple[str, str] | None:
     """Returns (problem, remedy) for a position too many cells from the grid's origin, or None."""
-    for axis, x, origin, size in zip(AXES, position, model.origin, model.cell_size, strict=False):
-        if abs(x - origin) > MOST_CELLS * size:
-            cells = abs(x - origin) / size
-            what = f"{axis} = {x:g} is {cells:.3g} cells from the origin of the grid"
+    for k, x in enumerate(position):
+        if (cells := abs(model.grid_axis(k).in_cells(x))) > MOST_CELLS:
+            what = f"{AXES[k]} = {x:g} is {cells:.3g} cells from the origin of the grid"
             return what, f"at most {MOST_CELLS:,} are possible: use larger cells, or `grid.origin`"
     return None
 
@@ -148,6 +148,9 @@ _POSITIONS = (
 def _lengths(model: Model) -> Iterator[tuple[str, Any]]:
     """Yields every position that is compared with positions of the soil, and every radius."""
     yield "grid.origin", model.grid.origin
+    for axis, size in zip(AXES, along_axes(model.grid.cell_size, model.dimension), strict=False):
+        if isinstance(size, tuple):
+            yield f"grid.cell_size.{axis}", [place for place, _ in size]
     if model.grid.follow is not None:
         yield "grid.follow.place", model.grid.follow.place
     for i, body in enumerate(model.bodies):

@@ -7,16 +7,19 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
 
+from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.base import Declared
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries, state_variable_problems
 from tilth.model.contact_pairs import ContactPair, displacement_fields
-from tilth.model.fields import AsTuple, Entries, Name, Text, per_direction
+from tilth.model.fields import AXES, AsTuple, Entries, Name, Text
 from tilth.model.geometry import DeclaredGeometry
+from tilth.model.grading import GridAxis, Places, along_axes, largest, line_of, smallest
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
@@ -153,13 +156,50 @@ class Model(Declared):
 
     @property
     def cell_size(self) -> tuple[float, ...]:
-        """Edge lengths of a grid cell [length], shape (dimension,)."""
-        return per_direction(self.grid.cell_size, self.dimension)
+        """Size of the smallest grid cell along each axis [length], shape (dimension,).
+
+        That of all cells where the grid is uniform.
+        """
+        return tuple(smallest(size) for size in self._cell_sizes)
+
+    @property
+    def largest_cell(self) -> tuple[float, ...]:
+        """Size of the largest grid cell along each axis [length], shape (dimension,)."""
+        return tuple(largest(size) for size in self._cell_sizes)
+
+    @property
+    def lines(self) -> tuple[Floats, ...]:
+        """Distances of each axis' grid lines from the origin [length] (`tilth/grid_lines.py`).
+
+        Empty along a uniform axis.
+        """
+        none = np.zeros(0)
+        return tuple(line_of(s) if isinstance(s, tuple) else none for s in self._cell_sizes)
 
     @property
     def origin(self) -> tuple[float, ...]:
-        """Coordinates of a node of the grid [length], shape (dimension,)."""
-        return tuple(self.grid.origin or (0.0,) * self.dimension)
+        """Coordinates of the grid's node with the lattice index 0 at the start [length].
+
+        Shape (dimension,). Along a graded axis it is the first place.
+        """
+        origin = list(self.grid.origin or (0.0,) * self.dimension)
+        for k, size in enumerate(self._cell_sizes):
+            if isinstance(size, tuple):
+                origin[k] = size[0][0] + self._followed(k)
+        return tuple(origin)
+
+    def grid_axis(self, k: int) -> GridAxis:
+        """Returns the grid lines of an axis at the start."""
+        return GridAxis(self.origin[k], self.cell_size[k], self.lines[k])
+
+    def _followed(self, k: int) -> float:
+        """Returns the coordinate of the point that the grid follows along an axis, or 0."""
+        follow = self.grid.follow
+        return follow.place[k] if follow is not None and AXES[k] in follow.axes else 0.0
+
+    @property
+    def _cell_sizes(self) -> tuple[float | Places, ...]:
+        return along_axes(self.grid.cell_size, self.dimension)
 
     @property
     def functions(self) -> tuple[str, ...]:

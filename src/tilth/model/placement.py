@@ -87,11 +87,11 @@ def _implicit(model: Model) -> Iterator[Problem]:
 
 def _nearest_lines(model: Model, direction: int, at: float) -> str:
     """Returns a remedy with the two nearest grid lines, or "" for a position on a grid line."""
-    origin, size = model.origin[direction], model.cell_size[direction]
-    number = (at - origin) / size
+    axis = model.grid_axis(direction)
+    number = axis.in_cells(at)
     if abs(number - round(number)) <= ON_GRID_LINE:
         return ""
-    below, above = (origin + n * size for n in (math.floor(number), math.floor(number) + 1))
+    below, above = (axis.coordinate(math.floor(number) + n) for n in (0, 1))
     return f"the nearest grid lines are {AXES[direction]} = {below:.9g} and {above:.9g}"
 
 

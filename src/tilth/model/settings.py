@@ -17,12 +17,12 @@ from tilth.model.fields import (
     Label,
     Name,
     NotNegative,
-    PositivePerDirection,
     Text,
     Tolerance,
     Vector,
     extent_problems,
 )
+from tilth.model.grading import CellSize
 from tilth.model.inertia import Inertia
 from tilth.model.laws import state_units
 from tilth.model.problems import rejection
@@ -131,18 +131,26 @@ class Follow(Declared):
     place: Vector
     """Position of the point at time 0 [length], shape (dimension,), such as a footing's edge."""
     axes: Components
-    """Axes along which the grid is shifted: with "x" a line x = const. passes through the point."""
+    """Axes along which the grid is shifted: with "x" a line x = const. passes through the point.
+    All its lines are shifted together, those of a graded grid too."""
 
 
 class Grid(Declared):
-    """Regular background grid; unbounded unless `limits` are given."""
+    """Background grid, uniform or graded along each axis; unbounded unless `limits` are given."""
 
     origin: Vector | None = None
-    """Coordinates of a grid node [length], shape (dimension,); zeros if not given."""
+    """Coordinates of a grid node [length], shape (dimension,); zeros if not given. Along an axis
+    with rows (place, size) it is the first place."""
     follow: Follow | None = None
     """A point through which a grid line passes in every step, instead of through `origin`."""
-    cell_size: PositivePerDirection
-    """Edge length of a cell [length], > 0: one number, or one per direction."""
+    cell_size: CellSize
+    """Edge length of a cell [length], > 0: one number, or one per direction, or a table with a
+    number or rows (place, size) for each axis. A grid line passes through each place; from one to
+    the next the sizes form a geometric progression, scaled to a whole number of cells; beyond the
+    first and the last place the cells next to it go on. Sizes of neighbours have a ratio of at most
+    1.5. Along an axis of `follow` places are relative to the point that is followed, which is one
+    of them.
+    """
     limits: Limits | None = None
     """Box that the material points must not leave."""
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
@@ -29,6 +29,7 @@ def size_problems(model: Model) -> list[Problem]:
     kind, dimension = model.analysis.kind, model.dimension
     problems = [p for key, value in _vectors(model) for p in _length(key, value, dimension, kind)]
     problems += [p for key, axes in _axes(model) for p in _axis(key, axes, dimension, kind)]
+    problems += _grids(model)
     for i, body in enumerate(model.bodies):
         problems += _variant(f"bodies[{i}].shape", body.shape, SHAPES, dimension, kind)
     for i, boundary in enumerate(model.boundaries):
@@ -52,6 +53,37 @@ def size_problems(model: Model) -> list[Problem]:
         if track.quantity in _ABOUT_AXES:
             problems += _moment(f"track[{i}]", track, dimension, kind)
     return problems
+
+
+def _grids(model: Model) -> Iterator[Problem]:
+    """Axes without a cell size or a direction, and origins that are not the first place."""
+    grids = [
+        ("grid", model.grid),
+        *((f"stages[{i}].grid", s.grid) for i, s in loading_stages(model)),
+    ]
+    followed = model.grid.follow.axes if model.grid.follow is not None else ()
+    for key, grid in grids:
+        if grid is None or not isinstance(grid.cell_size, Mapping):
+            continue
+        kind, axes = model.analysis.kind, AXES[: model.dimension]
+        for axis in axes:
+            if axis not in grid.cell_size:
+                remedy = "give a number, or rows (place, size)"
+                yield Problem(f"{key}.cell_size.{axis}", "missing", remedy)
+        yield from _axis(f"{key}.cell_size", grid.cell_size, model.dimension, kind)
+        for k, axis in enumerate(axes):
+            rows = grid.cell_size.get(axis)
+            if not isinstance(rows, tuple):
+                continue
+            first = rows[0][0]
+            if grid.origin is not None and k < len(grid.origin) and grid.origin[k] != first:
+                what = f"along {axis} the origin is the first place of {key}.cell_size, {first:g}"
+                yield Problem(f"{key}.origin", what, "give this, or leave it out", grid.origin)
+            if axis in followed and all(place != 0.0 for place, _ in rows):
+                what = (
+                    "places are relative to the point that the grid follows, and no line is there"
+                )
+                yield Problem(f"{key}.cell_size.{axis}", what, "give a row with place 0", rows)
 
 
 def _surfaces(model: Model) -> Iterator[Problem]:
@@ -143,6 +175,10 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
     """Yields every entry that may be a vector with one component per direction."""
     yield "grid.origin", model.grid.origin
     yield "grid.cell_size", model.grid.cell_size
+    for i, stage in loading_stages(model):
+        if stage.grid is not None:
+            yield f"stages[{i}].grid.origin", stage.grid.origin
+            yield f"stages[{i}].grid.cell_size", stage.grid.cell_size
     if model.grid.limits is not None:
         yield "grid.limits.lower", model.grid.limits.lower
         yield "grid.limits.upper", model.grid.limits.upper

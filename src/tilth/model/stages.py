@@ -11,7 +11,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
-from tilth.model.fields import AsTuple, Entries, Flag, PositivePerDirection, Table, Vector
+from tilth.model.fields import AsTuple, Entries, Flag, Table, Vector
+from tilth.model.grading import CellSize
 from tilth.model.problems import reject, rejection
 from tilth.model.schedule import Schedule
 from tilth.model.shapes import Shape
@@ -80,10 +81,11 @@ Regions = Annotated[Sequence[ExcavatedRegion], Entries, AsTuple]
 class StageGrid(Declared):
     """The background grid from this stage on."""
 
-    cell_size: PositivePerDirection
-    """Edge length of its cells [length], > 0: one number, or one per direction."""
+    cell_size: CellSize
+    """Edge length of its cells [length], > 0, in any of the forms of [grid]."""
     origin: Vector | None = None
-    """Coordinates of a node [length], shape (dimension,); that of [grid] if not given."""
+    """Coordinates of a node [length], shape (dimension,); that of [grid] if not given. Along an
+    axis with rows (place, size) it is the first place."""
 
 
 class Stage(Declared):

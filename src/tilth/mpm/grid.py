@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tilth import _core
+from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts, make_read_only
 from tilth.errors import StepFailed
-from tilth.mpm import grid_lines
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,
@@ -38,8 +37,8 @@ class Grid:
         cell_size: sizes of the smallest cell along each axis [length], shape (dim,), positive;
             those of all cells where the grid is uniform.
         lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
-        lines: for each axis the distances of its lines from the origin (`mpm/grid_lines.py`), empty
-            along a uniform axis; () if all are uniform.
+        lines: for each axis the distances of its lines from the origin (`tilth/grid_lines.py`),
+            empty along a uniform axis; () if all are uniform.
     """
 
     origin: Floats
@@ -89,6 +88,32 @@ class Grid:
             return np.broadcast_to(self.cell_size, np.shape(position))
         return self.sizes(np.floor(self.in_cells(position)).astype(np.int64))
 
+    def sizes_around(self, node: Integers) -> Floats:
+        """Returns the mean sizes [length] of the cells on both sides of nodes (..., dim).
+
+        Their product over the axes is the mean volume of the cells around the node.
+        """
+        if not self.graded:
+            return np.broadcast_to(self.cell_size, np.shape(node))
+        return np.asarray(0.5 * (self.sizes(node - 1) + self.sizes(node)))
+
+    def has_lines_of(self, other: Grid) -> bool:
+        """Returns whether the lines of another grid are at the same places."""
+        return (
+            np.array_equal(self.cell_size, other.cell_size)
+            and np.array_equal(self.origin, other.origin)
+            and self.graded == other.graded
+            and all(np.array_equal(self.lines[k], other.lines[k]) for k in self.graded)
+        )
+
+    @property
+    def largest_size(self) -> Floats:
+        """Sizes of the largest cell along each axis [length], shape (dim,)."""
+        size = self.cell_size.copy()
+        for k in self.graded:
+            size[k] = np.diff(self.lines[k]).max()
+        return size
+
     def require_inside(self, position: Floats, point_id: Integers) -> None:
         """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
 
@@ -119,7 +144,8 @@ class Stencil:
         value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear
             basis the local coordinates in the cell; for others whose nodes fill a box the
             one-dimensional factors; else values and gradients.
-        hat_slope: slopes of the linear basis [1/length], shape (dim,); empty with others.
+        hat_slope: slopes of the linear basis [1/length], shape (dim,), on a graded grid
+            (groups, dim); empty with others.
         dim: number of directions.
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
     """
@@ -443,7 +469,9 @@ def _stencil(
         node = node + np.int32(of_field.first_node)
     basis, hat_slope = points.bodies[body].basis, np.zeros(0)
     if basis == "linear":
-        of_point, hat_slope = np.full(len(first), grid.dim), 1.0 / grid.cell_size
+        of_point = np.full(len(first), grid.dim)
+        size = grid.sizes(first[:, : grid.dim]) if grid.graded else grid.cell_size
+        hat_slope = 1.0 / size
     elif groups.boxed:
         of_point = 2 * count[:, : grid.dim].sum(axis=1, dtype=np.int64)
     else:
@@ -454,12 +482,12 @@ def _stencil(
     if groups.boxed:
         _core.basis_factors(
             basis, start, first, count, value_start, part.position, part.half_length,
-            grid.origin, grid.cell_size, value,
+            grid, value,
         )  # fmt: skip
     else:
         _core.corner_basis_values(
             start, node_start, groups.node_key, value_start, part.position, part.corner,
-            grid.origin, grid.cell_size, value,
+            grid, value,
         )  # fmt: skip
     colour_start, slab_start, order = _core.colour_groups(first, count)
     return Stencil(

@@ -18,6 +18,7 @@ from tilth.fields.level import elevation
 from tilth.fields.tables import place_text
 from tilth.model import Body, BodyForce, Mesh, Model
 from tilth.model.initial import AtRest
+from tilth.mpm.background import background_grid
 from tilth.mpm.water import PhreaticSurface
 
 
@@ -162,7 +163,7 @@ def _bounds(
 
 
 def _request(model: Model, body: Body) -> Request:
-    return requested(body, model.analysis.kind, model.dimension, model.origin, model.cell_size)
+    return requested(body, model.analysis.kind, background_grid(model))
 
 
 def _require_below(position: Floats, ground: Floats, key: str, entry: AtRest) -> None:

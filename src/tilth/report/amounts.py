@@ -54,3 +54,9 @@ def elevation(level: Level, unit: str) -> str:
 def vector(components: Iterable[float]) -> str:
     """Returns the components in brackets."""
     return "[" + ", ".join(f"{c:g}" for c in components) + "]"
+
+
+def cells_text(sizes: Iterable[tuple[float, float]], unit: str) -> str:
+    """Returns the sizes of cells along each axis, from the smallest to the largest [length]."""
+    texts = [f"{low:.4g} to {high:.4g}" if high > low else f"{low:g}" for low, high in sizes]
+    return f"cells of {' x '.join(texts)} {unit}".rstrip()

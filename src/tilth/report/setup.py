@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.report.amounts import cells_text
 from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
@@ -213,8 +214,11 @@ def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
 
 def _cell_text(setup: Setup) -> str:
     """Returns the legend text of the grid."""
-    sizes = " x ".join(f"{size:.4g}" for size in setup.cell_size)
-    return f"grid, cells of\n{sizes} {setup.length_unit}".rstrip()
+    largest = setup.cell_size.copy()
+    for k, line in setup.graded():
+        largest[k] = np.diff(line).max()
+    text = cells_text(zip(setup.cell_size, largest, strict=True), setup.length_unit)
+    return "grid, " + text.replace(" of ", " of\n", 1)
 
 
 def _number(value: float) -> str:

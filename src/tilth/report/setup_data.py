@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tilth.arrays import Flags, Floats, Integers
+from tilth import grid_lines
+from tilth.arrays import Flags, Floats, Integers, distinct_rows
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.surface_lines import clip_segments, clip_triangles, moved_corners
 from tilth.report.water_line import nearby
@@ -110,9 +111,12 @@ class Setup:
     """Body of each point, shape (n,)."""
     body_names: Sequence[str]
     cell_size: Floats
-    """Shape (dim,)."""
+    """Sizes of the smallest cell along each axis, shape (dim,)."""
     origin: Floats
     """A node of the grid, shape (dim,)."""
+    lines: Sequence[Sequence[float]] = ()
+    """Of a graded grid the distances of each axis' lines from the origin (`tilth/grid_lines.py`),
+    empty along a uniform axis."""
     conditions: Sequence[Condition] = field(default_factory=tuple)
     loads: Sequence[Load] = field(default_factory=tuple)
     surfaces: Sequence[Surface] = ()
@@ -134,6 +138,28 @@ class Setup:
     """Which points are new in this stage, shape (n,)."""
     removed: Soil | None = None
     """Soil that was removed at the start of this stage."""
+
+    def graded(self) -> Iterator[tuple[int, Floats]]:
+        """Yields the graded axes with the distances of their lines from the origin."""
+        return ((k, np.array(line)) for k, line in enumerate(self.lines) if len(line) > 0)
+
+    def in_cells(self, coordinate: Floats, axis: int) -> Floats:
+        """Returns coordinates along an axis [length] in cells: line below plus a share."""
+        distance = np.asarray(coordinate - self.origin[axis])
+        if (line := dict(self.graded()).get(axis)) is None:
+            return np.asarray(distance / self.cell_size[axis])
+        return grid_lines.in_cells(distance, line)
+
+    def coordinates(self, line: Floats, axis: int) -> Floats:
+        """Returns the coordinates of grid lines along an axis by their numbers [length]."""
+        if (lines := dict(self.graded()).get(axis)) is None:
+            return np.asarray(self.origin[axis] + line * self.cell_size[axis])
+        return np.asarray(self.origin[axis] + grid_lines.distance(line, lines))
+
+    def occupied_cells(self) -> int:
+        """Returns the number of cells with points."""
+        cells = [np.floor(self.in_cells(x, k)) for k, x in enumerate(self.position.T)]
+        return len(distinct_rows(np.column_stack(cells)))
 
     def colour_of(self, name: str, number: int) -> int:
         """Returns the number of the colour of a boundary, which is the one with that number."""

@@ -103,13 +103,13 @@ def _draw_grid(
 
     lines = []
     for k, direction in enumerate(chosen):
-        size, start = float(setup.cell_size[direction]), float(setup.origin[direction])
-        first, last = np.ceil((low[k] - start) / size), np.floor((high[k] - start) / size)
+        ends = setup.in_cells(np.array([low[k], high[k]]), direction)
+        first, last = np.ceil(ends[0]), np.floor(ends[1])
         every = int(max(np.ceil((last - first + 1) / MAXIMUM_LINES), 1))
         if every > 1:
             notes.append(f"every {every}th grid line is drawn")
-        for number in np.arange(np.ceil(first / every) * every, last + 1, every):
-            x = start + number * size
+        drawn = np.arange(np.ceil(first / every) * every, last + 1, every)
+        for x in setup.coordinates(drawn, direction):
             if k == 0:
                 lines.append([(x, low[1]), (x, high[1])])
             else:

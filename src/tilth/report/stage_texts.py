@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from tilth.model import BodyForce, ImplicitBoundary, Model, PointForce
+from tilth.model.grading import along_axes, largest, smallest
 from tilth.model.loads import Load
 from tilth.model.stages import Stage
 from tilth.model.staging import moves
-from tilth.report.amounts import elevation, vector
+from tilth.report.amounts import cells_text, elevation, vector
 
 
 def load_name(number: int, load: Load) -> str:
@@ -134,10 +136,11 @@ def _table(rows: Sequence[Sequence[float]]) -> str:
     return ", ".join(texts)
 
 
-def _cells(cell_size: float | Sequence[float], model: Model) -> str:
-    sizes = cell_size if isinstance(cell_size, tuple) else (cell_size,)
-    text = " x ".join(f"{size:g}" for size in sizes)
-    return f"cells of {text} {model.units.length}".rstrip()
+def _cells(cell_size: Any, model: Model) -> str:
+    if not isinstance(cell_size, Mapping) and not isinstance(cell_size, tuple):
+        return f"cells of {cell_size:g} {model.units.length}".rstrip()
+    sizes = along_axes(cell_size, model.dimension)
+    return cells_text([(smallest(s), largest(s)) for s in sizes], model.units.length)
 
 
 def boundary_names(model: Model) -> tuple[str, ...]:

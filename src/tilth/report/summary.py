@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from tilth.arrays import distinct_rows
 from tilth.model import (
     AffineBoundary,
     Body,
@@ -34,7 +33,7 @@ from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
-from tilth.report.amounts import amount, elevation, vector
+from tilth.report.amounts import amount, cells_text, elevation, vector
 from tilth.report.contact_texts import body_text, laws_text, pair_text
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
@@ -80,12 +79,11 @@ def _rows(
         yield "title", model.title
     yield "analysis", model.analysis.kind.replace("_", " ")
     limits = "unbounded" if model.grid.limits is None else "limited"
-    sizes = " x ".join(f"{size:g}" for size in model.cell_size)
-    yield "grid", f"{limits}, cells of {sizes} {unit.length}"
+    sizes = zip(model.cell_size, model.largest_cell, strict=True)
+    yield "grid", f"{limits}, {cells_text(sizes, unit.length)}"
     for i, body in enumerate(model.bodies):
         yield "bodies", _body(body, int(np.count_nonzero(setup.body_id == i)))
-    cells = distinct_rows(np.floor((setup.position - setup.origin) / setup.cell_size))
-    yield "points", f"{len(setup.position)} in {len(cells)} cells"
+    yield "points", f"{len(setup.position)} in {setup.occupied_cells()} cells"
     yield "unknowns", f"about {estimate.unknowns:,.0f}, linear solver {estimate.solver}"
     yield "memory", str(estimate)
     yield "memory", f"available: {'not known' if available is None else available}"

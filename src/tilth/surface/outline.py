@@ -16,6 +16,7 @@ from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.curves.chain import Chain, sharp_corners
 from tilth.model import Body, Box, Circle, Mesh, Polygon
+from tilth.mpm.grid import Grid
 
 # Points with a radius below this [cell sizes] are on the axis of symmetry.
 AXIS_TOLERANCE = 1e-9
@@ -52,7 +53,7 @@ def outline(
         BadInput: the body has no outline in the plane, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, kind == "axisymmetric", np.zeros_like(cell), cell)
+    request = Request(body.name, kind == "axisymmetric", Grid(np.zeros_like(cell), cell))
     if type(body.shape) not in SHAPES or len(cell) != 2:
         raise request.refused(
             f"a {body.shape.type} has no outline in the plane",

@@ -18,6 +18,7 @@ from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.model import Body, Box, Cylinder, Mesh, Sphere
 from tilth.model.shapes import side_signs
+from tilth.mpm.grid import Grid
 from tilth.surface.panels import (
     Panel,
     arc,
@@ -63,7 +64,7 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
         BadInput: the body has no such surface, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, False, np.zeros_like(cell), cell)
+    request = Request(body.name, False, Grid(np.zeros_like(cell), cell))
     if type(body.shape) not in SHAPES or body.shape.dimension == 2 or len(cell) != 3:
         raise request.refused(
             f"a {body.shape.type} has no surface in space",
