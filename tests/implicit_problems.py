@@ -88,7 +88,8 @@ def ghost_force(faces: FaceCoupling, displacement: Floats) -> Floats:
     moved = np.where(faces.free, displacement[faces.node], 0.0)
     scale = faces.stiffness[:, None, None] * faces.free
     force = np.zeros_like(displacement)
-    np.add.at(force, faces.node, faces.force + scale * np.einsum("ab,ebi->eai", faces.unit, moved))
+    unit = faces.unit[faces.which]
+    np.add.at(force, faces.node, faces.force + scale * np.einsum("eab,ebi->eai", unit, moved))
     return force
 
 

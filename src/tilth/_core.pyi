@@ -28,7 +28,7 @@ class Checked:
 def basis_names() -> list[str]:
     """Names of the bases, in the order of basis/list.hpp."""
 
-def support_keys(basis: str, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu')]) -> int:
+def support_keys(basis: str, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu')]) -> int:
     """
     Fills the support key of each point; returns how many are out of range (key -1).
     """
@@ -50,7 +50,7 @@ def node_keys(indices: Annotated[NDArray[numpy.int64], dict(order='C', device='c
 def group_nodes(first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int32]:
     """Node numbers of each group, x fastest."""
 
-def basis_factors(basis: str, start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], factors: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def basis_factors(basis: str, start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], count: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, factors: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the factors of all points' basis, direction by direction."""
 
 def basis_values(stencil: object, value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
@@ -62,7 +62,7 @@ def colour_groups(first: Annotated[NDArray[numpy.int64], dict(order='C', device=
 def corner_basis_names() -> list[str]:
     """Names of the bases whose points' domains have corners."""
 
-def corner_supports(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], int]:
+def corner_supports(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], int]:
     """
     Key (-1: out of range, -2: too wide) and codes of each support; number of failures.
     """
@@ -72,15 +72,15 @@ def group_corner_points(dim: int, keys: Annotated[NDArray[numpy.int64], dict(ord
     Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, node keys.
     """
 
-def corner_basis_values(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def corner_basis_values(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], value_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills basis values and gradients of all points."""
 
-def move_corners(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool, moved: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shift: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
+def move_corners(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, axisymmetric: bool, moved: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], shift: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> int:
     """
     Fills the moved corners and the points' displacements; first folded domain or -1.
     """
 
-def share_corner_domains(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool) -> tuple[NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+def share_corner_domains(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool) -> tuple[NDArray[numpy.int32], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
     """
     Cells and their nodes' indices in the groups, shares, moments of the cells, and those of the hoop (see f_bar.py).
     """
@@ -111,12 +111,12 @@ def stiffness(kind: str, stencil: object, block_start: Annotated[NDArray[numpy.i
 def add_mass(stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], mass: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds the points' consistent mass to the blocks (entries)."""
 
-def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def fill_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], filled: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
     Adds volume and volume times weight of the points to filled (cells, 2).
     """
 
-def share_among_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
+def share_among_cells(stencil: object, position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], axisymmetric: bool) -> tuple[NDArray[numpy.int64], NDArray[numpy.int32], NDArray[numpy.int64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
     """
     Cells of each group, shares of each point, moments of the cells, and those of the hoop (see f_bar.py).
     """
@@ -160,7 +160,7 @@ def advance(length: float, p: Annotated[NDArray[numpy.float64], dict(order='C', 
 def stretch_domains(kind: str, rule: str, deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from the deformation gradient."""
 
-def move_domain_faces(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def move_domain_faces(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], node_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Half lengths of domains from their moved faces."""
 
 def step_inverses(kind: str, stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], determinant: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
@@ -267,14 +267,14 @@ def add_dense_blocks(elements: object, matrix: Annotated[NDArray[numpy.float64],
     Adds the elements' matrices (e, n, n, components, components) to the node-block matrix.
     """
 
-def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], which: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    As add_dense_products for matrices weight_e unit_ab of each free component.
+    As add_dense_products for matrices weight_e unit_ab of each free component; which: the unit (units, n, n) of each element.
     """
 
-def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], which: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    As add_dense_blocks for matrices weight_e unit_ab of each free component.
+    As add_dense_blocks for matrices weight_e unit_ab of each free component; which: the unit (units, n, n) of each element.
     """
 
 def add_row_products(elements: object, row: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
@@ -290,12 +290,12 @@ def add_outer_blocks(elements: object, column: Annotated[NDArray[numpy.float64],
     As add_dense_blocks for matrices that are the product of a column and a row.
     """
 
-def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
+def cut_simplices(corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """
     Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.
     """
 
-def find_contact(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], part: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], edge: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], around: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+def find_contact(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], part: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], edge: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], inverse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], around: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], grid: object) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
     Number of the nearest material point in contact with each quadrature point, -1 without contact, and the fraction of its tributary area in contact.
     """
@@ -303,17 +303,17 @@ def find_contact(start: Annotated[NDArray[numpy.int64], dict(order='C', device='
 def boundary_penalty(normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], projector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], moduli: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], square: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """Stress per slip (n,dim,dim) of a boundary's quadrature points."""
 
-def measure_gap(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], behind: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], reach: float, centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], widening: float) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
+def measure_gap(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], behind: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], reach: float, centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], half_length: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, widening: float) -> tuple[NDArray[numpy.float64], NDArray[numpy.int64]]:
     """
     Distances along normals (n,dim) from surface points to the material points' domains, and the material point whose domain is entered; -1 and +-inf without an entry.
     """
 
-def multiplier_space(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], first_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], end_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first_direction: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], direction: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float64]]:
+def multiplier_space(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], grid: object, first_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], end_cell: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], first_direction: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], direction: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
     Vertices of a step's boundaries: the owner of each direction of each point, and of each vertex the family, the nearest point and the position in cells.
     """
 
-def exterior_nodes(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+def exterior_nodes(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], normal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], grid: object) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
     Sorted keys of exterior nodes and their depth along each axis (nodes,dim).
     """
@@ -323,17 +323,17 @@ def multiplier_means(multipliers: int, owner: Annotated[NDArray[numpy.int64], di
     Areas, penalties, and ragged rows (starts, nodes, coefficients) of the multipliers.
     """
 
-def locate_in_cells(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], origin: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
+def locate_in_cells(position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.float64]]:
     """
     Keys of the cells with soil in or nearest to which points (n,dim) lie, and the points' local coordinates (n,dim), in cells.
     """
 
-def shape_values(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+def shape_values(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """
     Shape functions (n,2^dim) at local coordinates (n,dim) in a cell, x fastest.
     """
 
-def shape_functions(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], cell_size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
+def shape_functions(local: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], size: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64]]:
     """Shape functions (n,2^dim) and their gradients (n,2^dim,dim)."""
 
 def interpolate_in_cells(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:

@@ -204,5 +204,5 @@ def test_names_of_unknown_bases_are_refused() -> None:
     one = np.zeros((1, 2))
     with pytest.raises(ValueError, match="unknown basis 'cubic'"):
         _core.support_keys(
-            "cubic", one, one + 0.5, np.zeros(2), np.ones(2), np.zeros(1, dtype=np.int64)
+            "cubic", one, one + 0.5, Grid(np.zeros(2), np.ones(2)), np.zeros(1, dtype=np.int64)
         )

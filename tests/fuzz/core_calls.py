@@ -28,6 +28,7 @@ from small_problems import BASES, KINDS, block_entries, dimension, parameters, r
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
+from tilth.mpm.grid import Grid
 
 ORDINARY = (ValueError, TypeError, IndexError)
 KEPT = 6
@@ -203,9 +204,9 @@ def valid_calls() -> dict[str, list[Call]]:
 def dense_calls(scaled: list[Call]) -> Iterator[Call]:
     """Calls for dense elements, on the elements of calls for scaled ones."""
     for call in scaled:
-        elements, _, unit, free, blocks = call.arguments
+        elements, _, unit, _, free, blocks = call.arguments
         components = blocks.shape[1]
-        matrix = np.ones((*free.shape[:2], unit.shape[1], components, components))
+        matrix = np.ones((*free.shape[:2], unit.shape[2], components, components))
         vectors = [np.zeros((int(elements.node.max(initial=0)) + 1, components)) for _ in range(2)]
         yield Call("add_dense_blocks", [elements, matrix, blocks])
         yield Call("add_dense_products", [elements, matrix, vectors[0], False, vectors[1]])
@@ -220,13 +221,13 @@ def direct_calls() -> Iterator[Call]:
     queries = ("threads", "parallel_from", "basis_names", "corner_basis_names", "materials")
     for name in (*queries, "Checked"):
         yield Call(name, [])
-    yield Call("shape_functions", [random.random((4, 2)), np.array([0.5, 1.0])])
+    yield Call("shape_functions", [random.random((4, 2)), np.full((4, 2), 0.5)])
     yield Call("set_threads", [2])
     yield Call("set_parallel_from", [0])
     for basis in ("linear", "gimp"):
         position, keys = 4.0 * random.random((5, 2)), np.zeros(5, dtype=np.int64)
         half = np.full((5, 2), 0.2)
-        yield Call("support_keys", [basis, position, half, np.zeros(2), np.ones(2), keys])
+        yield Call("support_keys", [basis, position, half, Grid(np.zeros(2), np.ones(2)), keys])
     yield Call("volumetric_strains", [tensor])
     yield Call("elastic_deformation_of", ["3d", "von_mises", law, tensor, state, tensor.copy()])
     yield Call("elastic_moduli", [

@@ -18,6 +18,7 @@ from fuzz.core_calls import (
     written,
 )
 from tilth import _core
+from tilth.mpm.grid import Grid
 
 
 @pytest.fixture(scope="module")
@@ -101,32 +102,42 @@ def test_indices_are_not_converted() -> None:
 def test_points_beyond_all_cells(coordinate: float) -> None:
     """Neither a cell index nor a key exists there: the number of such points, or an exception."""
     at, one = np.array([[0.5, coordinate]]), np.ones(2)
-    keys = np.zeros(1, dtype=np.int64)
+    keys, grid = np.zeros(1, dtype=np.int64), Grid(np.zeros(2), np.ones(2))
     for basis in ("linear", "gimp"):
-        assert _core.support_keys(basis, at, 0.25 * one[None], 0 * one, one, keys) == 1
+        assert _core.support_keys(basis, at, 0.25 * one[None], grid, keys) == 1
         assert keys[0] == -1
     corner = 0.25 * np.array([[[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]])
-    found, _, failures = _core.corner_supports(at, corner, 0 * one, one)
+    found, _, failures = _core.corner_supports(at, corner, grid)
     assert failures == 1
     assert found[0] == -1
     with pytest.raises(ValueError, match="position"):
-        _core.locate_in_cells(at, 0 * one, one, keys)
+        _core.locate_in_cells(at, grid, keys)
     with pytest.raises(ValueError, match="position"):
-        _core.move_domain_faces(at, keys, one[None], 0 * one, one, 0.25 * one[None])
+        _core.move_domain_faces(at, keys, one[None], grid, 0.25 * one[None])
 
 
 def test_facets_across_too_many_cells() -> None:
     """Without a limit, a facet of 1e300 cells would be cut forever."""
+    grid = Grid(np.zeros(2), np.ones(2))
     for length in (np.nan, 1e9, 1e300):
         with pytest.raises(ValueError, match="corner"):
-            _core.cut_simplices(np.array([[[0.0, 0.0], [length, 1.0]]]), np.zeros(2), np.ones(2))
+            _core.cut_simplices(np.array([[[0.0, 0.0], [length, 1.0]]]), grid)
 
 
 @pytest.mark.parametrize("cell_size", [0.0, -1.0, np.nan, np.inf])
 def test_cell_sizes(cell_size: float) -> None:
-    keys = np.zeros(1, dtype=np.int64)
+    keys, grid = np.zeros(1, dtype=np.int64), Grid(np.zeros(2), np.array([1.0, cell_size]))
     with pytest.raises(ValueError, match="cell_size"):
-        _core.locate_in_cells(np.ones((1, 2)), np.zeros(2), np.array([1.0, cell_size]), keys)
+        _core.locate_in_cells(np.ones((1, 2)), grid, keys)
+
+
+@pytest.mark.parametrize(
+    "line", [[0.0], [0.1, 1.0], [0.0, 1.0, 1.5], [0.0, np.nan], [0.0, np.inf], [0.0, 2.0, 1.0]]
+)
+def test_lines_of_a_grid(line: list[float]) -> None:
+    grid = Grid(np.zeros(2), np.ones(2), lines=(np.zeros(0), np.array(line)))
+    with pytest.raises(ValueError, match="lines"):
+        _core.locate_in_cells(np.ones((1, 2)), grid, np.zeros(1, dtype=np.int64))
 
 
 @pytest.mark.parametrize("parameters", [[1.0], [-1.0, 0.3], [1.0, 0.5], [1.0, -1.0], [np.nan, 0]])

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tilth import _core
+from tilth.mpm.grid import Grid
 
 CELL = np.array([0.5, 0.4, 0.7])
 ORIGIN = np.array([0.1, -0.2, 0.05])
@@ -26,7 +27,7 @@ def touching(place, position, half_length, normal=None, edge=None, around=1, par
     """
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
-    grid = ORIGIN[:dim].copy(), CELL[:dim].copy()
+    grid = Grid(ORIGIN[:dim].copy(), CELL[:dim].copy())
     nearest, share = map(
         np.asarray,
         _core.find_contact(
@@ -39,7 +40,7 @@ def touching(place, position, half_length, normal=None, edge=None, around=1, par
             np.zeros((0, dim, dim)) if edge is None else edge,
             np.zeros((0, dim, dim)) if edge is None else inverse_of(edge),
             np.full(dim, around),
-            *grid,
+            grid,
         ),
     )
     np.testing.assert_array_equal(share > 0.0, nearest >= 0)

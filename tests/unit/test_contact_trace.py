@@ -116,7 +116,7 @@ def test_cracks_count_in_the_plane_but_not_what_is_beyond_the_soil() -> None:
 def test_slivers_are_supports_and_not_points() -> None:
     owner = np.array([0, 0, 0, 1, 1])
     weight = SLIVER * 0.25 * np.array([0.5, 0.4, 0.2, 0.5, 0.4])
-    found = is_sliver(owner, weight, np.array([0.25, 0.25]))
+    found = is_sliver(owner, weight, np.full((len(owner), 2), 0.25))
     np.testing.assert_array_equal(found, [False, False, False, True, True])
 
 

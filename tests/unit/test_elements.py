@@ -29,7 +29,8 @@ def random_couplings(active: ActiveGrid) -> list[LinearElements]:
     dim = active.grid.dim
     node = active.corners(np.asarray(_core.lattice(active.cell_keys)))
     elements, n = node.shape
-    unit = random.normal(size=(n, n))
+    unit = random.normal(size=(3, n, n))
+    half = node[::2].copy()
     return [
         Coupling(
             node=node,
@@ -37,11 +38,12 @@ def random_couplings(active: ActiveGrid) -> list[LinearElements]:
             force=random.normal(size=(elements, n, dim)),
         ),
         FaceCoupling(
-            node=node[::2].copy(),
+            node=half,
             unit=unit,
-            stiffness=random.random(len(node[::2])),
-            free=random.random((len(node[::2]), n, dim)) > 0.3,
-            force=random.normal(size=(len(node[::2]), n, dim)),
+            which=random.integers(0, 3, len(half), dtype=np.int32),
+            stiffness=random.random(len(half)),
+            free=random.random((len(half), n, dim)) > 0.3,
+            force=random.normal(size=(len(half), n, dim)),
         ),
     ]
 
@@ -53,9 +55,8 @@ def dense(coupling: LinearElements) -> Floats:
     assert isinstance(coupling, FaceCoupling)
     free = coupling.free.astype(float)
     identity = np.eye(free.shape[2])
-    return np.asarray(
-        np.einsum("e,ab,eai,ebk,ik->eabik", coupling.stiffness, coupling.unit, free, free, identity)
-    )
+    unit = coupling.stiffness[:, None, None] * coupling.unit[coupling.which]
+    return np.asarray(np.einsum("eab,eai,ebk,ik->eabik", unit, free, free, identity))
 
 
 @every_kind

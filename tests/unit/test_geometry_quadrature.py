@@ -14,13 +14,14 @@ from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.round import Circle, Cylinder, Sphere
+from tilth.mpm.grid import Grid
 
 
 def quadrature(geometry, origin=0.013, cell_size=0.11, size=None, lower=-1.0, upper=1.0):
     dim = geometry.dim
     cell = np.full(dim, cell_size) * np.array([1.0, 0.8, 1.3])[:dim]
     bounds = np.full(dim, lower), np.full(dim, upper)
-    return make_quadrature(geometry, *bounds, np.full(dim, origin), cell, size or cell_size)
+    return make_quadrature(geometry, *bounds, Grid(np.full(dim, origin), cell), size or cell_size)
 
 
 def measure(edge):
@@ -129,7 +130,7 @@ def test_the_area_does_not_depend_on_the_grid(name):
     for _ in range(4):
         cell = rng.uniform(0.05, 0.4, dim)
         origin = rng.uniform(-cell, cell)
-        points = make_quadrature(geometry, np.zeros(dim), np.ones(dim), origin, cell, size)
+        points = make_quadrature(geometry, np.zeros(dim), np.ones(dim), Grid(origin, cell), size)
         assert points.weight.min() > 0.0
         area = {**AREAS, **ROUND_AREAS}[name]
         np.testing.assert_allclose(points.weight.sum(), area, rtol=accuracy)
@@ -261,7 +262,7 @@ def test_a_line_through_nodes_has_one_piece_in_each_cell(offset):
     vertex = np.array([[1, 1], [8, 1], [8, 4], [5, 7], [1, 3]]) * h
     line = Polyline(vertex + offset, closed=True, left=True)
     corner, cell = np.full(2, offset), np.full(2, h)
-    points = make_quadrature(line, corner, corner + 1.0, corner, cell, 10.0)
+    points = make_quadrature(line, corner, corner + 1.0, Grid(corner, cell), 10.0)
     length = (7 + 3 + 2 + (3 + 4) * math.sqrt(2.0)) * h
     assert len(points.weight) == 3 * (7 + 3 + 3 + 4 + 2)
     np.testing.assert_allclose(points.weight.sum(), length, rtol=1e-13 + 1e-15 * offset / h)
@@ -274,7 +275,7 @@ def test_a_footing_with_edges_on_grid_lines_has_two_triangles_in_each_cell(offse
     centre = np.array([0.4, 0.35, height]) + offset
     pad = Footing(centre, [0.0, 0.0, -1.0], [0.6, 0.3], along=[1.0, 0.0, 0.0])
     corner, cell = np.full(3, offset), np.full(3, h)
-    points = make_quadrature(pad, corner, corner + 1.0, corner, cell, h * (1.0 + 1e-6))
+    points = make_quadrature(pad, corner, corner + 1.0, Grid(corner, cell), h * (1.0 + 1e-6))
     assert len(points.weight) == 3 * 2 * 6 * 3
     number = np.floor((points.position - corner)[:, :2] / h)
     _, count = np.unique(number, axis=0, return_counts=True)
@@ -291,7 +292,7 @@ def test_facets_on_grid_lines_are_neither_lost_nor_doubled(dim, shift, offset):
     lower = np.array([offset + 2 * h] * dim) + shift * h
     box = Box(lower, lower + cells * h, np.eye(dim), inside=True)
     points = make_quadrature(
-        box, lower, lower + 1.0, np.full(dim, offset), np.full(dim, h), h * (1.0 + 1e-6)
+        box, lower, lower + 1.0, Grid(np.full(dim, offset), np.full(dim, h)), h * (1.0 + 1e-6)
     )
     pieces = 2 * dim * cells ** (dim - 1) * (dim - 1)
     assert len(points.weight) == 3 * pieces
@@ -308,7 +309,7 @@ def test_facets_on_grid_lines_are_neither_lost_nor_doubled(dim, shift, offset):
 def test_a_plane_on_or_across_grid_planes_keeps_its_area(normal):
     plane = Plane([0.2, 0.2, 0.2], normal)
     cell = np.full(3, 0.1)
-    points = make_quadrature(plane, np.zeros(3), np.full(3, 0.5), np.zeros(3), cell, 0.1)
+    points = make_quadrature(plane, np.zeros(3), np.full(3, 0.5), Grid(np.zeros(3), cell), 0.1)
     _, group = np.unique(points.group, return_inverse=True)
     area = np.bincount(group.ravel(), weights=points.weight)
     np.testing.assert_allclose(area, 0.01, rtol=1e-12)
@@ -350,7 +351,7 @@ def test_long_facets_are_cut_into_the_same_cells(name):
     geometry = GEOMETRIES[name]
     dim = geometry.dim
     cell, size = 0.11 * np.array([1.0, 0.8, 1.3])[:dim], 0.07
-    given = geometry, np.zeros(dim), np.ones(dim), np.full(dim, 0.013), cell, size
+    given = geometry, np.zeros(dim), np.ones(dim), Grid(np.full(dim, 0.013), cell), size
     points = make_quadrature(*given, facet_size=10.0)
     assert len(points.weight) < len(make_quadrature(*given).weight)
     np.testing.assert_allclose(points.weight.sum(), AREAS[name], rtol=1e-13)
@@ -369,7 +370,7 @@ def test_the_cutting_keeps_each_facet_whole(dim):
     corner[::4] = np.round(corner[::4], 1)  # corners on grid lines
     corner[::8, :, 0] = 0.2  # facets on grid lines
     origin, cell = np.full(dim, -0.1), np.array([0.1, 0.2, 0.25])[:dim]
-    piece, facet = _core.cut_simplices(corner, origin, cell)
+    piece, facet = _core.cut_simplices(corner, Grid(origin, cell))
     assert (np.diff(facet) >= 0).all()
 
     def area(c):
@@ -397,7 +398,7 @@ def test_slivers_are_left_out():
     tip = 0.2 * math.sqrt(2.0)
     pad = Footing([0.0, 0.0, 0.03], [0.0, 0.0, 1.0], [0.4, 0.4], along=[1.0, 1.0, 0.0])
     cell = np.array([tip * (1.0 - 1e-8), 2.0 * tip, 0.1])
-    points = make_quadrature(pad, -cell, cell, np.zeros(3), cell, 1.0)
+    points = make_quadrature(pad, -cell, cell, Grid(np.zeros(3), cell), 1.0)
     assert np.abs(points.position[:, 0]).max() < cell[0]
     np.testing.assert_allclose(points.weight.sum(), 0.16, rtol=1e-13)
 

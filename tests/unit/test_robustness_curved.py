@@ -36,9 +36,9 @@ def assert_sensible(problem: Problem, simulation: Simulation, results: list[Step
     for name in ("position", "stress", "volume", "deformation_gradient"):
         assert np.isfinite(getattr(points, name)).all(), f"{name}: {problem.text}"
     assert points.volume.min() > 0.0, problem.text
-    cell = simulation.grid.cell_size
+    grid = simulation.grid
     for boundary in simulation.implicit:
-        depth = depth_behind(boundary, points, 1.0, cell) / cell.min()
+        depth = depth_behind(boundary, points, 1.0, grid) / grid.cell_size.min()
         assert depth < 0.5, f"{depth:.2f} cells behind {boundary.name}: {problem.text}"
     load = simulation.loads.force(points, 1.0).sum(axis=0)
     reaction = results[-1].reaction

@@ -22,6 +22,7 @@ from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.round import Circle
 from tilth.geometry.several import outside_of_others
 from tilth.model import Model
+from tilth.mpm.grid import Grid
 
 RADIUS, TIP, SHAFT = 0.4, 0.5, 0.7
 SLANT = math.hypot(RADIUS, TIP)
@@ -38,7 +39,7 @@ def points_of(geometry: Geometry, size: float, cell: float = 10.0) -> Quadrature
     """Quadrature points on a grid with large cells, so that only the facets' size counts."""
     dim = geometry.dim
     box = np.full(dim, -2.0), np.full(dim, 2.0)
-    return make_quadrature(geometry, *box, np.full(dim, 0.037), np.full(dim, cell), size)
+    return make_quadrature(geometry, *box, Grid(np.full(dim, 0.037), np.full(dim, cell)), size)
 
 
 @pytest.mark.parametrize("axis", [[0.0, 0.0, 1.0], [0.3, -0.5, 0.8]])

@@ -10,6 +10,7 @@ from tilth.curves.nearest import NearestPoints
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.spline import SplineGeometry
+from tilth.mpm.grid import Grid
 
 NUMBERS = (32, 64, 128, 256)
 STAR = np.array([[1, 0.1], [0.35, 0.4], [0.1, 1], [-0.3, 0.2], [-1, -0.2], [0.1, -0.25]])
@@ -103,8 +104,7 @@ def test_quadrature_of_an_implicit_boundary_integrates_over_the_curve():
             SplineGeometry(spline),
             np.full(2, -2.0),
             np.full(2, 2.0),
-            np.array([0.03, 0.07]),
-            np.array([20.0, 20.0]),
+            Grid(np.array([0.03, 0.07]), np.array([20.0, 20.0])),
             size,
         )
         assert np.abs(NearestPoints(spline).find(points.position).offset).max() < 1e-14

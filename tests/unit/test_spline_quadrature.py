@@ -6,6 +6,7 @@ import pytest
 
 from tilth.curves import Chain, LocalCubicSpline
 from tilth.curves.quadrature import cut_at_grid, gauss_points
+from tilth.mpm.grid import Grid
 
 GRIDS = [
     ([0.0, 0.0], [0.5, 0.5]),  # through the points on the axes
@@ -25,7 +26,7 @@ def ellipse(n=24, shift=0.0):
 
 
 def cut(spline, grid, number=4):
-    pieces = cut_at_grid(spline, np.array(grid[0]), np.array(grid[1]))
+    pieces = cut_at_grid(spline, Grid(np.array(grid[0]), np.array(grid[1])))
     return pieces, gauss_points(spline, pieces, number)
 
 
@@ -105,7 +106,7 @@ def test_the_lengths_of_the_pieces_sum_to_that_of_the_curve(grid):
 def test_a_constant_pressure_on_bilinear_functions_is_exact_with_five_points():
     spline = LocalCubicSpline(Chain(ellipse(), True))
     origin, cell = np.array([0.1, 0.07]), np.array([0.5, 0.4])
-    pieces = cut_at_grid(spline, origin, cell)
+    pieces = cut_at_grid(spline, Grid(origin, cell))
 
     def nodal(number):
         points = gauss_points(spline, pieces, number)
@@ -163,7 +164,7 @@ def test_a_line_is_crossed_at_an_inflection_along_it():
     spline = LocalCubicSpline(Chain(control[[0, 3]], False))
     spline.control = control[None]
     for shift in (0.0, 1e-14, -1e-14):
-        pieces = cut_at_grid(spline, np.array([-5.0, shift]), np.array([10.0, 10.0]))
+        pieces = cut_at_grid(spline, Grid(np.array([-5.0, shift]), np.array([10.0, 10.0])))
         np.testing.assert_allclose(pieces.begin, [0.0, 0.5], atol=1e-4)
         np.testing.assert_array_equal(pieces.cell, [[0, -1], [0, 0]])
 
@@ -175,7 +176,7 @@ def test_a_line_is_crossed_once_by_a_curve_that_winds_about_it_within_round_off(
     y = 1e-9 * np.array([-0.105, first, -first, 0.105])
     spline = LocalCubicSpline(Chain(np.stack([x, y], axis=1)[[0, 3]], False))
     spline.control = np.stack([x, y], axis=1)[None]
-    pieces = cut_at_grid(spline, np.array([-1.0, 0.0]), np.array([10.0, 1.0]))
+    pieces = cut_at_grid(spline, Grid(np.array([-1.0, 0.0]), np.array([10.0, 1.0])))
     np.testing.assert_array_equal(pieces.cell[:, 1], [-1, 0])
     covered_once(spline, pieces)
 
@@ -193,7 +194,7 @@ def test_a_segment_may_cross_a_line_three_times():
     control = np.array([[0.0, 0.1], [1.0, 4.0], [2.0, -3.2], [3.0, 0.9]])
     spline = LocalCubicSpline(Chain(control[[0, 3]], False))
     spline.control = control[None]
-    pieces = cut_at_grid(spline, np.array([-9.0, -9.5]), np.array([20.0, 10.0]))
+    pieces = cut_at_grid(spline, Grid(np.array([-9.0, -9.5]), np.array([20.0, 10.0])))
     np.testing.assert_array_equal(pieces.cell[:, 1], [0, 1, 0, 1])
     place = spline.position(pieces.segment[1:], pieces.begin[1:])
     np.testing.assert_allclose(place[:, 1], 0.5, atol=1e-14)
@@ -213,3 +214,65 @@ def test_curves_that_wind_through_a_fine_grid_are_cut_at_every_line():
     assert off.min() > -1e-9
     assert off.max() < 1.0 + 1e-9
     np.testing.assert_allclose(points.area_vector.sum(axis=0), 0.0, atol=1e-13)
+
+
+# --- lines at unequal distances ------------------------------------------------------------------
+
+
+def graded(origin, size, ratio):
+    """A grid whose cells grow on both sides of one line of each axis."""
+    lines = []
+    for smallest in size:
+        grows = smallest * ratio ** np.arange(12)
+        lines.append(np.concatenate([[0.0], np.cumsum(np.concatenate([grows[::-1], grows]))]))
+    start = np.array(origin) - [line[12] for line in lines]
+    return Grid(start, np.array(size), lines=tuple(lines))
+
+
+UNEQUAL = [
+    graded([0.3, -0.2], [0.05, 0.03], 1.3),
+    graded([2.0, 1.0], [0.02, 0.02], 1.5),  # touches the ellipse at (2, 0) and (0, 1)
+    graded([0.0, 0.0], [0.4, 0.1], 1.01),
+]
+
+
+@pytest.mark.parametrize("grid", UNEQUAL)
+def test_each_piece_lies_in_its_cell_of_a_graded_grid(grid):
+    spline = LocalCubicSpline(Chain(ellipse(), True, CORNER))
+    pieces = cut_at_grid(spline, grid)
+    covered_once(spline, pieces)
+    points = gauss_points(spline, pieces, 10)
+    place = grid.in_cells(points.position) - pieces.cell[points.piece]
+    assert place.min() > -1e-9
+    assert place.max() < 1.0 + 1e-9
+    inner = pieces.begin > 0.0
+    at = grid.in_cells(spline.position(pieces.segment[inner], pieces.begin[inner]))
+    assert np.abs(at - np.rint(at)).min(axis=1).max() < 1e-9
+    assert inner.sum() > 20
+    np.testing.assert_allclose(points.length.sum(), spline.length, rtol=1e-12)
+
+
+@pytest.mark.parametrize("beyond", [False, True])
+def test_equal_lines_cut_as_a_uniform_grid(beyond):
+    """Also where the curve is beyond the first and the last line."""
+    spline = LocalCubicSpline(Chain(ellipse(), True))
+    origin, size = np.array([-3.0, -3.0]), np.array([0.25, 0.125])
+    count = (14, 30) if beyond else (30, 60)
+    lines = tuple(h * np.arange(n) for h, n in zip(size, count, strict=True))
+    found = cut_at_grid(spline, Grid(origin, size, lines=lines))
+    expected = cut_at_grid(spline, Grid(origin, size))
+    np.testing.assert_array_equal(found.cell, expected.cell)
+    np.testing.assert_array_equal(found.segment, expected.segment)
+    np.testing.assert_allclose(found.begin, expected.begin, atol=1e-12)
+    np.testing.assert_allclose(found.end, expected.end, atol=1e-12)
+
+
+def test_a_segment_may_cross_an_unequal_line_three_times():
+    control = np.array([[0.0, 0.1], [1.0, 4.0], [2.0, -3.2], [3.0, 0.9]])
+    spline = LocalCubicSpline(Chain(control[[0, 3]], False))
+    spline.control = control[None]
+    lines = np.array([0.0, 20.0, 34.0]), np.array([0.0, 8.0, 14.0])
+    pieces = cut_at_grid(spline, Grid(np.array([-9.0, -7.5]), np.array([14.0, 6.0]), lines=lines))
+    np.testing.assert_array_equal(pieces.cell[:, 1], [0, 1, 0, 1])
+    place = spline.position(pieces.segment[1:], pieces.begin[1:])
+    np.testing.assert_allclose(place[:, 1], 0.5, atol=1e-14)

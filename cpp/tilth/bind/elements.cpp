@@ -118,10 +118,17 @@ void require_dense(const ElementsView& elements, const ConstDoubles& matrix, int
 }
 
 void require_scaled(const ElementsView& elements, const ConstDoubles& weight,
-                    const ConstDoubles& unit, const ConstFlags& free, int components) {
+                    const ConstDoubles& unit, const ConstShorts& which, const ConstFlags& free,
+                    int components) {
   require_size(weight, elements.elements, "weight");
+  require_size(which, elements.elements, "which");
   const std::int64_t nodes = elements.same_nodes();
-  require_size(unit, nodes * nodes, "unit");
+  const std::int64_t units = rows_of(unit, 3, "unit");
+  require_size(unit, units * nodes * nodes, "unit");
+  bool known = true;
+  for (std::int64_t e = 0; e < elements.elements; ++e)
+    known &= which.data()[e] >= 0 && which.data()[e] < units;
+  require(known, "which", "is not the number of a matrix in unit");
   require_size(free, elements.elements * nodes * components, "free");
 }
 
@@ -147,27 +154,28 @@ void add_dense_blocks(nb::handle of, ConstDoubles matrix, Doubles blocks) {
              [&](auto count) { return kernel::DenseMatrices<count()>{matrix.data()}; });
 }
 
-void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
-                         ConstDoubles vector, bool magnitude, Doubles product) {
+void add_scaled_products(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstShorts which,
+                         ConstFlags free, ConstDoubles vector, bool magnitude, Doubles product) {
   const ElementsView elements(of);
   const int components = elements.components_of(vector, "vector");
-  require_scaled(elements, weight, unit, free, components);
+  require_scaled(elements, weight, unit, which, free, components);
   require_size(product, static_cast<std::int64_t>(vector.size()), "product");
   nb::gil_scoped_release release;
   with_components(components, [&](auto count) {
     using Matrices = kernel::ScaledMatrix<count()>;
-    add_products<Matrices, count()>(elements, Matrices{weight.data(), unit.data(), free.data()},
+    add_products<Matrices, count()>(elements,
+                                    Matrices{weight.data(), unit.data(), which.data(), free.data()},
                                     vector.data(), magnitude, product.data());
   });
 }
 
-void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstFlags free,
-                       Doubles blocks) {
+void add_scaled_blocks(nb::handle of, ConstDoubles weight, ConstDoubles unit, ConstShorts which,
+                       ConstFlags free, Doubles blocks) {
   const ElementsView elements(of);
   const int components = components_of_blocks(blocks);
-  require_scaled(elements, weight, unit, free, components);
+  require_scaled(elements, weight, unit, which, free, components);
   add_blocks(elements, blocks, [&](auto count) {
-    return kernel::ScaledMatrix<count()>{weight.data(), unit.data(), free.data()};
+    return kernel::ScaledMatrix<count()>{weight.data(), unit.data(), which.data(), free.data()};
   });
 }
 
@@ -219,11 +227,13 @@ void bind_elements(nb::module_& module) {
       "add_dense_blocks", &add_dense_blocks, "elements"_a, "matrix"_a, "blocks"_a,
       "Adds the elements' matrices (e, n, n, components, components) to the node-block matrix.");
   module.def("add_scaled_products", &add_scaled_products, "elements"_a, "weight"_a, "unit"_a,
-             "free"_a, "vector"_a, "magnitude"_a, "product"_a,
-             "As add_dense_products for matrices weight_e unit_ab of each free component.");
-  module.def("add_scaled_blocks", &add_scaled_blocks, "elements"_a, "weight"_a, "unit"_a, "free"_a,
-             "blocks"_a,
-             "As add_dense_blocks for matrices weight_e unit_ab of each free component.");
+             "which"_a, "free"_a, "vector"_a, "magnitude"_a, "product"_a,
+             "As add_dense_products for matrices weight_e unit_ab of each free component; which: "
+             "the unit (units, n, n) of each element.");
+  module.def("add_scaled_blocks", &add_scaled_blocks, "elements"_a, "weight"_a, "unit"_a, "which"_a,
+             "free"_a, "blocks"_a,
+             "As add_dense_blocks for matrices weight_e unit_ab of each free component; which: the "
+             "unit (units, n, n) of each element.");
   module.def("add_row_products", &add_row_products, "elements"_a, "row"_a, "vector"_a,
              "magnitude"_a, "product"_a,
              "As add_dense_products for matrices that are a row's product with itself.");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Elements of a few nodes with forces linear in the nodal displacement: products and assembly. An
-// element's matrix is dense, one matrix between nodes that all elements share, scaled, or the
-// product of a row with itself.
+// element's matrix is dense, one of a few matrices between nodes that elements share, scaled, or
+// the product of a row with itself.
 #pragma once
 
 #include <cmath>
@@ -66,11 +66,13 @@ struct DenseMatrices {
 };
 
 /// weight_e unit_ab between the components of two nodes in which both are `free`; weights >= 0,
-/// `unit` (n, n), `free` (elements, n, Components).
+/// `unit` (units, n, n), of which `which` names one for each element, `free` (elements, n,
+/// Components).
 template <int Components>
 struct ScaledMatrix {
   const double* weight;
   const double* unit;
+  const std::int32_t* which;
   const bool* free;
 
   struct Element {
@@ -102,7 +104,7 @@ struct ScaledMatrix {
 
   Element element(std::int64_t e, int n) const {
     Element result;
-    result.unit = unit, result.n = n, result.weight = weight[e];
+    result.unit = unit + std::int64_t{which[e]} * n * n, result.n = n, result.weight = weight[e];
     for (int i = 0; i < n * Components; ++i)
       result.free[i] = free[e * n * Components + i] ? 1.0 : 0.0;
     return result;

@@ -57,11 +57,11 @@ def _left_limits(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
 
 
 def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
-    cell_size = simulation.grid.cell_size
+    grid = simulation.grid
     for boundary in simulation.implicit:
         if boundary.quadrature is None:
             continue
-        behind, depth = points_behind(boundary, simulation.points, clock.time, cell_size)
+        behind, depth = points_behind(boundary, simulation.points, clock.time, grid)
         if len(behind):
             stays = ", and nothing pushes them out: begin with all soil in front of it; near it"
             yield (

@@ -173,17 +173,17 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
 
 def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
-    points, cell_size = simulation.points, simulation.grid.cell_size
+    points, grid = simulation.points, simulation.grid
     stage = simulation.model.stage
     for boundary in simulation.implicit:
         known = stage.declared is not None and boundary.name not in stage.declared.activate
         if stage.number > 0 and known:
             continue
-        behind, depth = points_behind(boundary, points, 0.0, cell_size)
+        behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue
         deepest = behind[int(depth.argmax())]
-        simulation.run_warnings.known_depth(boundary.name, float(depth.max()), cell_size)
+        simulation.run_warnings.known_depth(boundary.name, float(depth.max()), grid)
         yield (
             f"start behind {boundary.name}",
             f"{boundary.key}.geometry: {len(behind)} of {len(points)} material points "

@@ -229,12 +229,12 @@ class RunWarnings:
         boundaries: Sequence[Implicit],
         points: MaterialPoints,
         time: float,
-        cell_size: Floats,
+        grid: Grid,
     ) -> None:
         """Soil behind implicit boundaries, again where it has become twice as deep."""
-        small = PASSAGE_TOLERANCE * float(cell_size.min())
+        small = PASSAGE_TOLERANCE * float(grid.cell_size.min())
         for boundary in boundaries:
-            depth = depth_behind(boundary, points, time, cell_size)
+            depth = depth_behind(boundary, points, time, grid)
             if depth <= small:
                 continue
             self.note(
@@ -243,9 +243,9 @@ class RunWarnings:
                 f"time {time:.6g}",
             )
 
-    def known_depth(self, name: str, depth: float, cell_size: Floats) -> None:
+    def known_depth(self, name: str, depth: float, grid: Grid) -> None:
         """Leaves out the warning of `depths` for soil so deep [length] behind a boundary."""
-        self._said[_depth_key(name, depth, PASSAGE_TOLERANCE * float(cell_size.min()))] = ""
+        self._said[_depth_key(name, depth, PASSAGE_TOLERANCE * float(grid.cell_size.min()))] = ""
 
     def jump(
         self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float

@@ -372,7 +372,7 @@ class Simulation:
                 position, touching = self.points.position + moved, self.contact_surfaces
                 with self.timers.measure("boundaries"):
                     self._passage.require_in_front(
-                        self.implicit, self.points, position, before, after, self.grid.cell_size
+                        self.implicit, self.points, position, before, after, self.grid
                     )
                     contacts = step.constraints.contacts
                     require_not_passed(touching, contacts, self.points, position, before, after)
@@ -434,17 +434,18 @@ class Simulation:
         self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats
     ) -> None:
         """Warns of probable mistakes in a committed step; moved: displacement of the points."""
-        warnings, cell_size = self.run_warnings, self.grid.cell_size
+        warnings = self.run_warnings
         warnings.bounds(bound_domains(self.points, self.grid))
         if step.active.fields > 1:
             warnings.unpaired(self.model, self.points, self.grid)
         with self.timers.measure("boundaries"):
-            warnings.depths(self.implicit, self.points, step.after, cell_size)
+            warnings.depths(self.implicit, self.points, step.after, self.grid)
             free = self._is_forced or self._relaxes
             if not free and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )
+                cell_size = self.grid.cell_size
                 warnings.jump(moved, float(driven), self.points, cell_size, step.after)
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:

@@ -152,35 +152,46 @@ class Axis:
         fraction: float,
     ) -> AxisConstraints:
         """Returns the penalty at r = 0, a fraction of a cell away from the nodes of a column."""
-        cell = active.grid.cell_size
+        grid = active.grid
         nodes = np.stack([_nodes(active, column + k, row, field) for k in range(3)], axis=1)
         inactive = nodes[:, 0] < 0  # no soil in the cell on the axis: extrapolated from the next
         pair = np.where(inactive[:, None], nodes[:, 1:], nodes[:, :2])
-        at = np.where(inactive, fraction - 1.0, fraction)
+        width, following = grid.sizes(np.array([[column, 0], [column + 1, 0]]))[:, 0]
+        at = np.where(inactive, (fraction - 1.0) * (width / following), fraction)
         value = np.stack([1.0 - at, at], axis=1)
         both_active = (pair >= 0).all(axis=1)
         self._refuse_motion(conditions, active, pair[both_active], value[both_active])
         free = both_active & ~conditions.constrained[pair, 0].all(axis=1)
-        area = np.pi * cell.prod()  # the circumference of half a cell, times the row's height
+        row, field = row[free], field[free]
+        band = RELATIVE_BAND_WIDTH * grid.cell_size.min()
+        place = np.stack([np.full(len(row), column), row], axis=1)
+        height = grid.sizes_around(place)[:, 1]
+        area = np.pi * (width * height)  # the circumference of half a cell, times the row's height
+        spacing = np.stack([grid.sizes(place - [0, 1])[:, 1], grid.sizes(place)[:, 1]])
         return AxisConstraints(
             conditions=conditions,
-            row=row[free],
-            field=field[free],
+            row=row,
+            field=field,
             node=pair[free].astype(np.int32),
             value=value[free],
-            stiffness=PENALTY_FACTOR * modulus[free] / (RELATIVE_BAND_WIDTH * cell.min()) * area,
-            before=self._carried_at(_height(active.grid, row[free]), field[free], cell[1]),
+            stiffness=PENALTY_FACTOR * modulus[free] / band * area,
+            before=self._carried_at(_height(grid, row), field, spacing),
         )
 
-    def _carried_at(self, height: Floats, field: Integers, spacing: float) -> Floats:
-        """Returns the forces of the last step's rows within half a spacing [force], otherwise 0."""
+    def _carried_at(self, height: Floats, field: Integers, spacing: Floats) -> Floats:
+        """Returns the forces of the last step's rows within half a spacing [force], otherwise 0.
+
+        spacing: to the rows of nodes below and above [length], shape (2, n).
+        """
         found = np.zeros(len(height))
         for number in np.unique(self.field):
             own, before = field == number, self.field == number
             last, carried = self.height[before], self.carried[before]
-            nearest = np.searchsorted(last, height[own] - 0.5 * spacing)
+            below, above = 0.5 * spacing[:, own]
+            nearest = np.searchsorted(last, height[own] - below)
             nearest = np.minimum(nearest, len(last) - 1)
-            near = np.abs(last[nearest] - height[own]) <= 0.5 * spacing
+            apart = last[nearest] - height[own]
+            near = (apart >= -below) & (apart <= above)
             found[own] = np.where(near, carried[nearest], 0.0)
         return found
 
@@ -233,7 +244,7 @@ def radial_motion_error(name: str, key: str, height: float) -> BadInput:
 
 def _columns(grid: Grid) -> tuple[int, float]:
     """Returns the last column of nodes at r <= 0 and the distance of the axis from it, in cells."""
-    axis = -grid.origin[0] / grid.cell_size[0]
+    axis = float(grid.in_cells(np.zeros(2))[0])
     if abs(axis - round(axis)) <= GRID_LINE_TOLERANCE:
         return round(axis), 0.0
     column = int(np.floor(axis))
@@ -247,4 +258,6 @@ def _nodes(active: ActiveGrid, column: int, row: Integers, field: Integers) -> I
 
 
 def _height(grid: Grid, row: Integers) -> Floats:
-    return np.asarray(grid.origin[1] + row * grid.cell_size[1])
+    place = np.zeros((len(row), grid.dim))
+    place[:, 1] = row
+    return grid.position(place)[:, 1]

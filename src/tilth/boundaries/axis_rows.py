@@ -67,16 +67,16 @@ class AxisRows:
         field meet [stress]; shape (n,) each.
         """
         points, grid = active.points, active.grid
-        number = np.flatnonzero(self._at_axis(points, grid.cell_size[0]))
-        height = (points.position[number, 1] - grid.origin[1]) / grid.cell_size[1]
-        half = points.half_length[number, 1] / grid.cell_size[1]
-        low = np.floor(height - half + OVERLAP_TOLERANCE).astype(np.int64)
-        high = np.ceil(height + half - OVERLAP_TOLERANCE).astype(np.int64)
+        number = np.flatnonzero(self._at_axis(points, _width_at_axis(grid)))
+        position, half = points.position[number], points.half_length[number]
+        lower, upper = (grid.in_cells(end)[:, 1] for end in (position - half, position + half))
+        low = np.floor(lower + OVERLAP_TOLERANCE).astype(np.int64)
+        high = np.ceil(upper - OVERLAP_TOLERANCE).astype(np.int64)
         count = high - low + 1
         first = np.cumsum(count) - count
         every = np.repeat(low - first, count) + np.arange(count.sum())
         kept = ~_behind_boundaries(
-            np.repeat(points.position[number], count, axis=0), every, grid, boundaries, time
+            np.repeat(position, count, axis=0), every, grid, boundaries, time
         )
         number, every = np.repeat(number, count)[kept], every[kept]
         field = np.broadcast_to(points.fields_of(number), len(number))
@@ -102,6 +102,11 @@ class AxisRows:
         return np.asarray(initially | (hole <= (HOLE_RADIUS_TOLERANCE * cell_width) ** 2))
 
 
+def _width_at_axis(grid: Grid) -> float:
+    """Returns the width of the cells on the positive side of the axis [length]."""
+    return float(grid.sizes_at(np.zeros(2))[0])
+
+
 def _behind_boundaries(
     position: Floats, row: Integers, grid: Grid, boundaries: Sequence[Implicit], time: float
 ) -> Flags:
@@ -116,9 +121,10 @@ def _behind_boundaries(
     behind = np.zeros(len(row), dtype=bool)
     if len(row) == 0:
         return behind
-    width, height = grid.cell_size
-    y = grid.origin[1] + (row[:, None] + np.array([-1, 0, 1])) * height
-    on_axis = np.stack([np.zeros(y.size), y.ravel()], axis=1)
+    width = _width_at_axis(grid)
+    rows = (row[:, None] + np.array([-1.0, 0.0, 1.0])).ravel()
+    on_axis = grid.position(np.stack([np.zeros(len(rows)), rows], axis=1))
+    on_axis[:, 0] = 0.0
     for boundary in boundaries:
         axis = boundary.distance(on_axis, time).reshape(-1, 3).max(axis=1)
         in_front = boundary.distance(position, time) > -LARGEST_DEPTH * width

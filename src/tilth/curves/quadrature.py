@@ -4,11 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth import grid_lines
 from tilth.arrays import Floats, Integers
 from tilth.curves.spline import LocalCubicSpline, left
+
+if TYPE_CHECKING:
+    from tilth.mpm.grid import Grid
 
 # A point nearer to a grid line than this [cell sizes] is on it. So round-off does not cut a segment
 # along a line, nor one that is tangent to it.
@@ -77,16 +82,17 @@ class PiecePoints:
         return np.asarray(self.weight[:, None] * left(self.derivative))
 
 
-def cut_at_grid(spline: LocalCubicSpline, origin: Floats, cell_size: Floats) -> Pieces:
-    """Returns the pieces of a spline between the lines of a regular grid.
-
-    origin, cell_size: a node of the grid and the sides of a cell [length], shape (2,).
-    """
-    control = (spline.control - origin) / cell_size
+def cut_at_grid(spline: LocalCubicSpline, grid: Grid) -> Pieces:
+    """Returns the pieces of a spline between the lines of a grid in the plane."""
+    control = spline.control - grid.origin
     segments = np.arange(len(spline))
     segment, t = [segments, segments], [np.zeros(len(spline)), np.ones(len(spline))]
     for axis in range(2):
-        crossed, at = _cuts(_powers(control[:, :, axis]))
+        along = control[:, :, axis]
+        if axis in grid.graded:
+            crossed, at = _cuts(_powers(along), grid.lines[axis])
+        else:
+            crossed, at = _cuts(_powers(along / grid.cell_size[axis]))
         segment.append(crossed)
         t.append(at)
     number, parameter = np.concatenate(segment), np.concatenate(t)
@@ -96,7 +102,7 @@ def cut_at_grid(spline: LocalCubicSpline, origin: Floats, cell_size: Floats) -> 
     number, parameter = number[~repeated], parameter[~repeated]
     inner = np.diff(number) == 0
     number, begin, end = number[:-1][inner], parameter[:-1][inner], parameter[1:][inner]
-    return Pieces(number, begin, end, _cells(spline, number, begin, end, origin, cell_size))
+    return Pieces(number, begin, end, _cells(spline, number, begin, end, grid))
 
 
 def gauss_points(spline: LocalCubicSpline, pieces: Pieces, number: int = 4) -> PiecePoints:
@@ -121,16 +127,11 @@ def gauss_points(spline: LocalCubicSpline, pieces: Pieces, number: int = 4) -> P
 
 
 def _cells(
-    spline: LocalCubicSpline,
-    segment: Integers,
-    begin: Floats,
-    end: Floats,
-    origin: Floats,
-    cell_size: Floats,
+    spline: LocalCubicSpline, segment: Integers, begin: Floats, end: Floats, grid: Grid
 ) -> Integers:
     """Returns the cells of pieces, on a grid line those on the side of the soil, shape (m, 2)."""
     middle = 0.5 * (begin + end)
-    x = (spline.position(segment, middle) - origin) / cell_size
+    x = grid.in_cells(spline.position(segment, middle))
     line = np.rint(x)
     on_line = np.abs(x - line) <= _tolerance(x)
     negative_side = on_line & (spline.normal(segment, middle) < 0.0)
@@ -167,21 +168,28 @@ def _turning_points(power: Floats) -> Floats:
     return np.sort(np.clip(np.where(np.isfinite(found), found, 0.0), 0.0, 1.0), axis=1)
 
 
-def _cuts(power: Floats) -> tuple[Integers, Floats]:
-    """Returns the cubics (n, 4) that cross integers inside (0, 1), and the parameters there."""
+def _cuts(power: Floats, lines: Floats | None = None) -> tuple[Integers, Floats]:
+    """Returns the cubics (n, 4) that cross lines inside (0, 1), and the parameters there.
+
+    lines: places of the lines (`tilth/grid_lines.py`); the integers if not given.
+    """
     n = len(power)
     turn = _turning_points(power)
     t = np.stack([np.zeros(n), turn[:, 0], turn[:, 1], np.ones(n)], axis=1)
     value = np.stack([_value(power, t[:, i]) for i in range(4)], axis=1)
+    if lines is not None:
+        value = grid_lines.in_cells(value, lines)
     line = np.rint(value)
     value = np.where(np.abs(value - line) <= _tolerance(value), line, value)
     at_turn = _through_turning_points(t, value)
-    # Each part between two of the four parameters is monotone: one root for each integer inside.
+    # Each part between two of the four parameters is monotone: one root for each line inside.
     low, high = np.minimum(value[:, :-1], value[:, 1:]), np.maximum(value[:, :-1], value[:, 1:])
     first, last = np.floor(low) + 1.0, np.ceil(high) - 1.0
     count = np.maximum(last - first + 1.0, 0.0).astype(np.int64).ravel()
     part = np.repeat(np.arange(3 * n), count)
     target = first.ravel()[part] + np.arange(len(part)) - np.repeat(np.cumsum(count) - count, count)
+    if lines is not None:
+        target = grid_lines.distance(target, lines)
     cubic, interval = np.divmod(part, 3)
     begin, end = t[cubic, interval], t[cubic, interval + 1]
     falling = value[cubic, interval] > value[cubic, interval + 1]
@@ -195,9 +203,10 @@ def _cuts(power: Floats) -> tuple[Integers, Floats]:
 
 
 def _through_turning_points(t: Floats, value: Floats) -> tuple[Integers, Floats]:
-    """Returns cubics that cross an integer at a turning point or inflection, and parameters.
+    """Returns cubics that cross a line at a turning point or inflection, and parameters.
 
-    Turning points where a cubic is only tangent to the integer are none of them.
+    t, value: at the ends and turning points, values in cells, shape (n, 4). Turning points where a
+    cubic is only tangent to the line are none of them.
     """
     found = []
     for i in (1, 2):

@@ -31,8 +31,10 @@ def left_normal(direction: Floats) -> Floats:
     return np.stack([-direction[:, 1], direction[:, 0]], axis=1)
 
 
-def split_segments(start: Floats, end: Floats, size: float) -> tuple[Floats, Integers]:
+def split_segments(start: Floats, end: Floats, size: float | Floats) -> tuple[Floats, Integers]:
     """Divides segments from `start` to `end`, shape (n, 2), evenly into parts of at most `size`.
+
+    size: one number, or one of each segment [length], shape (n,).
 
     Returns the ends of the parts, shape (parts, 2, 2), and the segment of each, shape (parts,).
     """

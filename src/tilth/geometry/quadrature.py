@@ -11,6 +11,7 @@ from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.geometry.flat import split_segments
 from tilth.geometry.protocol import Geometry, QuadraturePoints
+from tilth.mpm.grid import Grid
 
 SEGMENT_RULE = (
     0.5 * (1.0 + np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])),
@@ -32,25 +33,28 @@ def make_quadrature(
     geometry: Geometry,
     lower: Floats,
     upper: Floats,
-    origin: Floats,
-    cell_size: Floats,
+    grid: Grid,
     size: float,
     facet_size: float | None = None,
+    local: bool = False,
 ) -> QuadraturePoints:
     """Returns the quadrature points of a boundary; those of a facet group do not depend on others.
 
     Args:
         lower, upper: box in which an unbounded geometry is discretised [length], shape (dim,).
-        origin, cell_size: of the grid at whose lines facets are cut [length], shape (dim,).
+        grid: at whose lines facets are cut.
         size: largest length of a piece [length]; in 3D the approximate size of an uncut facet.
         facet_size: length of the facets [length]; `size` if not given.
+        local: whether pieces in larger cells may be longer, by the ratio of the cells' smallest
+            edges to that of the smallest cell.
     """
     facets = geometry.facets(lower, upper, facet_size or size)
-    piece, facet = _core.cut_simplices(facets.corner, origin, cell_size)
+    piece, facet = _core.cut_simplices(facets.corner, grid)
     piece, facet = np.asarray(piece), np.asarray(facet)
     if geometry.dim == 2:
         piece, facet = _sorted_along(facets.corner, piece, facet)
-        piece, part = split_segments(piece[:, 0], piece[:, 1], size)
+        longest = _size_in_cells(piece, grid, size) if local and grid.graded else size
+        piece, part = split_segments(piece[:, 0], piece[:, 1], longest)
         facet = facet[part]
         area = np.linalg.norm(piece[:, 1] - piece[:, 0], axis=1)
         shape, weight = np.stack([1.0 - SEGMENT_RULE[0], SEGMENT_RULE[0]], axis=1), SEGMENT_RULE[1]
@@ -58,7 +62,7 @@ def make_quadrature(
         cross = np.cross(piece[:, 1] - piece[:, 0], piece[:, 2] - piece[:, 0])
         area = 0.5 * np.linalg.norm(cross, axis=1)
         shape, weight = TRIANGLE_RULE
-    kept = area > PIECE_AREA_TOLERANCE * float(cell_size.min()) ** (geometry.dim - 1)
+    kept = area > PIECE_AREA_TOLERANCE * float(grid.cell_size.min()) ** (geometry.dim - 1)
     piece, facet, area = piece[kept], facet[kept], area[kept]
     number: Integers = np.repeat(facet, len(weight))
     normal = facets.normal[number]
@@ -73,6 +77,12 @@ def make_quadrature(
         group=facets.group[number],
         tributary=tributary,
     )
+
+
+def _size_in_cells(piece: Floats, grid: Grid, size: float) -> Floats:
+    """Returns the largest length of pieces (n, 2, 2) in their cells [length], shape (n,)."""
+    smallest_edge = grid.sizes_at(piece.mean(axis=1)).min(axis=1)
+    return np.asarray(size * smallest_edge / grid.cell_size.min())
 
 
 def _tributary_parts(piece: Floats) -> Floats:

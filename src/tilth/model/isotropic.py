@@ -40,11 +40,12 @@ class ParametersAt:
 
     Attributes:
         value: returns an entry by its key, one number or one for each point.
-        cell_length: cube root of a grid cell's volume, square root of its area in 2D [length].
+        cell_length: cube root of the volume of the grid cell around a point at the start, square
+            root of its area in 2D [length]; one for each point where the grid is graded.
     """
 
     value: Callable[[str], Values]
-    cell_length: float
+    cell_length: Values
 
 
 def _poisson_ratio(value: float) -> float:

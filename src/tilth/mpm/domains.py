@@ -16,10 +16,11 @@ from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 
 LEAST_HALF_LENGTH = 1e-3
-"""Lower bound of half lengths, in cells; only a degenerate update reaches it."""
+"""Lower bound of half lengths, in sizes of the cell that contains the point; only a degenerate
+update reaches it."""
 
 LARGEST_HALF_LENGTH = 0.5
-"""Upper bound of half lengths, in cells, so that a domain intersects at most two cells per axis."""
+"""Upper bound of half lengths, likewise, so that a domain intersects at most two cells per axis."""
 
 
 _FOLDED = "the domain of a material point folded or inverted"
@@ -47,8 +48,8 @@ def moved_domains(
         part, own = points.part(body), active.of_field(body.field)
         moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
         folded = _core.move_corners(
-            part.position, part.corner, own.key, displacement[own.nodes], active.grid.origin,
-            active.grid.cell_size, kind == "axisymmetric", moved, shift,
+            part.position, part.corner, own.key, displacement[own.nodes], active.grid,
+            kind == "axisymmetric", moved, shift,
         )  # fmt: skip
         if folded >= 0:
             remedy = _UNFOLDED.format(body.name)
@@ -63,8 +64,8 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
         if body.domain_update == "corners":
             part, own = points.part(body), active.of_field(body.field)
             _core.move_domain_faces(
-                part.position, own.key, displacement[own.nodes], active.grid.origin,
-                active.grid.cell_size, part.half_length,
+                part.position, own.key, displacement[own.nodes], active.grid,
+                part.half_length,
             )  # fmt: skip
 
 
@@ -91,16 +92,18 @@ def update_domains(points: MaterialPoints, kind: str) -> None:
 def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
     """Clips half lengths to [1e-3, 0.5] cells; returns how many points each bound applies to.
 
-    Keys: "floor" and "cap". Bodies whose basis has no domain are left out.
+    A cell is the one that contains the point: soil that comes into smaller cells has smaller
+    domains. Keys: "floor" and "cap". Bodies whose basis has no domain are left out.
     """
     counts = {"floor": 0, "cap": 0}
     round_off = 1e-12
-    low = LEAST_HALF_LENGTH * grid.cell_size
-    high = LARGEST_HALF_LENGTH * grid.cell_size
     for body in points.bodies:
         if body.domain_update is None:
             continue
-        half = points.half_length[body.start : body.stop]
+        half, size = points.half_length[body.points], grid.cell_size
+        if grid.graded:
+            size = grid.sizes_at(points.position[body.points])
+        low, high = LEAST_HALF_LENGTH * size, LARGEST_HALF_LENGTH * size
         counts["floor"] += int((half < low).any(axis=1).sum())
         counts["cap"] += int((half > high * (1.0 + round_off)).any(axis=1).sum())
         half.clip(low, high, out=half)

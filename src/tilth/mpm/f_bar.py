@@ -40,22 +40,22 @@ def _mean_hats(x: Floats, y: Floats, xy: Floats) -> Floats:
     return np.stack([1.0 - x - y + xy, y - xy, x - xy, xy], axis=-1).reshape(-1, 2, 2)
 
 
-def mean_gradients(moment: Floats, cell_size: Floats) -> Floats:
+def mean_gradients(moment: Floats, size: Floats) -> Floats:
     """Returns the mean gradients of the cells' functions over the material in them [1/length].
 
     Args:
         moment: sums over the parts in each cell, shape (cells, 3) in 2D, (cells, 7) in 3D
             (kernel/cell_shares.hpp).
-        cell_size: [length], shape (dim,).
+        size: of the cells [length], shape (cells, dim).
 
     Returns:
         Shape (cells, 2^dim, dim), corners x fastest.
     """
-    dim, mean = len(cell_size), _means(moment)
+    dim, mean = size.shape[1], _means(moment)
     side = (np.arange(2**dim)[:, None] >> np.arange(dim)) & 1
     gradient = np.empty((len(moment), 2**dim, dim))
     for k in range(dim):
-        slope = np.where(side[:, k] == 1, 1.0, -1.0) / cell_size[k]
+        slope = np.where(side[:, k] == 1, 1.0, -1.0) / size[:, k, None]
         if dim == 2:
             x = mean[:, 1 - k, None]
             gradient[:, :, k] = slope * np.where(side[:, 1 - k] == 1, x, 1.0 - x)
@@ -144,17 +144,18 @@ class Centres:
         if points.bodies[0].has_corners:
             cell_start = stencil.cell_start
             cell, corner_node, *shares = _core.share_corner_domains(
-                stencil, points.position, points.corner, volume, grid.origin, grid.cell_size,
+                stencil, points.position, points.corner, volume, grid,
                 own.cell_keys, axisymmetric,
             )  # fmt: skip
         else:
             cell_start, cell, *shares = _core.share_among_cells(
-                stencil, points.position, points.half_length, volume, grid.origin, grid.cell_size,
+                stencil, points.position, points.half_length, volume, grid,
                 own.cell_keys, axisymmetric,
             )  # fmt: skip
             corner_node = np.zeros(0, dtype=np.int32)
         share_start, share, moment, hoop_share, hoop_moment = shares
-        gradient = mean_gradients(np.asarray(moment), grid.cell_size)
+        lattice = np.asarray(_core.lattice(own.cell_keys))  # as in the field 0
+        gradient = mean_gradients(np.asarray(moment), grid.sizes(lattice[:, : grid.dim]))
         hoop_gradient = hoop_gradients(np.asarray(hoop_moment))
         centres = cls(
             kind=kind,

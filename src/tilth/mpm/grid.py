@@ -144,7 +144,8 @@ class Stencil:
         value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear
             basis the local coordinates in the cell; for others whose nodes fill a box the
             one-dimensional factors; else values and gradients.
-        hat_slope: slopes of the linear basis [1/length], shape (dim,); empty with others.
+        hat_slope: slopes of the linear basis [1/length], shape (dim,), on a graded grid
+            (groups, dim); empty with others.
         dim: number of directions.
         colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
     """
@@ -468,7 +469,9 @@ def _stencil(
         node = node + np.int32(of_field.first_node)
     basis, hat_slope = points.bodies[body].basis, np.zeros(0)
     if basis == "linear":
-        of_point, hat_slope = np.full(len(first), grid.dim), 1.0 / grid.cell_size
+        of_point = np.full(len(first), grid.dim)
+        size = grid.sizes(first[:, : grid.dim]) if grid.graded else grid.cell_size
+        hat_slope = 1.0 / size
     elif groups.boxed:
         of_point = 2 * count[:, : grid.dim].sum(axis=1, dtype=np.int64)
     else:
@@ -479,12 +482,12 @@ def _stencil(
     if groups.boxed:
         _core.basis_factors(
             basis, start, first, count, value_start, part.position, part.half_length,
-            grid.origin, grid.cell_size, value,
+            grid, value,
         )  # fmt: skip
     else:
         _core.corner_basis_values(
             start, node_start, groups.node_key, value_start, part.position, part.corner,
-            grid.origin, grid.cell_size, value,
+            grid, value,
         )  # fmt: skip
     colour_start, slab_start, order = _core.colour_groups(first, count)
     return Stencil(

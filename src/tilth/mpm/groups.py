@@ -89,9 +89,7 @@ def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
         return _by_corners(points, body, grid)
     part = points.part(body)
     keys = np.empty(len(part), dtype=np.int64)
-    outside = _core.support_keys(
-        body.basis, part.position, part.half_length, grid.origin, grid.cell_size, keys
-    )
+    outside = _core.support_keys(body.basis, part.position, part.half_length, grid, keys)
     if outside:
         _raise_first_failure(part, keys)
     if not (keys[1:] >= keys[:-1]).all():
@@ -104,9 +102,7 @@ def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
 
 def _by_corners(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
     part = points.part(body)
-    keys, codes, failures = _core.corner_supports(
-        part.position, part.corner, grid.origin, grid.cell_size
-    )
+    keys, codes, failures = _core.corner_supports(part.position, part.corner, grid)
     keys, codes = np.asarray(keys), np.asarray(codes)
     if failures:
         _raise_first_failure(part, keys)

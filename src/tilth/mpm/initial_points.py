@@ -11,10 +11,11 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies import BodyPoints, discretise
 from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
-from tilth.model.isotropic import ParametersAt
+from tilth.model.isotropic import ParametersAt, Values
 from tilth.model.problems import dotted
 from tilth.mpm.background import background_grid
 from tilth.mpm.domains import keep_off_axis
+from tilth.mpm.grid import Grid
 from tilth.mpm.initial_motion import initial_motion
 from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.layers import by_layer
@@ -46,7 +47,7 @@ def initial_points(model: Model) -> MaterialPoints:
         for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
             own = slice(first, first + count)
             start_of_layer = None if declared_starts is None else declared_starts[layer]
-            values, found = _parameters(model, name, part.position[own], start_of_layer)
+            values, found = _parameters(model, name, part.position[own], start_of_layer, grid)
             if values.ndim == 2:
                 parameters[len(bodies)] = values
             if start_of_layer is not None:
@@ -105,7 +106,7 @@ def present_points(model: Model, points: MaterialPoints) -> Flags:
 
 
 def _parameters(
-    model: Model, name: str, position: Floats, start: Start | None
+    model: Model, name: str, position: Floats, start: Start | None, grid: Grid
 ) -> tuple[Floats, dict[str, Floats]]:
     """Returns the parameters of a material's law at points, and the entries that vary, by key.
 
@@ -117,9 +118,15 @@ def _parameters(
     entries = {key: getattr(material, key) for key in type(material).model_fields} | varying
     if start is not None:
         entries |= start.parameters
-    cell_length = float(np.prod(model.cell_size)) ** (1.0 / model.dimension)
-    at = ParametersAt(entries.__getitem__, cell_length)
+    at = ParametersAt(entries.__getitem__, _cell_length(grid, position))
     return material.parameter_array(at, len(position)), varying
+
+
+def _cell_length(grid: Grid, position: Floats) -> Values:
+    """Returns the cell length of `ParametersAt`; shape (n,) where cells are of different sizes."""
+    if grid.graded:
+        return np.asarray(grid.sizes_at(position).prod(axis=1) ** (1.0 / grid.dim))
+    return float(float(np.prod(grid.cell_size)) ** (1.0 / grid.dim))
 
 
 def _at_all_points(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Flags, Floats
+from tilth.arrays import Flags, Floats, Shorts
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
@@ -32,8 +32,8 @@ class ConsistentMass:
         soil: the material points on the grid.
         mass: of the points [mass], shape (n,).
         pattern: the grid of the step with the pattern of the matrix.
-        faces: elements of equal nodes with their unit matrix (n, n) and weight (elements,), in the
-            pattern; weight times unit is a mass.
+        faces: elements of equal nodes with their unit matrices (units, n, n), which of them each
+            has and its weight (elements,), in the pattern; weight times unit is a mass.
 
     Attributes:
         blocks: the entries in the pattern of the matrix [mass], shape (blocks,).
@@ -44,7 +44,7 @@ class ConsistentMass:
         soil: Soil,
         mass: Floats,
         pattern: ActiveGrid,
-        faces: Sequence[tuple[Elements, Floats, Floats]] = (),
+        faces: Sequence[tuple[Elements, Floats, Shorts, Floats]] = (),
     ) -> None:
         points = soil.points
         self._soil, self._mass = soil, mass
@@ -53,10 +53,10 @@ class ConsistentMass:
             points.bodies, soil.active.stencils, pattern.block_positions, strict=True
         ):
             _core.add_mass(stencil, start, position, mass[body.points], self.blocks)
-        for elements, unit, weight in faces:
-            free = np.ones((len(weight), len(unit), 1), dtype=bool)
+        for elements, unit, which, weight in faces:
+            free = np.ones((len(weight), unit.shape[1], 1), dtype=bool)
             scalar = self.blocks.reshape(-1, 1, 1)
-            _core.add_scaled_blocks(elements, weight, unit, free, scalar)
+            _core.add_scaled_blocks(elements, weight, unit, which, free, scalar)
         self._pattern = pattern
 
     def times(self, nodal: Floats) -> Floats:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import field_shift, find_keys, lattice_keys
+from tilth.mpm.keys import field_shift, find_keys, lattice_keys, places_of_keys
 
 
 @dataclass(frozen=True)
@@ -27,30 +27,30 @@ class PointsInCells:
         start: first point of each cell, shape (cells + 1,).
         node: corners of each cell, x fastest, shape (cells, 2^dim).
         local: points' coordinates from their cells' lowest corners, in cells, shape (n, dim).
-        cell_size: [length], shape (dim,).
+        size: of the cells [length], shape (cells, dim).
     """
 
     start: Integers
     node: npt.NDArray[np.int32]
     local: Floats
-    cell_size: Floats
+    size: Floats
 
     @cached_property
     def value(self) -> Floats:
         """Shape functions N [-], shape (n, 2^dim)."""
-        return np.asarray(_core.shape_values(self.local, self.cell_size))
+        return np.asarray(_core.shape_values(self.local))
 
     @cached_property
     def gradient(self) -> Floats:
         """Gradients of the shape functions [1/length], shape (n, 2^dim, dim)."""
-        return np.asarray(_core.shape_functions(self.local, self.cell_size)[1])
+        return np.asarray(_core.shape_functions(self.local, self.size[self.cell])[1])
 
     def of(self, kept: npt.NDArray[np.bool_]) -> PointsInCells:
         """Returns the points `kept`, shape (n,), in those of the cells that have any."""
         count = np.bincount(self.cell[kept], minlength=len(self.node))
         used = count > 0
         start = np.concatenate([[0], np.cumsum(count[used])])
-        return PointsInCells(start, self.node[used], self.local[kept], self.cell_size)
+        return PointsInCells(start, self.node[used], self.local[kept], self.size[used])
 
     @property
     def cell(self) -> Integers:
@@ -82,7 +82,7 @@ def locate_in_cells(
     grid = active.grid
     position = np.ascontiguousarray(position)
     if active.fields == 1:
-        found = _core.locate_in_cells(position, grid.origin, grid.cell_size, active.cell_keys)
+        found = _core.locate_in_cells(position, grid, active.cell_keys)
         key, local = np.asarray(found[0]), np.asarray(found[1])
     else:
         key, local = _in_cells_of_fields(active, position, field)
@@ -90,7 +90,8 @@ def locate_in_cells(
     key, local = key[order], local[order]
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     node = active.corners(np.asarray(_core.lattice(key[first])))
-    return order, PointsInCells(np.append(first, len(key)), node, local, grid.cell_size)
+    size = grid.sizes(places_of_keys(key[first], active.fields)[0][:, : grid.dim])
+    return order, PointsInCells(np.append(first, len(key)), node, local, size)
 
 
 def _in_cells_of_fields(
@@ -102,9 +103,7 @@ def _in_cells_of_fields(
     for number in np.unique(field):
         own = np.flatnonzero(field == number)
         cell_keys = active.of_field(number).cell_keys
-        found = _core.locate_in_cells(
-            position[own], active.grid.origin, active.grid.cell_size, cell_keys
-        )
+        found = _core.locate_in_cells(position[own], active.grid, cell_keys)
         key[own], local[own] = np.asarray(found[0]) + field_shift(number), found[1]
     return key, local
 
@@ -116,7 +115,7 @@ def near_soil(
 
     field: displacement field of the soil, one number or shape (n,).
     """
-    lattice = np.floor((position - active.grid.origin) / active.grid.cell_size).astype(np.int64)
+    lattice = np.floor(active.grid.in_cells(position)).astype(np.int64)
     near = np.zeros(len(position), dtype=bool)
     for step in np.ndindex(*(3,) * position.shape[1]):
         keys = lattice_keys(lattice + np.array(step) - 1, field)

@@ -137,7 +137,7 @@ class TrackedSurface:
         parts = []
         for tracked in self.chains:
             current, initial = LocalCubicSpline(tracked.current), LocalCubicSpline(tracked.initial)
-            pieces = cut_at_grid(current, active.grid.origin, active.grid.cell_size)
+            pieces = cut_at_grid(current, active.grid)
             at = gauss_points(current, pieces, GAUSS_POINTS)
             length = at.weight * 0.5 * (pieces.end - pieces.begin)[at.piece]
             parts.append(

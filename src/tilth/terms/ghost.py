@@ -8,7 +8,7 @@ them stiffness instead:
 
     f = gamma E h integral over the face of [d u / d n] [d v / d n],
 
-with E the modulus of the two cells and h the cell's size along the face's normal. In units of
+with E the modulus of the two cells and h their mean size along the face's normal. In units of
 force: E h (1/length)^2 length^(dim-1) length = E length^(dim-1). It vanishes for every
 displacement that is linear across the two cells. So it has no net force and resists neither rigid
 motions nor homogeneous strains. It is weighted by the empty fraction of the cell and vanishes for
@@ -36,9 +36,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers, require_table
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys, lattice_keys
+from tilth.arrays import Floats, Integers, Shorts, require_table
+from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.linear import EqualElements
@@ -71,16 +71,16 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
-                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid.origin,
-                    grid.cell_size, own.cell_keys, False,
+                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid,
+                    own.cell_keys, False,
                 )  # fmt: skip
                 filled[own.cells, column] += moment[:, 0]
             continue
         _core.fill_cells(
             stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
-            grid.origin, grid.cell_size, own.cell_keys, filled[own.cells],
+            grid, own.cell_keys, filled[own.cells],
         )  # fmt: skip
-    size = np.full(len(key), float(np.prod(grid.cell_size)))
+    size = grid.sizes(_places(active, key)).prod(axis=1)
     if soil.kind == "axisymmetric":
         size *= 2.0 * np.pi * _centre_radius(active, key)
     modulus = np.maximum(filled[:, 0], 1e-300) / np.maximum(filled[:, 1], 1e-300)
@@ -96,9 +96,14 @@ def _equivalent_stress(stress: Floats) -> Floats:
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
     """Returns the cells' centre radii [length], at least half a cell, shape (cells,)."""
-    column, width = np.asarray(_core.lattice(key))[:, 0], active.grid.cell_size[0]
-    centre = np.abs(active.grid.origin[0] + (column + 0.5) * width)
-    return np.asarray(np.maximum(centre, 0.5 * width))
+    place = _places(active, key)
+    centre = np.abs(active.grid.position(place.astype(float) + 0.5)[:, 0])
+    return np.asarray(np.maximum(centre, 0.5 * active.grid.sizes(place)[:, 0]))
+
+
+def _places(active: ActiveGrid, key: Integers) -> Integers:
+    """Returns the lattice indices of cells by their keys, shape (cells, dim)."""
+    return places_of_keys(key, active.fields)[0][:, : active.grid.dim]
 
 
 LARGEST_EXPANSION = 1.5
@@ -113,23 +118,30 @@ EXTERIOR_STIFFNESS = 2.0
 class Faces:
     """Faces between cells, each with the penalty on the jump across it.
 
-    All faces with the same normal share one matrix between nodes, the same for each component.
+    All faces with the same normal between cells of the same two sizes along it share one matrix
+    between nodes, the same for each component.
 
     Attributes:
         axis: direction of the normal.
         exterior: whether they support exterior nodes, rather than nodes of partly filled cells.
         node: the n nodes of the two cells, from the lower cell on, shape (faces, n).
-        unit: stiffness for a modulus and a weight of 1 [force/length/stress], shape (n, n).
-        weight: of each face [-]; in axisymmetry times 2 pi r [length], shape (faces,).
+        unit: stiffnesses for a modulus and a weight of 1 [force/length/stress], for a face of the
+            size that it has on the grid's smallest cells, shape (units, n, n).
+        which: which of them each face has, shape (faces,).
+        size: mean size of the two cells [length], shape (faces, dim).
+        weight: of each face [-]: its area relative to that on the smallest cells times the share of
+            the penalty; in axisymmetry times 2 pi r [length], shape (faces,).
         free: components on which the penalty acts, shape (faces, n, dim).
         modulus: of the soil in the two cells [stress], shape (faces,).
-        emptiness: share of the greatest penalty, in axisymmetry times 2 pi r, shape (faces,).
+        emptiness: as the weight, with the share in the greatest penalty, shape (faces,).
     """
 
     axis: int
     exterior: bool
     node: npt.NDArray[np.int32]
     unit: Floats
+    which: Shorts
+    size: Floats
     weight: Floats
     free: npt.NDArray[np.bool_]
     modulus: Floats
@@ -142,8 +154,10 @@ class Faces:
         """
         force = np.zeros(self.free.shape)
         if moved is not None:
-            force = self.weight[:, None, None] * self.free * (self.unit @ (self.free * moved))
-        return FaceCoupling(self.node, self.unit, self.weight * self.modulus, self.free, force)
+            unit = self.unit if len(self.unit) == 1 else self.unit[self.which]
+            force = self.weight[:, None, None] * self.free * (unit @ (self.free * moved))
+        stiffness = self.weight * self.modulus
+        return FaceCoupling(self.node, self.unit, self.which, stiffness, self.free, force)
 
 
 @dataclass(frozen=True)
@@ -151,13 +165,15 @@ class FaceCoupling(EqualElements):
     """Elements with the force f_ai + stiffness sum_b unit_ab u_bi, in the free components i.
 
     Attributes:
-        unit: stiffness for a factor of 1, shape (n, n).
+        unit: stiffnesses for a factor of 1, shape (units, n, n).
+        which: which of them each element has, shape (elements,).
         stiffness: factor of `unit`, shape (elements,); their product is in [force/length].
         free: components on which the stiffness acts, shape (elements, n, dim).
         force: at zero displacement [force], shape (elements, n, dim).
     """
 
     unit: Floats
+    which: Shorts
     stiffness: Floats
     free: npt.NDArray[np.bool_]
     force: Floats
@@ -167,12 +183,12 @@ class FaceCoupling(EqualElements):
     ) -> None:
         """As `LinearElements.add_product`."""
         _core.add_scaled_products(
-            elements, self.stiffness, self.unit, self.free, vector, magnitude, product
+            elements, self.stiffness, self.unit, self.which, self.free, vector, magnitude, product
         )
 
     def add_stiffness(self, elements: Elements, blocks: Floats) -> None:
         """As `LinearElements.add_stiffness`."""
-        _core.add_scaled_blocks(elements, self.stiffness, self.unit, self.free, blocks)
+        _core.add_scaled_blocks(elements, self.stiffness, self.unit, self.which, self.free, blocks)
 
 
 def ghost_faces(
@@ -197,6 +213,7 @@ def ghost_faces(
     active, dim = soil.active, soil.active.grid.dim
     key, fill, modulus = filled_cells(soil)
     lattice = np.asarray(_core.lattice(key))  # shifted by the cells' fields, as their keys
+    place = _places(active, key)
     along = np.eye(3, dtype=np.int64)[:dim]
     adjacent = lattice + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
     neighbour = find_keys(key, lattice_keys(adjacent.reshape(-1, 3))).reshape(2, dim, len(key))
@@ -210,7 +227,11 @@ def ghost_faces(
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
         other = neighbour[1, axis, cell]
-        offset, unit, line = _face(tuple(active.grid.cell_size.tolist()), axis)
+        size = active.grid.sizes(place[cell]), active.grid.sizes(place[other])
+        offset, line = _two_cells(dim, axis)
+        unit, which = _units(active.grid, *size, axis)
+        mean_size = 0.5 * (size[0] + size[1])
+        area = np.delete(mean_size / active.grid.cell_size, axis, axis=1).prod(axis=1)
         node = active.find((lattice[cell][:, None] + offset).reshape(-1, 3))
         node = node.reshape(len(cell), len(offset))
         end = offset[:, axis] != 1
@@ -224,10 +245,9 @@ def ghost_faces(
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         mean_modulus = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
-        circumference = np.ones(len(cell))
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
-            circumference = 2.0 * np.pi * radius
+            area = area * (2.0 * np.pi * radius)
         kinds = (
             (weak, gamma, far, None),
             (stiff, EXTERIOR_STIFFNESS, end & (exterior_ends > 0.0), coupled),
@@ -246,10 +266,12 @@ def ghost_faces(
                     exterior=only is not None,
                     node=node[some].astype(np.int32),
                     unit=unit,
-                    weight=weight[some] * circumference[some],
+                    which=which[some],
+                    size=mean_size[some],
+                    weight=weight[some] * area[some],
                     free=free,
                     modulus=mean_modulus[some],
-                    emptiness=weight[some] / greatest * circumference[some],
+                    emptiness=weight[some] / greatest * area[some],
                 )
             )
     return faces
@@ -336,7 +358,7 @@ class Ghost:
         identifiers, moves, moduli = [self.face[:0]], [self.moved[:0]], [self.modulus[:0]]
         for face, faces, moved in self._current:
             step = displacement[faces.node]
-            size = np.abs(step / active.grid.cell_size).max(axis=(1, 2))
+            size = np.abs(step / faces.size[:, None]).max(axis=(1, 2))
             total = np.exp(-size / DECAY_MOTION)[:, None, None]
             total = total * (moved + faces.modulus[:, None, None] * step)
             identifiers.append(face)
@@ -366,28 +388,49 @@ class Ghost:
 
 
 @cache
-def _face(
-    cell_size: tuple[float, ...], axis: int
-) -> tuple[Integers, Floats, npt.NDArray[np.bool_]]:
-    """Returns the nodes, unit penalty and pairs of nodes on one grid line of two adjacent cells.
+def _two_cells(dim: int, axis: int) -> tuple[Integers, npt.NDArray[np.bool_]]:
+    """Returns the nodes of two adjacent cells and which of them are on one grid line.
 
-    The nodes' lattice coordinates are relative to the lower cell's.
-
-    The jump of the derivative along the normal is (u_0 - 2 u_1 + u_2) / h at each corner of the
-    face and linear (bilinear in 3D) between the corners.
+    The nodes' lattice coordinates are relative to the lower cell's, x fastest, shape (n, 3).
     """
-    dim = len(cell_size)
     offset = np.array([[0, 0, 0]])
-    matrix: Floats = np.ones((1, 1))
     for k in reversed(range(dim)):
-        h = cell_size[k]
+        unit = np.eye(3, dtype=np.int64)[k]
+        offset = np.concatenate([offset + i * unit for i in range(3 if k == axis else 2)])
+    across = offset - offset * np.eye(3, dtype=np.int64)[axis]
+    return offset, (across[:, None] == across[None]).all(axis=2)
+
+
+def _units(grid: Grid, below: Floats, above: Floats, axis: int) -> tuple[Floats, Shorts]:
+    """Returns the unit penalties, see `Faces`, and which of them each face has.
+
+    below, above: sizes of the two cells [length], shape (faces, dim).
+    """
+    two = np.stack([below[:, axis], above[:, axis]], axis=1)
+    if axis in grid.graded:
+        two, which = np.unique(two, axis=0, return_inverse=True)
+    else:
+        two, which = two[:1], np.zeros(len(two), dtype=np.int64)
+    size = tuple(grid.cell_size.tolist())
+    units = [_unit(size, axis, low, high) for low, high in two.tolist()]
+    nodes = 3 * 2 ** (grid.dim - 1)
+    return np.array(units).reshape(-1, nodes, nodes), which.reshape(-1).astype(np.int32)
+
+
+@cache
+def _unit(cell_size: tuple[float, ...], axis: int, below: float, above: float) -> Floats:
+    """Returns the unit penalty of the nodes of two adjacent cells, of these sizes along the axis.
+
+    The jump of the derivative along the normal is (u_2 - u_1) / above - (u_1 - u_0) / below at each
+    corner of the face and linear (bilinear in 3D) between the corners.
+    """
+    matrix: Floats = np.ones((1, 1))
+    for k in reversed(range(len(cell_size))):
         if k == axis:
-            jump = np.array([1.0, -2.0, 1.0])
+            h = 0.5 * (below + above)
+            jump = np.array([h / below, -(h / below + h / above), h / above])
             along = np.outer(jump, jump) / h
         else:
-            along = np.array([[2.0, 1.0], [1.0, 2.0]]) * h / 6.0
-        unit = np.eye(3, dtype=np.int64)[k]
-        offset = np.concatenate([offset + i * unit for i in range(len(along))])
+            along = np.array([[2.0, 1.0], [1.0, 2.0]]) * cell_size[k] / 6.0
         matrix = np.asarray(np.kron(along, matrix), dtype=np.float64)
-    across = offset - offset * np.eye(3, dtype=np.int64)[axis]
-    return offset, matrix, (across[:, None] == across[None]).all(axis=2)
+    return matrix

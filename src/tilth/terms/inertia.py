@@ -168,7 +168,7 @@ class Inertia(Term):
         """As `Term.assembled`."""
         density = self._nodal_density() if self._faces else np.zeros(0)
         ghost = [
-            (each, faces.unit, self._ghost_mass(faces, density))
+            (each, faces.unit, faces.which, self._ghost_mass(faces, density))
             for each, faces in zip(elements, self._faces, strict=True)
         ]
         mass = ConsistentMass(self._soil, self._mass, active, ghost)
@@ -189,7 +189,7 @@ class Inertia(Term):
 
     def _ghost_mass(self, faces: Faces, density: Floats) -> Floats:
         """Returns the factor of the unit matrix, which has h int [du/dn] [dw/dn], (faces,)."""
-        width = self._soil.active.grid.cell_size[faces.axis]
+        width = faces.size[:, faces.axis]
         return np.asarray(
             GHOST_MASS * width**2 * density[faces.node].mean(axis=1) * faces.emptiness
         )

@@ -14,6 +14,7 @@ from tilth.errors import BadInput
 from tilth.fields.tables import place_text
 from tilth.model import BodyForce, LineForce, Model, PointForce, SeismicLoad
 from tilth.model.load_curve import LoadCurve
+from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.point_shares import NoShares, shares_at
 
@@ -140,15 +141,15 @@ def _on_points(
     model: Model, number: int, load: PointForce | LineForce, points: MaterialPoints, there: Flags
 ) -> LoadOnPoints:
     """Returns the points that carry a load, of those that are there, and their shares."""
-    of_body, cell = points.of_body(load.body), np.array(model.cell_size)
+    of_body, grid = points.of_body(load.body), background_grid(model)
     own = np.arange(len(points))[of_body][there[of_body]]
     position, half = points.position[own], points.initial_half_length[own]
-    reach = REACH * (half.max(axis=0) + cell)
+    reach = REACH * (half.max(axis=0) + grid.largest_size)
 
     def shares(place: Floats, key: str) -> tuple[Integers, Floats]:
         near = np.flatnonzero((np.abs(position - place) <= reach).all(axis=1))
         try:
-            rows, share = shares_at(place, position[near], half[near], cell)
+            rows, share = shares_at(place, position[near], half[near], grid.sizes_at(place))
         except NoShares as error:
             where = place_text(place)
             what = f"the body {load.body!r} cannot carry a force at {where}: {error.reason}"

@@ -49,7 +49,7 @@ def shares_at(
         place: [length], shape (dim,).
         position: of all points that may have a share [length], shape (n, dim).
         half_length: half sides of their domains [length], shape (n, dim).
-        cell_size: [length], shape (dim,).
+        cell_size: of the cell that contains the place [length], shape (dim,).
 
     Raises:
         NoShares: no soil is within a cell, or the points there lie on a line or plane beside it.

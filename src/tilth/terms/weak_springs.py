@@ -30,7 +30,8 @@ RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
 
 LEAST_SUPPORT = 0.5
-"""Least nodal volume of a well supported node, relative to the share from one full cell."""
+"""Least nodal volume of a well supported node, relative to the share from one full cell, in the
+mean over the cells around it."""
 
 
 RELATIVE_SHIFT = 1e-11
@@ -39,9 +40,14 @@ RELATIVE_SHIFT = 1e-11
 
 def well_supported(soil: Soil) -> Flags:
     """Returns which nodes are well supported (`LEAST_SUPPORT`), shape (nodes,)."""
-    grid = soil.active.grid
-    full = 0.5**grid.dim * np.prod(grid.cell_size) * _circumference(soil)
+    size = _cell_size(soil.active)
+    full = 0.5 ** size.shape[1] * size.prod(axis=1) * _circumference(soil)
     return np.asarray(soil.nodal_volume >= LEAST_SUPPORT * full)
+
+
+def _cell_size(active: ActiveGrid) -> Floats:
+    """Returns the mean sizes of the cells around each node [length], shape (nodes, dim)."""
+    return active.grid.sizes_around(active.lattice[:, : active.grid.dim])
 
 
 def _circumference(soil: Soil) -> Floats:
@@ -50,7 +56,7 @@ def _circumference(soil: Soil) -> Floats:
     if soil.kind != "axisymmetric":
         return np.ones(active.nodes)
     radius = np.abs(active.position[:, 0])
-    return np.asarray(2.0 * np.pi * np.maximum(radius, 0.5 * active.grid.cell_size[0]))
+    return np.asarray(2.0 * np.pi * np.maximum(radius, 0.5 * _cell_size(active)[:, 0]))
 
 
 @dataclass(frozen=True)
@@ -71,8 +77,8 @@ class WeakSprings(Term):
 
         coupled: nodes that other terms support and that need no spring, shape (nodes,).
         """
-        cell = soil.active.grid.cell_size
-        stiffness = _circumference(soil) * np.prod(cell) / cell.max() ** 2
+        size = _cell_size(soil.active)
+        stiffness = _circumference(soil) * size.prod(axis=1) / size.max(axis=1) ** 2
         stiffness *= soil.elastic_moduli.young.max()
         badly = ~well_supported(soil)
         if coupled is not None:

@@ -116,17 +116,17 @@ class ContactConstraint(PointsNearSoil):
 
         field: of the nodes, shape (nodes,).
         """
-        pose, cell_size = self.pose, self.at.cell_size
+        pose, size = self.pose, self.at.size[self.at.cell]
         own = field[self.at.node[:, 0]][self.at.cell]
         joined = owner.copy()
         for number in np.unique(own):
             of = own == number
             first = int(owner[of].min())
             joined[of] = first + without_small(
-                owner[of] - first, pose.position[of], pose.normal[of], self.area[of], cell_size
+                owner[of] - first, pose.position[of], pose.normal[of], self.area[of], size[of]
             )
         joined = np.unique(joined, return_inverse=True)[1]
-        sliver = is_sliver(joined, self.area, cell_size)
+        sliver = is_sliver(joined, self.area, size)
         pose = replace(pose, weight=np.where(sliver, 0.0, pose.weight))
         return replace(self, owner=joined, pose=pose)
 

@@ -102,7 +102,7 @@ def _gap_to_domains(
     near = np.flatnonzero(chosen & _near_lines(points, position, normal, window))
     gap, point = _core.measure_gap(
         position, normal, window.behind, window.reach, points.position[near],
-        points.half_length[near], _corners(points, near), grid.origin, grid.cell_size,
+        points.half_length[near], _corners(points, near), grid,
         window.widening,
     )  # fmt: skip
     found = point >= 0

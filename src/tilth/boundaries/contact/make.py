@@ -12,7 +12,7 @@ from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.supports import SLIVER
 from tilth.boundaries.contact.surface import ContactSurface
-from tilth.boundaries.implicit.boundary import GridProperties
+from tilth.boundaries.implicit.make import grid_properties
 from tilth.boundaries.implicit.motion import make_motion
 from tilth.errors import BadInput
 from tilth.geometry.make import make_shape, make_shapes
@@ -99,16 +99,6 @@ def make_body_contact(
     """Returns the surface of the first body of a pair; tracked: that surface."""
     cell_size = np.array(model.cell_size)
     return BodyContactSurface(declared, tracked, BAND * float(cell_size.min()), cell_size)
-
-
-def grid_properties(model: Model) -> GridProperties:
-    """Returns the grid on which the surfaces of a model act."""
-    return GridProperties(
-        origin=np.array(model.origin),
-        cell_size=np.array(model.cell_size),
-        axisymmetric=model.analysis.kind == "axisymmetric",
-        grid_moves=model.grid.follow is not None,
-    )
 
 
 def _size(shapes: list[Geometry], centre: Floats, cell_size: tuple[float, ...]) -> float:

@@ -22,10 +22,17 @@ FARTHEST = 1.5
 """Greatest distance in cells of the point through which a support joins another one."""
 
 
-def is_sliver(owner: Integers, weight: Floats, cell_size: Floats) -> Flags:
+def is_sliver(owner: Integers, weight: Floats, size: Floats) -> Flags:
     """Returns which points belong to a sliver, shape (n,); arguments as in `without_small`."""
     area = np.bincount(owner, weight)
-    return np.asarray((area < SLIVER * float(cell_size.min()) ** (len(cell_size) - 1))[owner])
+    return np.asarray((area < SLIVER * _least_face(owner, size, len(area)))[owner])
+
+
+def _least_face(owner: Integers, size: Floats, count: int) -> Floats:
+    """Returns the smallest face of a cell at each of `count` supports [length^(dim - 1)]."""
+    edge = np.full(count, np.inf)
+    np.minimum.at(edge, owner, size.min(axis=1))
+    return np.asarray(edge ** (size.shape[1] - 1))
 
 
 def surrounded(position: Floats, others: Floats, reach: float) -> Flags:
@@ -45,7 +52,7 @@ def surrounded(position: Floats, others: Floats, reach: float) -> Flags:
 
 
 def without_small(
-    owner: Integers, position: Floats, normal: Floats, weight: Floats, cell_size: Floats
+    owner: Integers, position: Floats, normal: Floats, weight: Floats, size: Floats
 ) -> Integers:
     """Returns the multiplier of each point, without those of small supports, numbered anew, (n,).
 
@@ -57,24 +64,23 @@ def without_small(
         position: [length], shape (n, dim).
         normal: unit, shape (n, dim).
         weight: area of each point's part opposite soil [length^(dim - 1)], shape (n,).
-        cell_size: [length], shape (dim,).
+        size: of the points' cells [length], shape (n, dim).
     """
     if len(owner) == 0:
         return owner
     from scipy.spatial import cKDTree
 
-    dim = position.shape[1]
     owner = owner.copy()
     area = np.bincount(owner, weight)
-    least = LEAST_AREA * float(cell_size.min()) ** (dim - 1)
+    least = LEAST_AREA * _least_face(owner, size, len(area))
     small = np.argsort(area, kind="stable")
-    for number in small[area[small] < least]:
-        if area[number] >= least:  # it has grown
+    for number in small[area[small] < least[small]]:
+        if area[number] >= least[number]:  # it has grown
             continue
         own, others = np.flatnonzero(owner == number), np.flatnonzero(owner != number)
         if len(own) == 0 or len(others) == 0:
             continue
-        reach = FARTHEST * float(cell_size.max())
+        reach = FARTHEST * float(size[own].max())
         near = cKDTree(position[others]).query_ball_point(position[own], reach)
         best, nearest = -1, np.inf
         for point, found in zip(own, near, strict=True):

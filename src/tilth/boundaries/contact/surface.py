@@ -219,7 +219,7 @@ class ContactSurface(CarriedContact, Implicit):
         self.body = body
         self._shapes = shapes
         self.full = full
-        self._columns = len(grid.origin) + NUMBERS
+        self._columns = self.dim + NUMBERS
         self.carried = np.zeros((0, self._columns))
 
     @property
@@ -248,7 +248,7 @@ class ContactSurface(CarriedContact, Implicit):
     @property
     def cell(self) -> float:
         """The smallest edge of a cell [length]."""
-        return float(self._grid.cell_size.min())
+        return float(self._grid.at_start.cell_size.min())
 
     @property
     def touches_nearly(self) -> bool:

@@ -28,6 +28,7 @@ from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
+from tilth.mpm.grid import Grid
 
 FLAT_FACET_LENGTH = 4.0
 """Length of the facets of a flat fixed boundary, in cells: longer facets need fewer points."""
@@ -38,14 +39,12 @@ class GridProperties:
     """Properties of the grid on which an implicit boundary acts.
 
     Attributes:
-        origin: a node of the grid [length], shape (dim,).
-        cell_size: [length], shape (dim,).
+        at_start: its lines at time 0.
         axisymmetric: whether x is the radius.
         grid_moves: whether the grid moves with a boundary.
     """
 
-    origin: Floats
-    cell_size: Floats
+    at_start: Grid
     axisymmetric: bool
     grid_moves: bool
 
@@ -133,7 +132,7 @@ class Implicit:
         self.delta = delta
         self._curve = curve
         self._grid = grid
-        dim = len(grid.origin)
+        dim = grid.at_start.dim
         self._columns = dim if declared.form == "surface" else dim + 9
         self._lower, self._upper = np.full(dim, np.inf), np.full(dim, -np.inf)
         self.quadrature: BoundaryQuadrature | None = None
@@ -142,7 +141,7 @@ class Implicit:
     @property
     def dim(self) -> int:
         """Number of directions."""
-        return len(self._grid.origin)
+        return self._grid.at_start.dim
 
     @property
     def body_name(self) -> str | None:
@@ -167,8 +166,7 @@ class Implicit:
         within = (lower >= self._lower).all() and (upper <= self._upper).all()
         if self.quadrature is not None and (self.geometry.bounded or within):
             return self.quadrature
-        cell = self._grid.cell_size
-        margin = 0.1 * (upper - lower) + 2.0 * cell
+        margin = 0.1 * (upper - lower) + 2.0 * self._grid.at_start.largest_size
         self._lower = np.minimum(self._lower, lower - margin)
         self._upper = np.maximum(self._upper, upper + margin)
         self._make_points()
@@ -177,19 +175,13 @@ class Implicit:
 
     def _make_points(self) -> None:
         before, carried = self.quadrature, self.carried
-        cell = self._grid.cell_size
-        least = float(cell.min())
-        piece = facet = least / (3.0 if len(cell) == 2 else 2.0)
-        if not self.declared.is_moving and not self._grid.grid_moves and self.geometry.flat:
-            facet = (FLAT_FACET_LENGTH if len(cell) == 2 else 1.0) * least  # cut at grid lines
+        grid = self._grid.at_start
+        piece = facet = float(grid.cell_size.min()) / (3.0 if grid.dim == 2 else 2.0)
+        fixed = not self.declared.is_moving and not self._grid.grid_moves
+        if fixed and self.geometry.flat:  # facets are cut at grid lines
+            facet = (FLAT_FACET_LENGTH if grid.dim == 2 else 1.0) * float(grid.largest_size.min())
         points = make_quadrature(
-            self.geometry,
-            self._lower,
-            self._upper,
-            self._grid.origin,
-            cell,
-            piece,
-            facet,
+            self.geometry, self._lower, self._upper, grid, piece, facet, local=fixed
         )
         points = self._kept(points)
         make = surface_quadrature if self.declared.form == "surface" else band_quadrature
@@ -368,7 +360,7 @@ class Implicit:
         self._lower, self._upper = other._lower, other._upper
         self._make_points()
         assert self.quadrature is not None
-        cell = float(self._grid.cell_size.min())
+        cell = float(self._grid.at_start.cell_size.min())
         place = [
             np.concatenate([each.reference, cell * each.normal], axis=1)
             for each in (other.quadrature, self.quadrature)

@@ -9,6 +9,7 @@ from tilth.boundaries.implicit.boundary import GridProperties, Implicit
 from tilth.boundaries.implicit.motion import make_motion
 from tilth.geometry.make import make_geometry
 from tilth.model import ImplicitBoundary, Model
+from tilth.mpm.background import background_grid
 
 
 def make(declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit) -> Implicit:
@@ -22,19 +23,22 @@ def make(declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implic
 
         return make_contact(declared, model)
     key = model.boundary_keys()[declared.name]
-    cell_size = np.array(model.cell_size)
     geometry = make_geometry(declared, model)
     return kind(
         declared,
         key,
         model.load_curve(declared),
         geometry,
-        make_motion(declared, geometry, f"{key}.motion", cell_size),
+        make_motion(declared, geometry, f"{key}.motion", np.array(model.cell_size)),
         model.delta(declared),
-        GridProperties(
-            origin=np.array(model.origin),
-            cell_size=cell_size,
-            axisymmetric=model.analysis.kind == "axisymmetric",
-            grid_moves=model.grid.follow is not None,
-        ),
+        grid_properties(model),
+    )
+
+
+def grid_properties(model: Model) -> GridProperties:
+    """Returns the grid on which the boundaries of a model act."""
+    return GridProperties(
+        at_start=background_grid(model),
+        axisymmetric=model.analysis.kind == "axisymmetric",
+        grid_moves=model.grid.follow is not None,
     )

@@ -130,7 +130,7 @@ def choose_multipliers(
     owner, of_family, _, vertex = _core.multiplier_space(
         *cells,
         active.lattice,
-        active.grid.cell_size,
+        active.grid,
         first_cell,
         end_cell,
         _offsets(cells[0][end_cell] - cells[0][first_cell]),

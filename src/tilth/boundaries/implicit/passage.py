@@ -19,6 +19,7 @@ from tilth.arrays import Floats, Integers
 from tilth.errors import StepFailed
 from tilth.geometry.protocol import RoundGeometry
 from tilth.mpm.domains import half_edges
+from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
@@ -86,14 +87,14 @@ class PassageCheck:
         moved: Floats,
         before: float,
         after: float,
-        cell_size: Floats,
+        grid: Grid,
     ) -> None:
         """Checks a step from time `before` to `after`; moved: as in `find_passage`.
 
         Raises:
             StepFailed: soil passes; its `share` is the possible fraction of the step.
         """
-        found = [find_passage(b, points, moved, before, after, cell_size) for b in boundaries]
+        found = [find_passage(b, points, moved, before, after, grid) for b in boundaries]
         passed = [passage for passage in found if passage is not None]
         if not passed:
             return
@@ -119,12 +120,12 @@ def find_passage(
     moved: Floats,
     before: float,
     after: float,
-    cell_size: Floats,
+    grid: Grid,
 ) -> Passage | None:
     """Returns the soil that passes through a boundary in a step from `before` to `after`, or None.
 
     It checks the end of the step and, for finite or curved boundaries, positions on the straight
-    paths of the points at most a cell apart.
+    paths of the points at most the smallest cell apart.
 
     moved: positions of the points at the end of the step [length], shape (n, dim).
     """
@@ -133,12 +134,12 @@ def find_passage(
     path = moved - points.position
     samples = 1
     if not _is_infinite_plane(boundary):
-        farthest = np.abs(path / cell_size).max(initial=0.0)
+        farthest = np.abs(path / grid.cell_size).max(initial=0.0)
         samples = min(max(math.ceil(farthest), 1), MAXIMUM_SAMPLES)
     for fraction in np.arange(1, samples + 1) / samples:
         time = before + fraction * (after - before)
         position = points.position + fraction * path
-        passage = _passage_at(boundary, points, position, before, time, cell_size)
+        passage = _passage_at(boundary, points, position, before, time, grid)
         if passage is not None:
             return replace(passage, share=float(fraction) * passage.share)
     return None
@@ -150,11 +151,11 @@ def _passage_at(
     position: Floats,
     before: float,
     time: float,
-    cell_size: Floats,
+    grid: Grid,
 ) -> Passage | None:
     """Returns the soil behind a boundary with the points at `position`, (n, dim), or None."""
-    tolerance = PASSAGE_TOLERANCE * float(cell_size.min())
-    chosen, distance, normal = _distances(boundary, position, points, time, cell_size)
+    tolerance = PASSAGE_TOLERANCE * float(grid.cell_size.min())
+    chosen, distance, normal = _distances(boundary, position, points, time, grid)
     near = np.flatnonzero(distance < _largest_half_width(points))
     chosen, distance, normal = chosen[near], distance[near], normal[near]
     depth = _half_width(points, chosen, normal) - distance
@@ -163,7 +164,7 @@ def _passage_at(
         return None
     chosen, depth = chosen[deep], depth[deep]
     at_start = points.position[chosen]
-    those, distance, normal = _distances(boundary, at_start, None, before, cell_size)
+    those, distance, normal = _distances(boundary, at_start, None, before, grid)
     chosen, depth = chosen[those], depth[those]
     gap = distance - _half_width(points, chosen, normal)
     free = np.flatnonzero(gap > tolerance)
@@ -175,21 +176,19 @@ def _passage_at(
     return Passage(boundary.name, point, float(depth[free].max()), float(share[first]))
 
 
-def depth_behind(
-    boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
-) -> float:
+def depth_behind(boundary: Implicit, points: MaterialPoints, time: float, grid: Grid) -> float:
     """Returns the greatest distance of a point's centre behind a boundary [length]; 0 if none is.
 
     Also 0 if soil can pass through the boundary.
     """
     if boundary.declared.kind not in IMPERMEABLE_CONDITIONS:
         return 0.0
-    _, distance, _ = _distances(boundary, points.position, points, time, cell_size)
+    _, distance, _ = _distances(boundary, points.position, points, time, grid)
     return float(-distance.min(initial=0.0))
 
 
 def points_behind(
-    boundary: Implicit, points: MaterialPoints, time: float, cell_size: Floats
+    boundary: Implicit, points: MaterialPoints, time: float, grid: Grid
 ) -> tuple[Integers, Floats]:
     """Returns the points with centres behind a boundary, however deep: indices and depths, (k,).
 
@@ -203,9 +202,9 @@ def points_behind(
         distance = boundary.distance(points.position, time)
     else:
         chosen, distance, _ = _distances(
-            boundary, points.position, None, time, cell_size, all_in_front=False
+            boundary, points.position, None, time, grid, all_in_front=False
         )
-    behind = np.flatnonzero(distance < -PASSAGE_TOLERANCE * float(cell_size.min()))
+    behind = np.flatnonzero(distance < -PASSAGE_TOLERANCE * float(grid.cell_size.min()))
     return chosen[behind], -distance[behind]
 
 
@@ -214,7 +213,7 @@ def _distances(
     position: Floats,
     points: MaterialPoints | None,
     time: float,
-    cell_size: Floats,
+    grid: Grid,
     all_in_front: bool = True,
 ) -> tuple[Integers, Floats, Floats]:
     """Returns the positions that face a boundary: numbers, distances from it, and its normals.
@@ -233,27 +232,28 @@ def _distances(
     none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, position.shape[1]))
     if len(surface) == 0:
         return none
-    radius = np.inf
+    radius, largest = np.inf, float(grid.largest_size.max())
     candidates = np.arange(len(position))
     if points is not None:
         motion = np.linalg.norm(position - points.position, axis=1).max(initial=0.0)
-        radius = float(motion + 2.0 * cell_size.max())
+        radius = float(motion + 2.0 * largest)
         low, high = surface.min(axis=0) - radius, surface.max(axis=0) + radius
         candidates = np.flatnonzero(((position >= low) & (position <= high)).all(axis=1))
     from scipy.spatial import cKDTree
 
     tree = cKDTree(surface)
     if not all_in_front:
-        candidates = _near_or_behind(tree, normal, position, 3.0 * float(cell_size.max()))
+        candidates = _near_or_behind(tree, normal, position, 3.0 * largest)
     separation, nearest = tree.query(position[candidates], distance_upper_bound=radius)
     within = np.isfinite(separation)
     candidates, nearest = candidates[within], nearest[within]
     offset = position[candidates] - surface[nearest]
     distance = np.einsum("ni,ni->n", offset, normal[nearest])
     along = np.linalg.norm(offset - distance[:, None] * normal[nearest], axis=1)
-    facing = along <= FACING_DISTANCE[len(cell_size)] * cell_size.max()
+    cell = grid.sizes_at(surface[nearest]).max(axis=1)
+    facing = along <= FACING_DISTANCE[grid.dim] * cell
     if points is not None or not all_in_front:  # far in front no exact distance is necessary
-        facing &= distance <= 2.0 * cell_size.max()
+        facing &= distance <= 2.0 * cell
     candidates, nearest = candidates[facing], nearest[facing]
     if len(candidates) == 0:
         return none
