@@ -23,7 +23,9 @@ from tilth.report.amounts import cells_text
 from tilth.report.setup import draw_setup
 from tilth.report.setup_data import Setup
 from tilth.report.setup_file import read_setup, write_setup
+from tilth.report.setup_view import _rectangles
 from tilth.report.stage_texts import changes
+from tilth.report.visible_points import exterior_points
 
 X = line_of(((0.0, 0.5), (1.0, 0.5), (3.0, 1.2)))
 ROWS = [[0.0, 0.1], [1.0, 0.1], [5.0, 1.0]]
@@ -59,7 +61,7 @@ def test_the_picture_shows_the_graded_lines() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-12)
     legends = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
     words = " ".join(text.get_text() for legend in legends for text in legend.get_texts())
-    assert f"cells of\n0.5 to {size.max():g} x 1 m" in words
+    assert f"cells of\n0.5 to {size.max():.3g} x 1 m" in words
 
 
 def test_points_are_counted_in_the_cells_that_they_are_in() -> None:
@@ -85,6 +87,21 @@ def test_a_setup_is_read_as_it_was_written(tmp_path: Path) -> None:
 def test_sizes_in_words() -> None:
     assert cells_text([(0.05, 0.5), (0.1, 0.1)], "m") == "cells of 0.05 to 0.5 x 0.1 m"
     assert cells_text([(0.25, 0.25 + 1e-15)] * 2, "") == "cells of 0.25 x 0.25"
+
+
+def test_uneven_domains_are_drawn_where_they_are() -> None:
+    """In space those on the outside; in few rectangles they leave no gaps."""
+    axes = 0.5 * (X[1:] + X[:-1])
+    place = np.stack(np.meshgrid(axes, axes, axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    half = np.stack(np.meshgrid(*3 * [0.5 * np.diff(X)], indexing="ij"), axis=-1).reshape(-1, 3)
+    outside = ((place == axes[0]) | (place == axes[-1])).any(axis=1)
+    np.testing.assert_array_equal(exterior_points(place, half), np.flatnonzero(outside))
+    flat = np.unique(place[:, :2], axis=0)
+    sizes = np.stack([np.interp(x, axes, 0.5 * np.diff(X)) for x in flat.T], axis=1)
+    centre, drawn, _ = _rectangles(flat, sizes, np.zeros(len(flat), dtype=np.int64))
+    inner = np.random.default_rng(1).uniform(0.0, X[-1], (500, 2))
+    covered = (np.abs(inner[:, None] - centre) <= drawn + 1e-12).all(axis=2).any(axis=1)
+    assert covered.all()
 
 
 def model(**sections: Any) -> Model:
@@ -119,7 +136,7 @@ def test_a_stage_tells_the_sizes_of_its_grid() -> None:
     del given["schedule"]
     staged = Model.from_dict({**given, "grid": {"cell_size": 0.25}, "stages": stages})
     largest = staged.of_stages[1].largest_cell[0]
-    assert changes(staged.of_stages[1]) == [f"grid: cells of 0.1 to {largest:g} x 0.1 m"]
+    assert changes(staged.of_stages[1]) == [f"grid: cells of 0.1 to {largest:.3g} x 0.1 m"]
 
 
 def test_the_memory_is_that_of_the_graded_cells() -> None:

@@ -58,6 +58,8 @@ def vector(components: Iterable[float]) -> str:
 
 def cells_text(sizes: Iterable[tuple[float, float]], unit: str) -> str:
     """Returns the sizes of cells along each axis, from the smallest to the largest [length]."""
-    pairs = [(f"{low:g}", f"{high:g}") for low, high in sizes]
-    texts = [low if low == high else f"{low} to {high}" for low, high in pairs]
+    texts = [
+        f"{low:g}" if f"{low:g}" == f"{high:g}" else f"{low:.3g} to {high:.3g}"
+        for low, high in sizes
+    ]
     return f"cells of {' x '.join(texts)} {unit}".rstrip()
