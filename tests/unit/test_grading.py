@@ -274,6 +274,11 @@ def test_the_grid_of_a_stage() -> None:
     assert first.lines == ()
     assert second.graded == [0]
     assert Model.from_dict(json.loads(json.dumps(model.to_dict()))) == model
+    back = {"name": "three", "schedule": {"steps": 1}, "grid": {"cell_size": 0.25}}
+    shifted = [[-0.4, 0.1], [1.0, 0.1]]
+    stages[1]["grid"] = {"cell_size": {"x": shifted, "y": 0.1}}
+    of_stages = Model.from_dict({**given, "stages": [*stages, back]}).of_stages
+    assert [each.origin for each in of_stages] == [(0.0, 0.0), (-0.4, 0.0), (-0.4, 0.0)]
     stages[1]["grid"] = {"cell_size": {"x": ROWS}, "origin": [1.0, 0.0]}
     with pytest.raises(BadInput) as caught:
         Model.from_dict({**given, "stages": stages})

@@ -183,6 +183,20 @@ def along_axes(cell_size: Any, dimension: int) -> tuple[float | Places, ...]:
     return (cell_size,) * dimension
 
 
+def first_places(
+    origin: Sequence[float] | None, cell_size: Any, dimension: int
+) -> tuple[float, ...]:
+    """Returns where the line with the index 0 is along each axis [length].
+
+    It is the first place, or the declared origin along a uniform axis; zero if not declared.
+    """
+    found = list(origin or (0.0,) * dimension)
+    for k, size in enumerate(along_axes(cell_size, dimension)):
+        if isinstance(size, tuple):
+            found[k] = size[0][0]
+    return tuple(found)
+
+
 def smallest(size: float | Places) -> float:
     """Returns the size of the smallest cell along an axis [length]."""
     return float(np.diff(line_of(size)).min()) if isinstance(size, tuple) else size
