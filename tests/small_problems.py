@@ -208,6 +208,24 @@ def block_entries(
     return {**entries, **changed}
 
 
+GRADED = {
+    "x": [[0.0, 0.7], [3.0, 1.4]],
+    "y": [[0.0, 1.4], [3.0, 0.7]],
+    "z": [[0.0, 0.8], [3.0, 1.2]],
+}
+"""Cell sizes at places along the axes: from 0 to 3 there are three cells along each."""
+
+SPACINGS = ["uniform", "graded"]
+
+
+def spaced(entries: dict[str, Any], spacing: str) -> dict[str, Any]:
+    """The same on a grid that is `uniform`, as it is, or with the cells of `GRADED`; in place."""
+    if spacing == "graded":
+        axes = AXES[: dimension(entries["analysis"]["kind"])]
+        entries["grid"]["cell_size"] = {axis: GRADED[axis] for axis in axes}
+    return entries
+
+
 def affine(end: Floats, path: str = "linear") -> dict[str, Any]:
     """An affine motion of all nodes to the deformation gradient `end`."""
     return {
