@@ -15,27 +15,19 @@ struct Support {
   int count;
 };
 
-/// Basis protocol (docs/howto/add_a_basis.md): one direction at a time, lengths in cells, the
-/// position measured from the grid's origin.
+/// Basis protocol (docs/howto/add_a_basis.md): one direction at a time.
 struct Linear {
   static constexpr const char* name = "linear";
   static constexpr bool has_domain = false;
   static constexpr bool is_hat = true;  // local coordinates determine values and slopes
   static constexpr int maximum_count = 2;
 
-  TILTH_FUNCTION static Support support(double x, double /*half_length*/) {
-    return {std::floor(x), 2};
-  }
+  /// Half of the part of a domain that counts for its support.
+  TILTH_FUNCTION static double extent(double /*half_length*/) { return 0.0; }
 
-  /// Cuts the domain to the cells of the support.
-  TILTH_FUNCTION static void cut(double /*first*/, int /*count*/, double& /*x*/,
-                                 double& /*half_length*/) {}
-
-  /// Value and derivative of the node at distance `s` = x - node.
-  TILTH_FUNCTION static void evaluate(double s, double /*half_length*/, double& value,
-                                      double& derivative) {
-    value = 1.0 - std::fabs(s);
-    derivative = s < 0.0 ? 1.0 : -1.0;
+  /// Support of the part of the axis from `low` to `high`, in cells from the grid's origin.
+  TILTH_FUNCTION static Support support(double low, double /*high*/) {
+    return {std::floor(low), 2};
   }
 };
 

@@ -176,10 +176,8 @@ struct BoxesView {
     require(!empty, "count", "has a group with less than two nodes in a direction");
   }
 
-  /// Refuses a grid or domains that are not those of the points.
-  void require_domains(const ConstDoubles& position, const ConstDoubles& half_length,
-                       const ConstDoubles& origin, const ConstDoubles& cell_size) const {
-    require_grid(origin, cell_size, stencil_.dim);
+  /// Refuses domains that are not those of the points.
+  void require_domains(const ConstDoubles& position, const ConstDoubles& half_length) const {
     require_table(position, stencil_.points(), stencil_.dim, "position");
     require_table(half_length, stencil_.points(), stencil_.dim, "half_length");
   }

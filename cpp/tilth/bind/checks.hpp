@@ -113,47 +113,9 @@ inline void require_finite(const ConstDoubles& array, const std::string& name) {
   require_magnitude(array, std::numeric_limits<double>::max(), name);
 }
 
-inline void require_cell_size(const ConstDoubles& cell_size, int dim) {
-  require_size(cell_size, dim, "cell_size");
-  constexpr double least = 1e-100, greatest = 1e100;  // their squares are numbers
-  for (int k = 0; k < dim; ++k)
-    require(cell_size.data()[k] >= least && cell_size.data()[k] <= greatest, "cell_size",
-            "is not positive, or too small or too large for a number");
-}
-
-/// Refuses an origin or cell sizes that define no grid.
-inline void require_grid(const ConstDoubles& origin, const ConstDoubles& cell_size, int dim) {
-  require_size(origin, dim, "origin");
-  require_finite(origin, "origin");
-  require_cell_size(cell_size, dim);
-}
-
 /// Coordinates that a lattice index can represent, and those beyond that can still be converted to
 /// integers, in cells from the origin.
 inline constexpr double in_lattice = largest_index, in_integers = 0x1p40;
-
-/// Refuses vectors (n, dim) of which a component is not a number or not less than `limit` cells.
-/// `origin` may be null, for 0.
-template <class Array>
-void require_in_cells(const Array& vector, const double* origin, const ConstDoubles& cell_size,
-                      const std::string& name, double limit = in_lattice) {
-  const std::int64_t dim = size_of(cell_size);
-  const double* x = vector.data();
-  bool outside = false;
-  for (std::int64_t k = 0; k < dim; ++k) {
-    const double from = origin != nullptr ? origin[k] : 0.0, size = cell_size.data()[k];
-    for (std::int64_t i = k; i < size_of(vector); i += dim)
-      outside |= !(std::fabs((x[i] - from) / size) < limit);
-  }
-  if (outside)
-    refuse(name, "has entries that are not numbers or too many cells from the grid's origin");
-}
-
-inline void require_in_grid(const ConstDoubles& position, const ConstDoubles& origin,
-                            const ConstDoubles& cell_size, const std::string& name,
-                            double limit = in_lattice) {
-  require_in_cells(position, origin.data(), cell_size, name, limit);
-}
 
 /// Returns the number of lattice indices (n, 3); refuses those that no key represents.
 inline std::int64_t require_lattice(const ConstIntegers& lattice, const std::string& name) {

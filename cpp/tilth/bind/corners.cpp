@@ -4,34 +4,31 @@
 #include "../basis/list.hpp"
 #include "../kind.hpp"
 #include "centres_view.hpp"
+#include "grid_view.hpp"
 
 namespace tilth::bind {
 
 namespace {
 
-/// Calls `function(kind, n)` for the dimension of `position` (n, dim); checks the corners' size and
-/// the grid.
+/// Calls `function(kind, n)` for the dimension of `position` (n, dim); checks the corners' size.
 template <class Function>
-void with_corners(const ConstDoubles& position, const ConstDoubles& corner,
-                  const ConstDoubles& origin, const ConstDoubles& cell_size, Function&& function) {
+void with_corners(const ConstDoubles& position, const ConstDoubles& corner, Function&& function) {
   const std::int64_t points = rows_of(position, 2, "position");
   const int dim = dimension_of(position, "position");
   require_size(corner, points * dim * (1 << dim), "corner");
-  require_grid(origin, cell_size, dim);
   with_dimension(dim, [&](auto kind) { function(kind, points); });
 }
 
-auto corner_supports(ConstDoubles position, ConstDoubles corner, ConstDoubles origin,
-                     ConstDoubles cell_size) {
+auto corner_supports(ConstDoubles position, ConstDoubles corner, nb::handle grid_handle) {
   const auto n = static_cast<std::size_t>(rows_of(position, 2, "position"));
   const std::size_t codes_each = dimension_of(position, "position") == 3 ? 2 : 1;
   std::vector<std::int64_t> keys(n), codes(n * codes_each);
   std::int64_t failures = 0;
-  const kernel::Cells cells{origin.data(), cell_size.data()};
-  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t points) {
+  const GridView grid(grid_handle, dimension_of(position, "position"));
+  with_corners(position, corner, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
     failures = kernel::corner_supports<decltype(kind)::dim>(points, position.data(), corner.data(),
-                                                            cells, keys.data(), codes.data());
+                                                            grid, keys.data(), codes.data());
   });
   return std::make_tuple(give(std::move(keys)), give(std::move(codes), {n, codes_each}), failures);
 }
@@ -53,10 +50,10 @@ auto group_corner_points(int dim, ConstIntegers keys, ConstIntegers codes) {
 
 void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstIntegers node_keys,
                          ConstIntegers value_start, ConstDoubles position, ConstDoubles corner,
-                         ConstDoubles origin, ConstDoubles cell_size, Doubles value) {
+                         nb::handle grid_handle, Doubles value) {
   const std::int64_t groups = require_starts(start, rows_of(position, 2, "position"), "start");
   const int dim = dimension_of(position, "position");
-  const kernel::Cells cells{origin.data(), cell_size.data()};
+  const GridView grid(grid_handle, dim);
   require_size(node_start, groups + 1, "node_start");
   require_starts(node_start, size_of(node_keys), "node_start");
   require_size(value_start, groups + 1, "value_start");
@@ -71,28 +68,28 @@ void corner_basis_values(ConstIntegers start, ConstIntegers node_start, ConstInt
   require(!many, "node_start", "has a group with too many nodes");
   require(!other, "value_start", "does not fit to the points and nodes of a group");
   bool complete = true;
-  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t) {
+  with_corners(position, corner, [&](auto kind, std::int64_t) {
     nb::gil_scoped_release release;
     complete = kernel::corner_basis_values<decltype(kind)::dim>(
         groups, start.data(), node_start.data(), node_keys.data(), value_start.data(),
-        position.data(), corner.data(), cells, value.data());
+        position.data(), corner.data(), grid, value.data());
   });
   require(complete, "node_keys", "lack a node of a domain");
 }
 
 std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstIntegers node_keys,
-                          ConstDoubles displacement, ConstDoubles origin, ConstDoubles cell_size,
-                          bool axisymmetric, Doubles moved, Doubles shift) {
+                          ConstDoubles displacement, nb::handle grid_handle, bool axisymmetric,
+                          Doubles moved, Doubles shift) {
   const std::int64_t nodes = size_of(node_keys);
-  const kernel::Cells cells{origin.data(), cell_size.data()};
+  const GridView grid(grid_handle, dimension_of(position, "position"));
   require_table(displacement, nodes, dimension_of(position, "position"), "displacement");
   require_size(moved, static_cast<std::int64_t>(corner.size()), "moved");
   require_size(shift, static_cast<std::int64_t>(position.size()), "shift");
   std::int64_t folded = -1;
-  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t points) {
+  with_corners(position, corner, [&](auto kind, std::int64_t points) {
     nb::gil_scoped_release release;
     folded = kernel::move_corners<decltype(kind)::dim>(
-        points, position.data(), corner.data(), nodes, node_keys.data(), displacement.data(), cells,
+        points, position.data(), corner.data(), nodes, node_keys.data(), displacement.data(), grid,
         axisymmetric, moved.data(), shift.data());
   });
   require(folded != kernel::node_missing, "node_keys", "lack a node of a domain");
@@ -100,8 +97,8 @@ std::int64_t move_corners(ConstDoubles position, ConstDoubles corner, ConstInteg
 }
 
 auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, ConstDoubles corner,
-                          ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
-                          ConstIntegers cell_keys, bool axisymmetric) {
+                          ConstDoubles weight, nb::handle grid_handle, ConstIntegers cell_keys,
+                          bool axisymmetric) {
   const StencilView stencil(stencil_handle);
   const auto own_start = attribute<ConstIntegers>(stencil_handle, "cell_start");
   const auto own_cell = attribute<ConstIntegers>(stencil_handle, "cell");
@@ -115,7 +112,7 @@ auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, Cons
   require(!axisymmetric || stencil.dim == 2, "axisymmetric", "is true in 3D");
   const kernel::CornerCells supports{stencil.node_start, node_key.data(), own_start.data(),
                                      own_cell.data()};
-  const kernel::Cells grid{origin.data(), cell_size.data()};
+  const GridView grid(grid_handle, stencil.dim);
   const std::int64_t cells = size_of(cell_keys);
   std::vector<std::int64_t> share_start(stencil.groups + 1, 0);
   for (std::int64_t g = 0; g < stencil.groups; ++g)
@@ -125,7 +122,7 @@ auto share_corner_domains(nb::handle stencil_handle, ConstDoubles position, Cons
   std::vector<std::int32_t> corner_node(own_cell.size() << stencil.dim);
   bool complete = true;
   SharesOwner shares(stencil.dim, axisymmetric, cells, share_start);
-  with_corners(position, corner, origin, cell_size, [&](auto kind, std::int64_t) {
+  with_corners(position, corner, [&](auto kind, std::int64_t) {
     complete = kernel::share_corner_domains<decltype(kind)::dim>(
         stencil, supports, position.data(), corner.data(), weight.data(), grid, cells,
         cell_keys.data(), cell.data(), corner_node.data(), shares.get());
@@ -150,20 +147,19 @@ void bind_corners(nb::module_& module) {
   module.def("corner_basis_names", &corner_basis_names,
              nb::sig("def corner_basis_names() -> list[str]"),
              "Names of the bases whose points' domains have corners.");
-  module.def("corner_supports", &corner_supports, "position"_a, "corner"_a, "origin"_a,
-             "cell_size"_a,
+  module.def("corner_supports", &corner_supports, "position"_a, "corner"_a, "grid"_a,
              "Key (-1: out of range, -2: too wide) and codes of each support; number of failures.");
   module.def("group_corner_points", &group_corner_points, "dim"_a, "keys"_a, "codes"_a,
              "Groups of sorted supports: start, first, count, cell_start, cell keys, node_start, "
              "node keys.");
   module.def("corner_basis_values", &corner_basis_values, "start"_a, "node_start"_a, "node_keys"_a,
-             "value_start"_a, "position"_a, "corner"_a, "origin"_a, "cell_size"_a, "value"_a,
+             "value_start"_a, "position"_a, "corner"_a, "grid"_a, "value"_a,
              "Fills basis values and gradients of all points.");
   module.def("move_corners", &move_corners, "position"_a, "corner"_a, "node_keys"_a,
-             "displacement"_a, "origin"_a, "cell_size"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
+             "displacement"_a, "grid"_a, "axisymmetric"_a, "moved"_a, "shift"_a,
              "Fills the moved corners and the points' displacements; first folded domain or -1.");
   module.def("share_corner_domains", &share_corner_domains, "stencil"_a, "position"_a, "corner"_a,
-             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "axisymmetric"_a,
+             "weight"_a, "grid"_a, "cell_keys"_a, "axisymmetric"_a,
              "Cells and their nodes' indices in the groups, shares, moments of the cells, and "
              "those of the "
              "hoop (see f_bar.py).");

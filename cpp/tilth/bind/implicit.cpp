@@ -3,15 +3,14 @@
 #include "../boundary/penalty.hpp"
 #include "../boundary/soil_contact.hpp"
 #include "../kind.hpp"
-#include "checks.hpp"
+#include "grid_view.hpp"
 
 namespace tilth::bind {
 
 namespace {
 
 /// Refuses segments or triangles that are cut into more pieces than memory has room for.
-void require_few_pieces(const ConstDoubles& corner, const ConstDoubles& origin,
-                        const ConstDoubles& cell_size, int dim) {
+void require_few_pieces(const ConstDoubles& corner, const GridLines& grid, int dim) {
   constexpr double most_pieces = 1 << 24, farthest = in_integers;
   double pieces = 0.0;
   bool far = false;
@@ -20,8 +19,7 @@ void require_few_pieces(const ConstDoubles& corner, const ConstDoubles& origin,
     for (int k = 0; k < dim; ++k) {
       double least = farthest, greatest = -farthest;
       for (int c = 0; c < dim; ++c) {
-        const double x =
-            (corner.data()[(f * dim + c) * dim + k] - origin.data()[k]) / cell_size.data()[k];
+        const double x = grid[k].in_cells(corner.data()[(f * dim + c) * dim + k]);
         far |= !(std::fabs(x) <= farthest);
         least = std::min(least, x), greatest = std::max(greatest, x);
       }
@@ -34,17 +32,17 @@ void require_few_pieces(const ConstDoubles& corner, const ConstDoubles& origin,
   require(pieces <= most_pieces, "corner", "spans too many cells");
 }
 
-auto cut_simplices(ConstDoubles corner, ConstDoubles origin, ConstDoubles cell_size) {
+auto cut_simplices(ConstDoubles corner, nb::handle grid_handle) {
   rows_of(corner, 3, "corner");
   const std::size_t dim = corner.shape(2);
   require(dim == 2 || dim == 3, "corner", "has not two or three components per corner");
   require(corner.shape(1) == dim, "corner", "has not as many corners as a simplex");
-  require_grid(origin, cell_size, static_cast<int>(dim));
-  require_few_pieces(corner, origin, cell_size, static_cast<int>(dim));
+  const GridView grid(grid_handle, static_cast<int>(dim));
+  require_few_pieces(corner, grid, static_cast<int>(dim));
   boundary::Pieces pieces;
   with_dimension(static_cast<int>(dim), [&](auto kind) {
     pieces = boundary::cut_simplices<decltype(kind)::dim>(
-        static_cast<std::int64_t>(corner.shape(0)), corner.data(), origin.data(), cell_size.data());
+        static_cast<std::int64_t>(corner.shape(0)), corner.data(), grid);
   });
   const std::size_t count = pieces.facet.size();
   return std::make_tuple(give(std::move(pieces.corner), {count, dim, dim}),
@@ -57,39 +55,36 @@ constexpr std::int64_t farthest_around = 1 << 12;
 auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles normal,
                   ConstDoubles part, ConstDoubles centre, ConstDoubles half_length,
                   ConstDoubles edge, ConstDoubles inverse, ConstIntegers around,
-                  ConstDoubles origin, ConstDoubles cell_size) {
+                  nb::handle grid_handle) {
   const std::int64_t points = rows_of(centre, 2, "centre");
   const int dim = dimension_of(centre, "centre");
   const std::int64_t boundaries = require_starts(start, rows_of(position, 2, "position"), "start");
   const bool boxes = edge.size() == 0;
-  require_grid(origin, cell_size, dim);
+  const GridView grid(grid_handle, dim);
   require_table(position, rows_of(position, 2, "position"), dim, "position");
-  require_in_grid(position, origin, cell_size, "position", in_integers);
-  require_in_grid(centre, origin, cell_size, "centre");
+  grid.require_in_grid(position, "position", in_integers);
+  grid.require_in_grid(centre, "centre");
   require_size(half_length, points * dim, "half_length");
   require_size(edge, boxes ? 0 : points * dim * dim, "edge");
   require_size(inverse, static_cast<std::int64_t>(edge.size()), "inverse");
-  require_in_cells(half_length, nullptr, cell_size, "half_length");
-  require_in_cells(edge, nullptr, cell_size, "edge");
+  grid.require_in_cells(half_length, "half_length");
+  grid.require_in_cells(edge, "edge");
   require_size(around, dim, "around");
   require_indices(around, farthest_around, "around");
   require_size(normal, size_of(position), "normal");
   require_size(part, size_of(position) * dim, "part");
-  require_in_cells(part, nullptr, cell_size, "part");
+  grid.require_in_cells(part, "part");
   std::vector<std::int64_t> nearest(position.shape(0));
   std::vector<double> fraction(position.shape(0));
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
-    const auto sorted =
-        boundary::sort_by_cell<d>(points, centre.data(), origin.data(), cell_size.data());
+    const auto sorted = boundary::sort_by_cell<d>(points, centre.data(), grid);
     const auto find = [&](const auto& extent) {
       boundary::find_contact<d>(boundaries, start.data(), position.data(), normal.data(), sorted,
-                                centre.data(), extent, around.data(), origin.data(),
-                                cell_size.data(), nearest.data());
+                                centre.data(), extent, around.data(), grid, nearest.data());
       boundary::contact_fractions<d>(boundaries, start.data(), position.data(), normal.data(),
                                      part.data(), sorted, centre.data(), extent, around.data(),
-                                     origin.data(), cell_size.data(), nearest.data(),
-                                     fraction.data());
+                                     grid, nearest.data(), fraction.data());
     };
     if (boxes)
       find(boundary::Boxes<d>{half_length.data()});
@@ -119,11 +114,11 @@ auto boundary_penalty(ConstDoubles normal, ConstDoubles projector, ConstDoubles 
 
 void bind_implicit(nb::module_& module) {
   using namespace nb::literals;
-  module.def("cut_simplices", &cut_simplices, "corner"_a, "origin"_a, "cell_size"_a,
+  module.def("cut_simplices", &cut_simplices, "corner"_a, "grid"_a,
              "Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.");
   module.def(
       "find_contact", &find_contact, "start"_a, "position"_a, "normal"_a, "part"_a, "centre"_a,
-      "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "origin"_a, "cell_size"_a,
+      "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "grid"_a,
       "Number of the nearest material point in contact with each quadrature point, -1 without "
       "contact, and the fraction of its tributary area in contact.");
   module.def("boundary_penalty", &boundary_penalty, "normal"_a, "projector"_a, "moduli"_a,

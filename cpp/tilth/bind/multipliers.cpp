@@ -3,7 +3,7 @@
 
 #include "../boundary/exterior_nodes.hpp"
 #include "../kind.hpp"
-#include "checks.hpp"
+#include "grid_view.hpp"
 
 namespace tilth::bind {
 
@@ -11,12 +11,10 @@ namespace {
 
 /// Returns the dimension; refuses arrays that are not those of CellsInContact.
 int require_cells(const ConstIntegers& start, const ConstShorts& node, const ConstDoubles& local,
-                  const ConstDoubles& normal, const ConstIntegers& lattice,
-                  const ConstDoubles& cell_size) {
+                  const ConstDoubles& normal, const ConstIntegers& lattice) {
   constexpr double unit_tolerance = 1e-3, farthest = 1 << key_bits;
   const std::int64_t cells = rows_of(node, 2, "node"), points = rows_of(local, 2, "local");
   const int dim = dimension_of(local, "local");
-  require_cell_size(cell_size, dim);
   require_table(node, cells, 1 << dim, "node");
   require_indices(node, require_lattice(lattice, "lattice"), "node");
   require_size(start, cells + 1, "start");
@@ -59,11 +57,12 @@ void require_families(const ConstIntegers& start, const ConstIntegers& first_cel
 }
 
 auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
-                      ConstDoubles normal, ConstIntegers lattice, ConstDoubles cell_size,
+                      ConstDoubles normal, ConstIntegers lattice, nb::handle grid_handle,
                       ConstIntegers first_cell, ConstIntegers end_cell,
                       ConstIntegers first_direction, ConstDoubles direction,
                       ConstFlags constrained) {
-  const int dim = require_cells(start, node, local, normal, lattice, cell_size);
+  const int dim = require_cells(start, node, local, normal, lattice);
+  const GridView grid(grid_handle, dim);
   const std::int64_t cells = rows_of(node, 2, "node");
   require_families(start, first_cell, end_cell, first_direction, direction, dim);
   require_size(constrained, rows_of(lattice, 2, "lattice") * dim, "constrained");
@@ -73,9 +72,8 @@ auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
   std::vector<double> position;
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
-    const boundary::CellsInContact<d> at{cells,           start.data(),  node.data(),
-                                         local.data(),    normal.data(), lattice.data(),
-                                         cell_size.data()};
+    const boundary::CellsInContact<d> at{cells,         start.data(),   node.data(), local.data(),
+                                         normal.data(), lattice.data(), grid};
     auto found = boundary::MultiplierSpace<d>(at, families, constrained.data()).vertices();
     owner = std::move(found.owner), family = std::move(found.family);
     point = std::move(found.point), position = std::move(found.position);
@@ -86,15 +84,14 @@ auto multiplier_space(ConstIntegers start, ConstShorts node, ConstDoubles local,
 }
 
 auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, ConstDoubles normal,
-                    ConstIntegers lattice, ConstDoubles cell_size) {
-  const auto dim =
-      static_cast<std::size_t>(require_cells(start, node, local, normal, lattice, cell_size));
+                    ConstIntegers lattice, nb::handle grid_handle) {
+  const auto dim = static_cast<std::size_t>(require_cells(start, node, local, normal, lattice));
+  const GridView grid(grid_handle, static_cast<int>(dim));
   const std::int64_t cells = rows_of(node, 2, "node");
   boundary::ExteriorNodes found;
   with_dimension(static_cast<int>(dim), [&](auto kind) {
-    found = boundary::exterior_nodes<decltype(kind)::dim>({cells, start.data(), node.data(),
-                                                           local.data(), normal.data(),
-                                                           lattice.data(), cell_size.data()});
+    found = boundary::exterior_nodes<decltype(kind)::dim>(
+        {cells, start.data(), node.data(), local.data(), normal.data(), lattice.data(), grid});
   });
   const std::size_t nodes = found.key.size();
   return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim}));
@@ -133,12 +130,12 @@ auto multiplier_means(std::int64_t multipliers, ConstIntegers owner, ConstIntege
 void bind_multipliers(nb::module_& module) {
   using namespace nb::literals;
   module.def("multiplier_space", &multiplier_space, "start"_a, "node"_a, "local"_a, "normal"_a,
-             "lattice"_a, "cell_size"_a, "first_cell"_a, "end_cell"_a, "first_direction"_a,
+             "lattice"_a, "grid"_a, "first_cell"_a, "end_cell"_a, "first_direction"_a,
              "direction"_a, "constrained"_a,
              "Vertices of a step's boundaries: the owner of each direction of each point, and of "
              "each vertex the family, the nearest point and the position in cells.");
   module.def("exterior_nodes", &exterior_nodes, "start"_a, "node"_a, "local"_a, "normal"_a,
-             "lattice"_a, "cell_size"_a,
+             "lattice"_a, "grid"_a,
              "Sorted keys of exterior nodes and their depth along each axis (nodes,dim).");
   module.def("multiplier_means", &multiplier_means, "multipliers"_a, "owner"_a, "point"_a, "cell"_a,
              "node"_a, "weight"_a, "direction"_a, "penalty"_a, "value"_a,

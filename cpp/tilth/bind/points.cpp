@@ -9,6 +9,7 @@
 #include "../kernel/strain_smoothing.hpp"
 #include "../kernel/stress.hpp"
 #include "centres_view.hpp"
+#include "grid_view.hpp"
 #include "law.hpp"
 
 namespace tilth::bind {
@@ -146,30 +147,32 @@ void add_mass(nb::handle stencil_handle, ConstIntegers block_start, ConstShorts 
 
 /// Adds each point's volume and its volume times `weight` to the cells that its domain intersects.
 void fill_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
-                ConstDoubles volume, ConstDoubles weight, ConstDoubles origin,
-                ConstDoubles cell_size, ConstIntegers cell_keys, Doubles filled) {
+                ConstDoubles volume, ConstDoubles weight, nb::handle grid_handle,
+                ConstIntegers cell_keys, Doubles filled) {
   const StencilView stencil(stencil_handle);
   const BoxesView boxes(stencil_handle, stencil);
-  boxes.require_domains(position, half_length, origin, cell_size);
+  const GridView grid(grid_handle, stencil.dim);
+  boxes.require_domains(position, half_length);
   require_size(volume, stencil.points(), "volume");
   require_size(weight, stencil.points(), "weight");
   require_size(filled, 2 * size_of(cell_keys), "filled");
   const int dim = stencil.dim;
   const auto fill = dim == 2 ? &kernel::fill_cells<2> : &kernel::fill_cells<3>;
-  require(fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
-               volume.data(), weight.data(), origin.data(), cell_size.data(), size_of(cell_keys),
-               cell_keys.data(), filled.data()),
-          "cell_keys", "lacks a cell of the stencil");
+  require(
+      fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
+           volume.data(), weight.data(), grid, size_of(cell_keys), cell_keys.data(), filled.data()),
+      "cell_keys", "lacks a cell of the stencil");
 }
 
 /// Cells and shares of F-bar (tilth.mpm.f_bar.Centres), and the moments of the material in the
 /// cells.
 auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDoubles half_length,
-                       ConstDoubles weight, ConstDoubles origin, ConstDoubles cell_size,
-                       ConstIntegers cell_keys, bool axisymmetric) {
+                       ConstDoubles weight, nb::handle grid_handle, ConstIntegers cell_keys,
+                       bool axisymmetric) {
   const StencilView stencil(stencil_handle);
   const BoxesView boxes(stencil_handle, stencil);
-  boxes.require_domains(position, half_length, origin, cell_size);
+  const GridView grid(grid_handle, stencil.dim);
+  boxes.require_domains(position, half_length);
   require_size(weight, stencil.points(), "weight");
   const int dim = stencil.dim;
   require(!axisymmetric || dim == 2, "axisymmetric", "is true in 3D");
@@ -186,8 +189,8 @@ auto share_among_cells(nb::handle stencil_handle, ConstDoubles position, ConstDo
   SharesOwner shares(dim, axisymmetric, cells, share_start);
   const auto fill = dim == 2 ? &kernel::share_among_cells<2> : &kernel::share_among_cells<3>;
   require(fill(stencil, boxes.first.data(), boxes.count.data(), position.data(), half_length.data(),
-               weight.data(), origin.data(), cell_size.data(), cells, cell_keys.data(),
-               cell_start.data(), cell.data(), shares.get()),
+               weight.data(), grid, cells, cell_keys.data(), cell_start.data(), cell.data(),
+               shares.get()),
           "cell_keys", "lacks a cell of the stencil");
   return std::make_tuple(give(std::move(cell_start)), give(std::move(cell)),
                          give(std::move(share_start)), shares.give_shares(), shares.give_moment(),
@@ -333,17 +336,17 @@ void stretch_domains(const std::string& kind_name, const std::string& rule,
 }
 
 void move_domain_faces(ConstDoubles position, ConstIntegers node_keys, ConstDoubles displacement,
-                       ConstDoubles origin, ConstDoubles cell_size, Doubles half_length) {
+                       nb::handle grid_handle, Doubles half_length) {
   const std::int64_t points = rows_of(position, 2, "position"), nodes = size_of(node_keys);
   const int dim = dimension_of(position, "position");
-  require_grid(origin, cell_size, dim);
-  require_in_grid(position, origin, cell_size, "position");
+  const GridView grid(grid_handle, dim);
+  grid.require_in_grid(position, "position");
   require_table(half_length, points, dim, "half_length");
-  require_in_cells(half_length, nullptr, cell_size, "half_length");
+  grid.require_in_cells(half_length, "half_length");
   require_table(displacement, nodes, dim, "displacement");
   const auto move = dim == 2 ? &kernel::move_domain_faces<2> : &kernel::move_domain_faces<3>;
-  move(points, position.data(), nodes, node_keys.data(), displacement.data(), origin.data(),
-       cell_size.data(), half_length.data());
+  move(points, position.data(), nodes, node_keys.data(), displacement.data(), grid,
+       half_length.data());
 }
 
 }  // namespace
@@ -373,10 +376,10 @@ void bind_points(nb::module_& module) {
   module.def("add_mass", &add_mass, "stencil"_a, "block_start"_a, "block_position"_a, "mass"_a,
              "matrix"_a, "Adds the points' consistent mass to the blocks (entries).");
   module.def("fill_cells", &fill_cells, "stencil"_a, "position"_a, "half_length"_a, "volume"_a,
-             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "filled"_a,
+             "weight"_a, "grid"_a, "cell_keys"_a, "filled"_a,
              "Adds volume and volume times weight of the points to filled (cells, 2).");
   module.def("share_among_cells", &share_among_cells, "stencil"_a, "position"_a, "half_length"_a,
-             "weight"_a, "origin"_a, "cell_size"_a, "cell_keys"_a, "axisymmetric"_a,
+             "weight"_a, "grid"_a, "cell_keys"_a, "axisymmetric"_a,
              "Cells of each group, shares of each point, moments of the cells, and those of the "
              "hoop (see f_bar.py).");
   module.def(
@@ -406,8 +409,7 @@ void bind_points(nb::module_& module) {
              "initial_half_length"_a, "half_length"_a,
              "Half lengths of domains from the deformation gradient.");
   module.def("move_domain_faces", &move_domain_faces, "position"_a, "node_keys"_a, "displacement"_a,
-             "origin"_a, "cell_size"_a, "half_length"_a,
-             "Half lengths of domains from their moved faces.");
+             "grid"_a, "half_length"_a, "Half lengths of domains from their moved faces.");
 }
 
 }  // namespace tilth::bind

@@ -4,6 +4,7 @@
 #include "../basis/list.hpp"
 #include "../kernel/basis_values.hpp"
 #include "../kind.hpp"
+#include "grid_view.hpp"
 #include "stencil_view.hpp"
 
 namespace tilth::bind {
@@ -11,11 +12,10 @@ namespace tilth::bind {
 namespace {
 
 std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
-                          ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
-                          Integers keys) {
+                          ConstDoubles half_length, nb::handle grid_handle, Integers keys) {
   const std::int64_t points = rows_of(position, 2, "position");
   const int dim = dimension_of(position, "position");
-  require_grid(origin, cell_size, dim);
+  const GridView grid(grid_handle, dim);
   require_size(half_length, points * dim, "half_length");
   require_size(keys, points, "keys");
   std::int64_t outside = 0;
@@ -23,8 +23,7 @@ std::int64_t support_keys(const std::string& basis_name, ConstDoubles position,
   with_dimension(dim, [&](auto kind) {
     basis::with_basis(basis_name, [&](auto basis) {
       outside = kernel::support_keys<decltype(basis), decltype(kind)::dim>(
-          points, position.data(), half_length.data(), origin.data(), cell_size.data(),
-          keys.data());
+          points, position.data(), half_length.data(), grid, keys.data());
     });
   });
   return outside;
@@ -119,13 +118,12 @@ auto group_nodes(ConstIntegers first, ConstShorts count, ConstIntegers keys,
 
 void basis_factors(const std::string& basis_name, ConstIntegers start, ConstIntegers first,
                    ConstShorts count, ConstIntegers value_start, ConstDoubles position,
-                   ConstDoubles half_length, ConstDoubles origin, ConstDoubles cell_size,
-                   Doubles factors) {
+                   ConstDoubles half_length, nb::handle grid_handle, Doubles factors) {
   const std::int64_t groups = require_boxes(first, count);
   require_supports(count);
   const int dim = dimension_of(position, "position");
   const std::int64_t points = rows_of(position, 2, "position");
-  require_grid(origin, cell_size, dim);
+  const GridView grid(grid_handle, dim);
   require_size(half_length, points * dim, "half_length");
   require_size(start, groups + 1, "start");
   require_starts(start, points, "start");
@@ -145,7 +143,7 @@ void basis_factors(const std::string& basis_name, ConstIntegers start, ConstInte
     basis::with_basis(basis_name, [&](auto basis) {
       kernel::basis_factors<decltype(basis), decltype(kind)::dim>(
           groups, start.data(), first.data(), count.data(), value_start.data(), position.data(),
-          half_length.data(), origin.data(), cell_size.data(), factors.data());
+          half_length.data(), grid, factors.data());
     });
   });
 }
@@ -194,8 +192,8 @@ void bind_stencil(nb::module_& module) {
   using namespace nb::literals;
   module.def("basis_names", &basis_names, nb::sig("def basis_names() -> list[str]"),
              "Names of the bases, in the order of basis/list.hpp.");
-  module.def("support_keys", &support_keys, "basis"_a, "position"_a, "half_length"_a, "origin"_a,
-             "cell_size"_a, "keys"_a,
+  module.def("support_keys", &support_keys, "basis"_a, "position"_a, "half_length"_a, "grid"_a,
+             "keys"_a,
              "Fills the support key of each point; returns how many are out of range (key -1).");
   module.def("group_points", &group_points, "dim"_a, "keys"_a,
              "Groups of sorted keys: start (g+1), first node (g,3), nodes per direction (g,3).");
@@ -207,7 +205,7 @@ void bind_stencil(nb::module_& module) {
   module.def("group_nodes", &group_nodes, "first"_a, "count"_a, "keys"_a, "node_start"_a,
              "Node numbers of each group, x fastest.");
   module.def("basis_factors", &basis_factors, "basis"_a, "start"_a, "first"_a, "count"_a,
-             "value_start"_a, "position"_a, "half_length"_a, "origin"_a, "cell_size"_a, "factors"_a,
+             "value_start"_a, "position"_a, "half_length"_a, "grid"_a, "factors"_a,
              "Fills the factors of all points' basis, direction by direction.");
   module.def("basis_values", &basis_values, "stencil"_a, "value"_a, "gradient"_a,
              "Fills basis values, then gradients (dim, nodes), point after point.");

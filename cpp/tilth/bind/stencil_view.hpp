@@ -28,7 +28,7 @@ inline std::int64_t end_of(const ConstShorts& node) {
 struct StencilView : kernel::Stencil {
   ConstIntegers arrays64[6];
   ConstShorts nodes, counts;
-  ConstDoubles values, hat_slopes;
+  ConstDoubles values, own_slopes;
   int dim;
 
   explicit StencilView(nb::handle stencil) : kernel::Stencil{} {
@@ -38,7 +38,7 @@ struct StencilView : kernel::Stencil {
     nodes = attribute<ConstShorts>(stencil, "node");
     counts = attribute<ConstShorts>(stencil, "count");
     values = attribute<ConstDoubles>(stencil, "value");
-    hat_slopes = attribute<ConstDoubles>(stencil, "hat_slope");
+    own_slopes = attribute<ConstDoubles>(stencil, "hat_slope");
     dim = number_attribute<int>(stencil, "dim");
     groups = size_of(arrays64[0]) - 1;
     start = arrays64[0].data();
@@ -51,7 +51,8 @@ struct StencilView : kernel::Stencil {
     node = nodes.data();
     count = number_attribute<bool>(stencil, "boxed") ? counts.data() : nullptr;
     value = values.data();
-    hat_slope = hat_slopes.size() > 0 ? hat_slopes.data() : nullptr;
+    hat_slope = own_slopes.size() > 0 ? own_slopes.data() : nullptr;
+    hat_slopes = size_of(own_slopes) > dim ? dim : 0;  // the same for all groups
     nodes_ = check_once(stencil,
                         parts_of(stencil, {"start", "node_start", "value_start", "colour_start",
                                            "slab_start", "order", "node", "count"}),
@@ -91,7 +92,8 @@ struct StencilView : kernel::Stencil {
     require_starts(arrays64[2], size_of(values), "value_start");
     require(points() <= size_of(values), "start", "has more points than value has entries");
     require_colouring(arrays64[3], arrays64[4], arrays64[5], groups);
-    if (hat_slope != nullptr) require_size(hat_slopes, dim, "hat_slope");
+    if (hat_slope != nullptr)
+      require_size(own_slopes, hat_slopes > 0 ? groups * dim : dim, "hat_slope");
     require_size(counts, 3 * groups, "count");
     bool many = false, other = false, little = false;
     for (std::int64_t g = 0; g < groups; ++g) {

@@ -10,6 +10,8 @@
 #include <limits>
 #include <vector>
 
+#include "../grid_lines.hpp"
+
 namespace tilth::boundary {
 
 template <int Dim>
@@ -59,8 +61,8 @@ void split(const Shape<Dim>& shape, int axis, double line, double tolerance, Sha
 
 /// Cuts a shape at the grid lines of `axis` and of the later axes and adds its pieces as simplices.
 template <int Dim>
-void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const double* cell_size,
-               std::int64_t facet, Pieces& pieces) {
+void cut_shape(const Shape<Dim>& shape, int axis, const GridLines& grid, std::int64_t facet,
+               Pieces& pieces) {
   if (static_cast<int>(shape.size()) < Dim) return;
   if (axis == Dim) {
     for (std::size_t i = 1; i + 1 < std::max<std::size_t>(shape.size(), 3); ++i) {
@@ -77,30 +79,29 @@ void cut_shape(const Shape<Dim>& shape, int axis, const double* origin, const do
     least = std::min(least, corner[axis]);
     greatest = std::max(greatest, corner[axis]);
   }
-  const double h = cell_size[axis];
-  const double largest = std::max({std::abs(least), std::abs(greatest), std::abs(origin[axis])});
-  const double tolerance = std::max(line_tolerance * h, relative_line_tolerance * largest);
-  const double first = std::floor((least - origin[axis] + tolerance) / h) + 1.0;
+  const Axis& lines = grid[axis];
+  const double largest = std::max({std::abs(least), std::abs(greatest), std::abs(lines.origin)});
+  const double tolerance = std::max(line_tolerance * lines.size, relative_line_tolerance * largest);
+  auto number = static_cast<std::int64_t>(std::floor(lines.in_cells(least + tolerance))) + 1;
   Shape<Dim> remainder = shape;
-  for (double number = first; origin[axis] + number * h < greatest - tolerance; number += 1.0) {
+  for (; lines.at(number) < greatest - tolerance; ++number) {
     Shape<Dim> low, high;
-    split<Dim>(remainder, axis, origin[axis] + number * h, tolerance, low, high);
-    cut_shape<Dim>(low, axis + 1, origin, cell_size, facet, pieces);
+    split<Dim>(remainder, axis, lines.at(number), tolerance, low, high);
+    cut_shape<Dim>(low, axis + 1, grid, facet, pieces);
     remainder = std::move(high);
   }
-  cut_shape<Dim>(remainder, axis + 1, origin, cell_size, facet, pieces);
+  cut_shape<Dim>(remainder, axis + 1, grid, facet, pieces);
 }
 
 /// Returns the pieces of facets with the corners `corner` (facets, Dim, Dim).
 template <int Dim>
-Pieces cut_simplices(std::int64_t facets, const double* corner, const double* origin,
-                     const double* cell_size) {
+Pieces cut_simplices(std::int64_t facets, const double* corner, const GridLines& grid) {
   Pieces pieces;
   for (std::int64_t f = 0; f < facets; ++f) {
     Shape<Dim> shape(Dim);
     for (int c = 0; c < Dim; ++c)
       for (int k = 0; k < Dim; ++k) shape[c][k] = corner[(f * Dim + c) * Dim + k];
-    cut_shape<Dim>(shape, 0, origin, cell_size, f, pieces);
+    cut_shape<Dim>(shape, 0, grid, f, pieces);
   }
   return pieces;
 }

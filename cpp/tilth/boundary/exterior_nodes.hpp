@@ -32,29 +32,33 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
     std::int64_t point;
   };
   constexpr int side = 4, around = Dim == 2 ? side * side : side * side * side;
-  const double* h = at.cell_size;
   std::vector<Node> nodes;
   nodes.reserve(at.cells * around);
-  std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along each normal
-  for (std::int64_t q = at.start[0]; q < at.start[at.cells]; ++q)
-    for (int k = 0; k < Dim; ++k)
-      extent[q - at.start[0]] += std::fabs(at.normal[q * Dim + k]) * h[k];
   for (std::int64_t c = 0; c < at.cells; ++c) {
-    const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c << Dim]};
+    const std::int64_t* lowest = at.lowest(c);
+    double h[Dim], line[Dim][side];  // of the nodes, relative to the lowest corner
+    at.size(c, h);
+    for (int k = 0; k < Dim; ++k)
+      for (int i = 0; i < side; ++i)
+        line[k][i] = at.grid[k].graded()
+                         ? at.grid[k].distance(lowest[k] + i - 1) - at.grid[k].distance(lowest[k])
+                         : (i - 1) * h[k];
     for (int a = 0; a < around; ++a) {
       int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
       Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
         double squared_distance = 0.0, along = 0.0;
         for (int k = 0; k < Dim; ++k) {
-          const double component = (offset[k] - at.local[q * Dim + k]) * h[k];
+          const double component = line[k][offset[k] + 1] - at.local[q * Dim + k] * h[k];
           squared_distance += component * component;
           along += component * at.normal[q * Dim + k];
         }
         if (squared_distance < node.squared_distance)
           node.squared_distance = squared_distance, node.depth = -along, node.point = q;
       }
-      node.depth = std::min(node.depth / extent[node.point - at.start[0]], 1.0);
+      double extent = 0.0;  // of the cell along the normal
+      for (int k = 0; k < Dim; ++k) extent += std::fabs(at.normal[node.point * Dim + k]) * h[k];
+      node.depth = std::min(node.depth / extent, 1.0);
       node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
       nodes.push_back(node);
     }

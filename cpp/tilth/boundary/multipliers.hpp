@@ -99,9 +99,8 @@ class MultiplierSpace {
   }
 
   void position_of(std::int64_t c, std::int64_t q, double* position) const {
-    const std::int64_t* lowest = at_.lattice + 3 * std::int64_t{at_.node[c << Dim]};
     for (int k = 0; k < Dim; ++k)
-      position[k] = static_cast<double>(lowest[k]) + at_.local[q * Dim + k];
+      position[k] = static_cast<double>(at_.lowest(c)[k]) + at_.local[q * Dim + k];
   }
 
   double cosine(std::int64_t q, std::int64_t other) const {

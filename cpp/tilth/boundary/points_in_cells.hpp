@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::boundary {
@@ -19,9 +20,9 @@ namespace tilth::boundary {
 /// cells, for example with a common face on which the point lies, the one with the nearer centre is
 /// taken. A point without such a cell is assigned to the cell that contains it.
 template <int Dim>
-void locate_in_cells(std::int64_t points, const double* position, const double* origin,
-                     const double* cell_size, std::int64_t cells, const std::int64_t* cell_keys,
-                     std::int64_t* key, double* local) {
+void locate_in_cells(std::int64_t points, const double* position, const GridLines& grid,
+                     std::int64_t cells, const std::int64_t* cell_keys, std::int64_t* key,
+                     double* local) {
   const auto has_soil = [&](std::int64_t key) {
     return std::binary_search(cell_keys, cell_keys + cells, key);
   };
@@ -30,7 +31,7 @@ void locate_in_cells(std::int64_t points, const double* position, const double* 
     double scaled[Dim];
     Lattice lattice{0, 0, 0};
     for (int k = 0; k < Dim; ++k) {
-      scaled[k] = (position[q * Dim + k] - origin[k]) / cell_size[k];
+      scaled[k] = grid[k].in_cells(position[q * Dim + k]);
       lattice[k] = static_cast<std::int64_t>(std::floor(scaled[k]));
     }
     Lattice best = lattice;
@@ -53,16 +54,18 @@ void locate_in_cells(std::int64_t points, const double* position, const double* 
           }
     }
     key[q] = pack(best);
-    for (int k = 0; k < Dim; ++k) local[q * Dim + k] = scaled[k] - static_cast<double>(best[k]);
+    for (int k = 0; k < Dim; ++k)
+      local[q * Dim + k] =
+          grid[k].in_cells_like(best[k], position[q * Dim + k]) - static_cast<double>(best[k]);
   }
 }
 
 /// Fills a cell's shape functions (points, 2^Dim) at local coordinates (points, Dim), in cells from
 /// its lowest node, and, unless `gradient` is null, their gradients [1/length] (points, 2^Dim,
-/// Dim). Corners are numbered with x fastest.
+/// Dim). Corners are numbered with x fastest; `size` (points, Dim) is that of the points' cells.
 template <int Dim>
-void shape_functions(std::int64_t points, const double* local, const double* cell_size,
-                     double* value, double* gradient) {
+void shape_functions(std::int64_t points, const double* local, const double* size, double* value,
+                     double* gradient) {
   constexpr int corners = 1 << Dim;
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t q = 0; q < points; ++q)
@@ -76,7 +79,7 @@ void shape_functions(std::int64_t points, const double* local, const double* cel
       value[q * corners + c] = product;
       if (gradient == nullptr) continue;
       for (int k = 0; k < Dim; ++k) {
-        double derivative = ((c >> k) & 1 ? 1.0 : -1.0) / cell_size[k];
+        double derivative = ((c >> k) & 1 ? 1.0 : -1.0) / size[q * Dim + k];
         for (int j = 0; j < Dim; ++j)
           if (j != k) derivative *= hat[j];
         gradient[(q * corners + c) * Dim + k] = derivative;

@@ -15,6 +15,7 @@
 
 #include "../caught.hpp"
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::boundary {
@@ -26,19 +27,17 @@ struct PointsByCell {
 };
 
 template <int Dim>
-std::int64_t cell_of(const double* position, const double* origin, const double* cell_size) {
+std::int64_t cell_of(const double* position, const GridLines& grid) {
   Lattice index{0, 0, 0};
   for (int k = 0; k < Dim; ++k)
-    index[k] = static_cast<std::int64_t>(std::floor((position[k] - origin[k]) / cell_size[k]));
+    index[k] = static_cast<std::int64_t>(std::floor(grid[k].in_cells(position[k])));
   return pack(index);
 }
 
 template <int Dim>
-PointsByCell sort_by_cell(std::int64_t points, const double* position, const double* origin,
-                          const double* cell_size) {
+PointsByCell sort_by_cell(std::int64_t points, const double* position, const GridLines& grid) {
   std::vector<std::pair<std::int64_t, std::int64_t>> pairs(points);
-  for (std::int64_t p = 0; p < points; ++p)
-    pairs[p] = {cell_of<Dim>(position + Dim * p, origin, cell_size), p};
+  for (std::int64_t p = 0; p < points; ++p) pairs[p] = {cell_of<Dim>(position + Dim * p, grid), p};
   if (!std::is_sorted(pairs.begin(), pairs.end())) std::sort(pairs.begin(), pairs.end());
   PointsByCell result;
   result.key.resize(points);
@@ -159,15 +158,13 @@ bool adjacent(const Extent& extent, std::int64_t p, const double* offset, const 
 template <int Dim, class Extent, class Visit>
 void for_points_around(const PointsByCell& sorted, const double* position, const double* within,
                        const double* centre, const Extent& extent, const std::int64_t* around,
-                       const double* origin, const double* cell_size, Visit&& visit) {
+                       const GridLines& grid, Visit&& visit) {
   Lattice own{0, 0, 0}, low{0, 0, 0}, high{0, 0, 0};
   for (int axis = 0; axis < Dim; ++axis) {
-    const double x = (position[axis] - origin[axis]) / cell_size[axis];
-    const double limit = within[axis] / cell_size[axis] * (1.0 + 1e-6);
-    own[axis] = static_cast<std::int64_t>(std::floor(x));
-    const double inside = x - static_cast<double>(own[axis]);
-    const auto below = static_cast<std::int64_t>(std::floor(inside - limit - 1e-6));
-    const auto above = static_cast<std::int64_t>(std::floor(inside + limit + 1e-6));
+    const auto reach = grid[axis].around(position[axis], within[axis] * (1.0 + 1e-6));
+    own[axis] = static_cast<std::int64_t>(std::floor(grid[axis].in_cells(position[axis])));
+    const auto below = static_cast<std::int64_t>(std::floor(reach.low - 1e-6)) - own[axis];
+    const auto above = static_cast<std::int64_t>(std::floor(reach.high + 1e-6)) - own[axis];
     low[axis] = std::max(-around[axis], below);
     high[axis] = std::min(around[axis], above);
   }
@@ -195,12 +192,15 @@ void for_points_around(const PointsByCell& sorted, const double* position, const
 /// unit vectors towards them is at most 1/2 long.
 template <int Dim>
 bool is_surrounded(const PointsByCell& neighbours, const double* position, const double* points,
-                   const double* origin, const double* cell_size, double radius) {
+                   const GridLines& grid, double radius) {
   Lattice low{0, 0, 0}, high{0, 0, 0};
+  double cell_size[Dim];
   for (int k = 0; k < Dim; ++k) {
-    const double x = (position[k] - origin[k]) / cell_size[k];
-    low[k] = static_cast<std::int64_t>(std::floor(x - radius));
-    high[k] = static_cast<std::int64_t>(std::floor(x + radius));
+    const auto own = static_cast<std::int64_t>(std::floor(grid[k].in_cells(position[k])));
+    cell_size[k] = grid[k].width(own);
+    const auto reach = grid[k].around(position[k], radius * cell_size[k]);
+    low[k] = static_cast<std::int64_t>(std::floor(reach.low));
+    high[k] = static_cast<std::int64_t>(std::floor(reach.high));
   }
   double sum[Dim] = {};
   int count = 0;
@@ -238,15 +238,14 @@ struct PointsInContact {
 /// Returns those of the quadrature points `begin` to `end` that have a `nearest` material point.
 template <int Dim>
 PointsInContact points_in_contact(std::int64_t begin, std::int64_t end, const double* position,
-                                  const std::int64_t* nearest, const double* origin,
-                                  const double* cell_size) {
+                                  const std::int64_t* nearest, const GridLines& grid) {
   PointsInContact in_contact;
   for (std::int64_t q = begin; q < end; ++q)
     if (nearest[q] >= 0)
       in_contact.position.insert(in_contact.position.end(), position + Dim * q,
                                  position + Dim * (q + 1));
   const auto count = static_cast<std::int64_t>(in_contact.position.size() / Dim);
-  in_contact.by_cell = sort_by_cell<Dim>(count, in_contact.position.data(), origin, cell_size);
+  in_contact.by_cell = sort_by_cell<Dim>(count, in_contact.position.data(), grid);
   return in_contact;
 }
 
@@ -268,12 +267,13 @@ std::array<double, Dim> longest_half_widths(std::int64_t points, const Extent& e
 template <int Dim, class Extent>
 void find_contact(std::int64_t boundaries, const std::int64_t* start, const double* position,
                   const double* normal, const PointsByCell& sorted, const double* centre,
-                  const Extent& extent, const std::int64_t* around, const double* origin,
-                  const double* cell_size, std::int64_t* nearest) {
+                  const Extent& extent, const std::int64_t* around, const GridLines& grid,
+                  std::int64_t* nearest) {
   constexpr double limit = Dim * (1.0 + 1e-9), infinite = 1e300;
   const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
   double all[Dim];
-  for (int k = 0; k < Dim; ++k) all[k] = static_cast<double>(around[k] + 1) * cell_size[k];
+  for (int k = 0; k < Dim; ++k)
+    all[k] = static_cast<double>(around[k] + 1) * grid[k].largest_width();
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
@@ -281,28 +281,26 @@ void find_contact(std::int64_t boundaries, const std::int64_t* start, const doub
       double least = infinite;
       nearest[q] = -1;
       for_points_around<Dim>(sorted, position + Dim * q, within.data(), centre, extent, around,
-                             origin, cell_size,
-                             [&](std::int64_t p, const double* offset, double measure) {
+                             grid, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure > limit || measure >= least) return;
                                if (!facing<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
                                nearest[q] = p;
                              });
     }
-    const PointsInContact in_contact =
-        points_in_contact<Dim>(begin, end, position, nearest, origin, cell_size);
+    const PointsInContact in_contact = points_in_contact<Dim>(begin, end, position, nearest, grid);
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       if (nearest[q] >= 0) continue;
-      const std::int64_t key = cell_of<Dim>(position + Dim * q, origin, cell_size);
+      const std::int64_t key = cell_of<Dim>(position + Dim * q, grid);
       const auto& neighbours = in_contact.by_cell;
       if (std::binary_search(neighbours.key.begin(), neighbours.key.end(), key) &&
-          !is_surrounded<Dim>(neighbours, position + Dim * q, in_contact.position.data(), origin,
-                              cell_size, 1.0))
+          !is_surrounded<Dim>(neighbours, position + Dim * q, in_contact.position.data(), grid,
+                              1.0))
         continue;
       double least = infinite;
-      for_points_around<Dim>(sorted, position + Dim * q, all, centre, extent, around, origin,
-                             cell_size, [&](std::int64_t p, const double* offset, double measure) {
+      for_points_around<Dim>(sorted, position + Dim * q, all, centre, extent, around, grid,
+                             [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
                                if (!adjacent<Dim>(extent, p, offset, normal + Dim * q)) return;
                                least = measure;
@@ -317,15 +315,14 @@ void find_contact(std::int64_t boundaries, const std::int64_t* start, const doub
 /// holds if the mean position of all these points is close to that of the cell's points.
 template <int Dim>
 std::vector<char> find_interior(std::int64_t points, const double* position,
-                                const std::int64_t* nearest, const double* origin,
-                                const double* cell_size) {
+                                const std::int64_t* nearest, const GridLines& grid) {
   struct Cell {
     std::int64_t key, first, count;
     bool complete;
     double sum[Dim];
   };
   constexpr double close = 0.25;  // in cells
-  const PointsByCell sorted = sort_by_cell<Dim>(points, position, origin, cell_size);
+  const PointsByCell sorted = sort_by_cell<Dim>(points, position, grid);
   std::vector<Cell> cells;
   for (std::int64_t i = 0; i < points; ++i) {
     if (cells.empty() || cells.back().key != sorted.key[i])
@@ -333,7 +330,7 @@ std::vector<char> find_interior(std::int64_t points, const double* position,
     Cell& cell = cells.back();
     const std::int64_t q = sorted.order[i];
     ++cell.count, cell.complete = cell.complete && nearest[q] >= 0;
-    for (int d = 0; d < Dim; ++d) cell.sum[d] += position[Dim * q + d] / cell_size[d];
+    for (int d = 0; d < Dim; ++d) cell.sum[d] += grid[d].in_cells(position[Dim * q + d]);
   }
   std::vector<char> interior(points, 0);
   for (const Cell& cell : cells) {
@@ -430,8 +427,7 @@ template <int Dim, class Extent>
 void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const double* position,
                        const double* normal, const double* part, const PointsByCell& sorted,
                        const double* centre, const Extent& extent, const std::int64_t* around,
-                       const double* origin, const double* cell_size, std::int64_t* nearest,
-                       double* fraction) {
+                       const GridLines& grid, std::int64_t* nearest, double* fraction) {
   constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
   constexpr double infinite = 1e300, negligible = 0.1, complete = 1.0 - 1e-6;
   constexpr double spacing = Dim == 2 ? 0.3 : 0.5;  // of a boundary's quadrature points, in cells
@@ -439,9 +435,8 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
     const std::vector<char> interior =
-        find_interior<Dim>(end - begin, position + Dim * begin, nearest + begin, origin, cell_size);
-    const PointsInContact in_contact =
-        points_in_contact<Dim>(begin, end, position, nearest, origin, cell_size);
+        find_interior<Dim>(end - begin, position + Dim * begin, nearest + begin, grid);
+    const PointsInContact in_contact = points_in_contact<Dim>(begin, end, position, nearest, grid);
     Caught caught;
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q)
@@ -450,8 +445,7 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
         fraction[q] = nearest[q] >= 0 ? 1.0 : 0.0;
         if (interior[q - begin]) return;
         if (nearest[q] >= 0 &&
-            is_surrounded<Dim>(in_contact.by_cell, own, in_contact.position.data(), origin,
-                               cell_size, spacing))
+            is_surrounded<Dim>(in_contact.by_cell, own, in_contact.position.data(), grid, spacing))
           return;
         const double* corner = part + Dim * Dim * q;
         const double* edge = corner + Dim;
@@ -469,7 +463,7 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
             limit[k] = within[k] + 0.5 * std::fabs(vector[k]);
           }
           intervals.clear();
-          for_points_around<Dim>(sorted, middle, limit, centre, extent, around, origin, cell_size,
+          for_points_around<Dim>(sorted, middle, limit, centre, extent, around, grid,
                                  [&](std::int64_t p, const double* offset, double measure) {
                                    double begin_of[Dim];
                                    for (int k = 0; k < Dim; ++k)

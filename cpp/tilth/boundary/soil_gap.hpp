@@ -130,17 +130,17 @@ struct DomainSearch {
   double within[Dim] = {};              // bounds of the domains' extents along the axes [length]
   double radius = 0.0;                  // and of their distance from the centre
   double wide;                          // factor of the domains' widths across lines
-  const double *centre, *origin, *cell_size;
+  const double* centre;
+  const GridLines& grid;
 
   /// `half_length`: half the sides of the domains' bounding boxes. `widening`: share by which a
   /// domain is wider across a line than it is.
   DomainSearch(std::int64_t points, const double* point, const double* half_length,
-               const double* grid_origin, const double* size, double widening)
-      : sorted(sort_by_cell<Dim>(points, point, grid_origin, size)),
+               const GridLines& lines, double widening)
+      : sorted(sort_by_cell<Dim>(points, point, lines)),
         wide(1.0 + widening),
         centre(point),
-        origin(grid_origin),
-        cell_size(size) {
+        grid(lines) {
     if (points > 0) low = high = unpack(sorted.key.front());
     for (const std::int64_t key : sorted.key) {
       const Lattice cell = unpack(key);
@@ -157,7 +157,7 @@ struct DomainSearch {
 
   /// Returns the cell along an axis of a coordinate, at most one cell outside of those with points.
   std::int64_t cell(int axis, double coordinate) const {
-    const double x = std::floor((coordinate - origin[axis]) / cell_size[axis]);
+    const double x = std::floor(grid[axis].in_cells(coordinate));
     return static_cast<std::int64_t>(
         std::clamp(x, static_cast<double>(low[axis] - 1), static_cast<double>(high[axis] + 1)));
   }
@@ -168,13 +168,13 @@ template <int Dim, class Domains, class Visit>
 void for_domains_on_line(const DomainSearch<Dim>& search, const double* position,
                          const double* normal, double from, double to, const Domains& domains,
                          Visit&& visit) {
-  const auto& [sorted, lowest, highest, within, radius, wide, centre, origin, cell_size] = search;
+  const auto& [sorted, lowest, highest, within, radius, wide, centre, grid] = search;
   constexpr double round_off = 1e-9;  // in cells
   const auto cells = [&](int axis, double begin, double end, std::int64_t& low,
                          std::int64_t& high) {
     const double one = position[axis] + begin * normal[axis];
     const double other = position[axis] + end * normal[axis];
-    const double margin = within[axis] + round_off * cell_size[axis];
+    const double margin = within[axis] + round_off * grid[axis].size;
     low = std::max(lowest[axis], search.cell(axis, std::min(one, other) - margin));
     high = std::min(highest[axis], search.cell(axis, std::max(one, other) + margin));
   };
@@ -187,9 +187,9 @@ void for_domains_on_line(const DomainSearch<Dim>& search, const double* position
       const std::int64_t row[3] = {0, j, k};
       bool beside = true;
       for (int d = 1; d < Dim && beside; ++d) {
-        const double middle = origin[d] + (static_cast<double>(row[d]) + 0.5) * cell_size[d];
+        const double half = 0.5 * grid[d].width(row[d]), middle = grid[d].at(row[d]) + half;
         beside = clip_to_slab(position[d] - middle, normal[d],
-                              (0.5 + round_off) * cell_size[d] + within[d], begin, end);
+                              half + round_off * grid[d].size + within[d], begin, end);
       }
       if (!beside) continue;
       cells(0, begin, end, low[0], high[0]);

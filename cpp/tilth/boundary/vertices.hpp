@@ -13,6 +13,8 @@
 #include <tuple>
 #include <vector>
 
+#include "../grid_lines.hpp"
+
 namespace tilth::boundary {
 
 /// Distance between the boundary and a node, in cells, up to which the node lies on the boundary.
@@ -40,7 +42,17 @@ struct CellsInContact {
   const double* local;
   const double* normal;
   const std::int64_t* lattice;
-  const double* cell_size;
+  const GridLines& grid;
+
+  /// Lattice coordinates of a cell's lowest corner.
+  const std::int64_t* lowest(std::int64_t cell) const {
+    return lattice + 3 * std::int64_t{node[cell << Dim]};
+  }
+
+  /// Fills the size of a cell [length].
+  void size(std::int64_t cell, double h[Dim]) const {
+    for (int k = 0; k < Dim; ++k) h[k] = grid[k].width(lowest(cell)[k]);
+  }
 };
 
 /// Constrained directions: family f constrains `direction` (all families' points, Dim) at the
@@ -84,12 +96,12 @@ template <int Dim>
 std::vector<Candidate<Dim>> find_candidates(const CellsInContact<Dim>& at, std::int64_t first,
                                             std::int64_t end) {
   constexpr int corners = 1 << Dim;
-  const double* h = at.cell_size;
-  const double least = *std::min_element(h, h + Dim);
 
   std::vector<NodeDistance> distance;
   distance.reserve((end - first) * corners);
-  for (std::int64_t c = first; c < end; ++c)
+  for (std::int64_t c = first; c < end; ++c) {
+    double h[Dim];
+    at.size(c, h);
     for (int a = 0; a < corners; ++a) {
       NodeDistance best{at.node[c * corners + a], std::numeric_limits<double>::infinity(), 0.0};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
@@ -104,6 +116,7 @@ std::vector<Candidate<Dim>> find_candidates(const CellsInContact<Dim>& at, std::
       }
       distance.push_back(best);
     }
+  }
   std::sort(distance.begin(), distance.end(), [](const NodeDistance& a, const NodeDistance& b) {
     return std::tie(a.node, a.squared_distance, a.signed_distance) <
            std::tie(b.node, b.squared_distance, b.signed_distance);
@@ -132,12 +145,14 @@ std::vector<Candidate<Dim>> find_candidates(const CellsInContact<Dim>& at, std::
       if (sum < squared_distance) squared_distance = sum, candidate.point = q;
     }
     if (squared_distance > largest_point_distance * largest_point_distance) return;
-    const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c * corners]};
-    for (int k = 0; k < Dim; ++k) candidate.position[k] = static_cast<double>(lowest[k]) + local[k];
+    for (int k = 0; k < Dim; ++k)
+      candidate.position[k] = static_cast<double>(at.lowest(c)[k]) + local[k];
     found.push_back(candidate);
   };
   for (std::int64_t c = first; c < end; ++c) {
-    double signed_distance[corners];
+    double h[Dim], signed_distance[corners];
+    at.size(c, h);
+    const double least = *std::min_element(h, h + Dim);
     bool lies_on[corners], cuts_node = false;
     int positive = 0;
     for (int a = 0; a < corners; ++a) {

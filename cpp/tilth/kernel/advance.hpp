@@ -11,6 +11,7 @@
 #include <string>
 
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 #include "../tensor.hpp"
 #include "gradient.hpp"
@@ -178,7 +179,7 @@ void stretch_domains(std::int64_t points, DomainRule rule, const double* deforma
 template <int Dim>
 void move_domain_faces(std::int64_t points, const double* position, std::int64_t nodes,
                        const std::int64_t* node_keys, const double* displacement,
-                       const double* origin, const double* cell_size, double* half) {
+                       const GridLines& grid, double* half) {
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
     double increment[Dim];
@@ -191,7 +192,7 @@ void move_domain_faces(std::int64_t points, const double* position, std::int64_t
           // faces stay just inside the domain, so that only active nodes are used
           const double offset =
               k == axis ? (side == 0 ? -1.0 : 1.0) * half[Dim * p + k] * (1.0 - 1e-9) : 0.0;
-          const double x = (position[Dim * p + k] + offset - origin[k]) / cell_size[k];
+          const double x = grid[k].in_cells(position[Dim * p + k] + offset);
           first[k] = static_cast<std::int64_t>(std::floor(x));
           s[k] = x - static_cast<double>(first[k]);
         }

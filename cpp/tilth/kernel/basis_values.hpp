@@ -83,7 +83,8 @@ class GroupBasis {
  public:
   GroupBasis(const Stencil& stencil, std::int64_t group)
       : count_(stencil.count == nullptr ? nullptr : stencil.count + 3 * group),
-        hat_slope_(stencil.hat_slope),
+        hat_slope_(stencil.hat_slope == nullptr ? nullptr
+                                                : stencil.hat_slope + stencil.hat_slopes * group),
         next_(stencil.value + stencil.value_start[group]),
         nodes_(N > 0 ? N : stencil.nodes_of(group)) {
     if (count_ == nullptr || hat_slope_ != nullptr) return;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 #include "view.hpp"
 
@@ -50,9 +51,8 @@ struct Shares {
 template <int Dim>
 bool share_among_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                        const double* position, const double* half_length, const double* weight,
-                       const double* origin, const double* cell_size, std::int64_t cells,
-                       const std::int64_t* cell_keys, const std::int64_t* cell_start,
-                       std::int32_t* cell, const Shares& shares) {
+                       const GridLines& grid, std::int64_t cells, const std::int64_t* cell_keys,
+                       const std::int64_t* cell_start, std::int32_t* cell, const Shares& shares) {
   Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
@@ -74,11 +74,12 @@ bool share_among_cells(const Stencil& stencil, const std::int64_t* first, const 
           for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
             double part = 1.0, centroid[Dim], from_point = 0.0;
             for (int axis = 0; axis < Dim; ++axis) {
-              const double x = (position[Dim * p + axis] - origin[axis]) / cell_size[axis];
-              const double low = static_cast<double>(f[axis] + shift[axis]);
+              const std::int64_t index = f[axis] + shift[axis];
+              const double x = grid[axis].in_cells_like(index, position[Dim * p + axis]);
+              const auto low = static_cast<double>(index);
               centroid[axis] = x - low;
               if (across[axis] == 1) continue;
-              const double l = half_length[Dim * p + axis] / cell_size[axis];
+              const double l = half_length[Dim * p + axis] / grid[axis].width(index);
               const double from = std::max(x - l, low), to = std::min(x + l, low + 1.0);
               part *= std::max(0.0, to - from) / (2.0 * l);
               centroid[axis] = 0.5 * (from + to) - low;
@@ -91,7 +92,7 @@ bool share_among_cells(const Stencil& stencil, const std::int64_t* first, const 
             if constexpr (Dim == 2) {
               if (shares.hoop_share == nullptr) continue;
               const double radius = position[Dim * p];
-              const double of_part = radius + from_point * cell_size[0];
+              const double of_part = radius + from_point * grid[0].width(f[0] + i);
               shares.hoop_share[entry] = part * (of_part / radius);
               add_hoop_moments(centroid, of_part, weight[p] * part / radius,
                                shares.hoop_moment + hoop_moments * number);

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "view.hpp"
 
 namespace tilth::kernel {
@@ -18,8 +19,8 @@ namespace tilth::kernel {
 template <int Dim>
 bool fill_cells(const Stencil& stencil, const std::int64_t* first, const std::int32_t* count,
                 const double* position, const double* half_length, const double* volume,
-                const double* weight, const double* origin, const double* cell_size,
-                std::int64_t cells, const std::int64_t* cell_keys, double* filled) {
+                const double* weight, const GridLines& grid, std::int64_t cells,
+                const std::int64_t* cell_keys, double* filled) {
   Found missing;
   for_each_by_colour(stencil, [&](std::int64_t g) {
     const std::int64_t* f = first + 3 * g;
@@ -40,9 +41,10 @@ bool fill_cells(const Stencil& stencil, const std::int64_t* first, const std::in
             double share = volume[p];
             for (int axis = 0; axis < Dim; ++axis) {
               if (across[axis] == 1) continue;
-              const double x = (position[Dim * p + axis] - origin[axis]) / cell_size[axis];
-              const double l = half_length[Dim * p + axis] / cell_size[axis];
-              const double low = static_cast<double>(f[axis] + shift[axis]);
+              const std::int64_t index = f[axis] + shift[axis];
+              const double x = grid[axis].in_cells_like(index, position[Dim * p + axis]);
+              const double l = half_length[Dim * p + axis] / grid[axis].width(index);
+              const auto low = static_cast<double>(index);
               const double overlap = std::min(x + l, low + 1.0) - std::max(x - l, low);
               share *= std::max(0.0, overlap) / (2.0 * l);
             }

@@ -15,6 +15,7 @@
 #include "../basis/corners.hpp"
 #include "../basis/gimp.hpp"
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 #include "simplex.hpp"
 #include "view.hpp"
@@ -35,12 +36,6 @@ inline constexpr int widest_support = 1 << index_bits<Dim>;
 template <int Dim>
 inline constexpr int codes_of = corners_of<Dim> / 4;
 
-/// A regular grid: position of a node and size of a cell, (Dim).
-struct Cells {
-  const double* origin;
-  const double* size;
-};
-
 /// The cell along one axis that contains a coordinate, in cells; for coordinates that keys cannot
 /// represent, and those that are not numbers, the first cell that is out of range.
 inline std::int64_t clamped_cell(double coordinate) {
@@ -52,15 +47,20 @@ inline std::int64_t clamped_cell(double coordinate) {
 /// belongs to the cell on the domain's side of it: overlaps below `relative_overlap` are no support
 /// (gimp.hpp).
 template <int Dim>
-Lattice locate_corner(const double* position, const double* corner, const Cells& cells,
+Lattice locate_corner(const double* position, const double* corner, const GridLines& grid,
                       double local[Dim]) {
   Lattice cell{0, 0, 0};
   for (int k = 0; k < Dim; ++k) {
-    const double centre = (position[k] - cells.origin[k]) / cells.size[k];
-    const double offset = corner[k] / cells.size[k];
+    const Axis& axis = grid[k];
+    const double reach = 1.0 - basis::Gimp::relative_overlap;
+    if (axis.graded()) {
+      cell[k] = clamped_cell(axis.in_cells(position[k] + corner[k] * reach));
+      local[k] = axis.in_cells_like(cell[k], position[k] + corner[k]);
+      continue;
+    }
+    const double centre = axis.in_cells(position[k]), offset = corner[k] / axis.size;
     local[k] = centre + offset;
-    const double inside = centre + offset * (1.0 - basis::Gimp::relative_overlap);
-    cell[k] = clamped_cell(inside);
+    cell[k] = clamped_cell(centre + offset * reach);
   }
   return cell;
 }
@@ -72,7 +72,7 @@ enum SupportFailure : std::int64_t { out_of_range = -1, too_wide = -2 };
 /// the number of failures.
 template <int Dim>
 std::int64_t corner_supports(std::int64_t points, const double* position, const double* corner,
-                             const Cells& cells, std::int64_t* keys, std::int64_t* codes) {
+                             const GridLines& grid, std::int64_t* keys, std::int64_t* codes) {
   constexpr int corners = corners_of<Dim>;
   std::int64_t failures = 0;
 #pragma omp parallel for schedule(static) reduction(+ : failures) if (points >= parallel_from)
@@ -81,7 +81,7 @@ std::int64_t corner_supports(std::int64_t points, const double* position, const 
     for (int c = 0; c < corners; ++c) {
       double local[Dim];
       cell[c] =
-          locate_corner<Dim>(position + Dim * p, corner + Dim * (corners * p + c), cells, local);
+          locate_corner<Dim>(position + Dim * p, corner + Dim * (corners * p + c), grid, local);
       for (int k = 0; k < Dim; ++k) {
         low[k] = c == 0 ? cell[c][k] : std::min(low[k], cell[c][k]);
         high[k] = c == 0 ? cell[c][k] : std::max(high[k], cell[c][k]);
@@ -180,7 +180,7 @@ template <int Dim>
 bool corner_basis_values(std::int64_t groups, const std::int64_t* start,
                          const std::int64_t* node_start, const std::int64_t* node_keys,
                          const std::int64_t* value_start, const double* position,
-                         const double* corner, const Cells& cells, double* value) {
+                         const double* corner, const GridLines& grid, double* value) {
   bool missing = false;
 #pragma omp parallel for schedule(static) \
     reduction(|| : missing) if (start[groups] >= parallel_from)
@@ -195,7 +195,7 @@ bool corner_basis_values(std::int64_t groups, const std::int64_t* start,
       std::fill(s, d + Dim * n, 0.0);
       for (int c = 0; c < corners_of<Dim>; ++c) {
         double local[Dim];
-        const Lattice cell = locate_corner<Dim>(position + Dim * p, own + Dim * c, cells, local);
+        const Lattice cell = locate_corner<Dim>(position + Dim * p, own + Dim * c, grid, local);
         for (int b = 0; b < corners_of<Dim>; ++b) {
           double hat = 1.0;
           for (int k = 0; k < Dim; ++k) {
@@ -226,7 +226,7 @@ inline constexpr std::int64_t node_missing = -2;  // a cell with a corner has no
 template <int Dim>
 std::int64_t move_corners(std::int64_t points, const double* position, const double* corner,
                           std::int64_t nodes, const std::int64_t* node_keys,
-                          const double* displacement, const Cells& cells, bool axisymmetric,
+                          const double* displacement, const GridLines& grid, bool axisymmetric,
                           double* moved, double* shift) {
   std::int64_t folded = points;
   bool missing = false;
@@ -237,7 +237,7 @@ std::int64_t move_corners(std::int64_t points, const double* position, const dou
     double* after = moved + Dim * corners_of<Dim> * p;
     for (int c = 0; c < corners_of<Dim>; ++c) {
       double local[Dim];
-      const Lattice cell = locate_corner<Dim>(position + Dim * p, own + Dim * c, cells, local);
+      const Lattice cell = locate_corner<Dim>(position + Dim * p, own + Dim * c, grid, local);
       for (int i = 0; i < Dim; ++i) after[Dim * c + i] = own[Dim * c + i];
       for (int b = 0; b < corners_of<Dim>; ++b) {
         double hat = 1.0;
@@ -279,16 +279,18 @@ struct CornerCells {
   const std::int64_t* cell;        // keys
 };
 
-/// Corners of a domain, in cells from `low`, not beyond the box of its cells from `low` to `high`.
+/// Corners of a domain, by `LocalLines` from `low`, not beyond the box of its cells from `low` to
+/// `high`.
 template <int Dim>
-void corners_in_box(const double* position, const double* corner, const Cells& grid,
+void corners_in_box(const double* position, const double* corner, const LocalLines& lines,
                     const Lattice& low, const Lattice& high,
                     std::array<double, Dim> vertex[corners_of<Dim>]) {
   for (int c = 0; c < corners_of<Dim>; ++c)
     for (int k = 0; k < Dim; ++k) {
-      const double local = (position[k] - grid.origin[k]) / grid.size[k] -
-                           static_cast<double>(low[k]) + corner[Dim * c + k] / grid.size[k];
-      const auto most = static_cast<double>(high[k] - low[k] + 1);
+      const Axis& axis = lines.grid[k];
+      const double local = axis.in_cells_like(low[k], position[k]) - static_cast<double>(low[k]) +
+                           corner[Dim * c + k] / axis.width(low[k]);
+      const double most = lines.line(k, high[k] - low[k] + 1);
       vertex[c][k] = std::max(0.0, std::min(most, local));
     }
 }
@@ -307,7 +309,7 @@ inline constexpr double least_radius = 1e-15;
 template <int Dim>
 bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
                           const double* position, const double* corner, const double* weight,
-                          const Cells& grid, std::int64_t cells, const std::int64_t* cell_keys,
+                          const GridLines& grid, std::int64_t cells, const std::int64_t* cell_keys,
                           std::int32_t* cell, std::int32_t* corner_node, const Shares& result) {
   constexpr int corners = corners_of<Dim>, moments = moments_of<Dim>;
   Found missing;
@@ -344,16 +346,19 @@ bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
       const double* own = corner + Dim * corners * p;
       const std::int64_t entry = result.share_start[g] + (p - stencil.start[g]) * of_group;
       std::array<double, Dim> vertex[corners];
-      corners_in_box<Dim>(position + Dim * p, own, grid, low, high, vertex);
+      const LocalLines lines{grid, low};
+      corners_in_box<Dim>(position + Dim * p, own, lines, low, high, vertex);
       double part[corners][moments] = {}, total = 0.0;
       for_simplices<Dim>(vertex, [&](const Simplex<Dim>& simplex) {
         std::array<std::int64_t, Dim> at;
-        divide_among_cells<Dim>(simplex, at, [&](const Simplex<Dim>& piece, const auto& place) {
-          Lattice of_piece = low;
-          for (int k = 0; k < Dim; ++k) of_piece[k] += std::min(place[k], high[k] - low[k]);
-          const int e = find(of_piece);
-          if (e >= 0) add_moments<Dim>(piece, place, part[e]);
-        });
+        divide_among_cells<Dim>(simplex, lines, at,
+                                [&](const Simplex<Dim>& piece, const auto& place) {
+                                  Lattice of_piece = low;
+                                  for (int k = 0; k < Dim; ++k)
+                                    of_piece[k] += std::min(place[k], high[k] - low[k]);
+                                  const int e = find(of_piece);
+                                  if (e >= 0) add_moments<Dim>(piece, lines, place, part[e]);
+                                });
       });
       for (std::int64_t e = 0; e < of_group; ++e) total += part[e][0];
       if (!(total > 0.0)) return missing.set();
@@ -374,8 +379,8 @@ bool share_corner_domains(const Stencil& stencil, const CornerCells& supports,
           if (e < 0) return missing.set();
           for (int k = 0; k < Dim; ++k) local[k] -= static_cast<double>(place[k]);
           double of_corner = radius + own[Dim * c];
-          if (std::fabs(of_corner) < least_radius * grid.size[0])
-            of_corner = least_radius * grid.size[0];
+          if (std::fabs(of_corner) < least_radius * grid[0].size)
+            of_corner = least_radius * grid[0].size;
           result.hoop_share[entry + e] += weights.value[c] * of_corner / radius;
           add_hoop_moments(local, of_corner, weight[p] * weights.value[c] / radius,
                            result.hoop_moment + hoop_moments * std::int64_t{number[e]});

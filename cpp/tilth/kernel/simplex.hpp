@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Triangles and tetrahedra, cut along the lines or planes of the grid, by which the parts of a
-// domain in each cell are found exactly. Coordinates are in cells.
+// domain in each cell are found exactly. Coordinates are lengths in units of one cell (LocalLines).
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "../grid_lines.hpp"
 #include "cell_shares.hpp"
 
 namespace tilth::kernel {
@@ -40,24 +41,54 @@ void split(const Simplex<Dim>& simplex, int axis, double at, Below&& below, Abov
   split<Dim>(half, axis, at, below, above);
 }
 
+/// The lines of the grid from the corner of a cell on, in units of this cell's size.
+struct LocalLines {
+  const GridLines& grid;
+  const Lattice& low;  // the cell
+
+  /// Coordinate of the i-th line from the corner.
+  double line(int direction, std::int64_t i) const {
+    const Axis& axis = grid[direction];
+    if (!axis.graded()) return static_cast<double>(i);
+    return (axis.distance(low[direction] + i) - axis.distance(low[direction])) /
+           axis.width(low[direction]);
+  }
+
+  /// Size of the i-th cell.
+  double width(int direction, std::int64_t i) const {
+    const Axis& axis = grid[direction];
+    return axis.graded() ? axis.width(low[direction] + i) / axis.width(low[direction]) : 1.0;
+  }
+
+  /// The cell that contains a coordinate, not negative on a graded axis.
+  std::int64_t cell(int direction, double x) const {
+    if (!grid[direction].graded()) return static_cast<std::int64_t>(std::floor(x));
+    std::int64_t i = 0;
+    while (x >= line(direction, i + 1)) ++i;
+    return i;
+  }
+};
+
 /// Calls `visit(part, cell)` for parts of a simplex that each lie in one cell.
 template <int Dim, class Visit>
-void divide_among_cells(const Simplex<Dim>& simplex, std::array<std::int64_t, Dim>& cell,
-                        Visit&& visit, int axis = 0) {
+void divide_among_cells(const Simplex<Dim>& simplex, const LocalLines& lines,
+                        std::array<std::int64_t, Dim>& cell, Visit&& visit, int axis = 0) {
   if (axis == Dim) return visit(simplex, cell);
   double low = simplex[0][axis], high = low;
   for (const auto& vertex : simplex) {
     low = std::min(low, vertex[axis]);
     high = std::max(high, vertex[axis]);
   }
-  const double first = std::floor(low);
+  const std::int64_t first = lines.cell(axis, low);
+  const double next = lines.line(axis, first + 1);
   const auto below = [&](const Simplex<Dim>& part) {
-    cell[axis] = static_cast<std::int64_t>(first);
-    divide_among_cells<Dim>(part, cell, visit, axis + 1);
+    cell[axis] = first;
+    divide_among_cells<Dim>(part, lines, cell, visit, axis + 1);
   };
-  if (high <= first + 1.0) return below(simplex);
-  split<Dim>(simplex, axis, first + 1.0, below,
-             [&](const Simplex<Dim>& part) { divide_among_cells<Dim>(part, cell, visit, axis); });
+  if (high <= next) return below(simplex);
+  split<Dim>(simplex, axis, next, below, [&](const Simplex<Dim>& part) {
+    divide_among_cells<Dim>(part, lines, cell, visit, axis);
+  });
 }
 
 /// Volume of a simplex, negative if its vertices are in the other order.
@@ -76,15 +107,16 @@ double volume_of(const Simplex<Dim>& s) {
   }
 }
 
-/// Adds the integrals over a simplex of the functions of `moments_of` to `moment`; coordinates are
-/// relative to `cell`.
+/// Adds the integrals over a simplex of the functions of `moments_of` to `moment`; their
+/// coordinates are those in `cell`.
 template <int Dim>
-void add_moments(const Simplex<Dim>& s, const std::array<std::int64_t, Dim>& cell, double* moment) {
+void add_moments(const Simplex<Dim>& s, const LocalLines& lines,
+                 const std::array<std::int64_t, Dim>& cell, double* moment) {
   const double volume = volume_of<Dim>(s);
   double sum[Dim] = {}, x[Dim + 1][Dim];
   for (int v = 0; v <= Dim; ++v)
     for (int k = 0; k < Dim; ++k) {
-      x[v][k] = s[v][k] - static_cast<double>(cell[k]);
+      x[v][k] = (s[v][k] - lines.line(k, cell[k])) / lines.width(k, cell[k]);
       sum[k] += x[v][k];
     }
   moment[0] += volume;

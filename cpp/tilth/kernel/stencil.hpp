@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../grid.hpp"
+#include "../grid_lines.hpp"
 #include "../parallel.hpp"
 
 namespace tilth::kernel {
@@ -19,7 +20,7 @@ namespace tilth::kernel {
 /// origin, whose position is not a number, or whose domain needs more nodes than the basis has.
 template <class Basis, int Dim>
 std::int64_t support_keys(std::int64_t points, const double* position, const double* half_length,
-                          const double* origin, const double* cell_size, std::int64_t* keys) {
+                          const GridLines& grid, std::int64_t* keys) {
   std::int64_t outside = 0;
 #pragma omp parallel for schedule(static) reduction(+ : outside) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
@@ -27,11 +28,12 @@ std::int64_t support_keys(std::int64_t points, const double* position, const dou
     std::array<int, 3> count{2, 2, 2};
     bool inside = true;
     for (int k = 0; k < Dim; ++k) {
-      const double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
-      const double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
-      inside = inside && std::fabs(x) <= static_cast<double>(largest_index) && std::fabs(l) <= 1.0;
+      const double half = Basis::has_domain ? Basis::extent(half_length[p * Dim + k]) : 0.0;
+      const auto [low, high] = grid[k].around(position[p * Dim + k], half);
+      inside = inside && std::fabs(low) <= static_cast<double>(largest_index) &&
+               std::fabs(high) <= static_cast<double>(largest_index);
       if (!inside) break;
-      const auto support = Basis::support(x, l);
+      const auto support = Basis::support(low, high);
       inside = std::fabs(support.first) < static_cast<double>(largest_index) &&
                support.count >= 2 && support.count <= Basis::maximum_count;
       first[k] = static_cast<std::int64_t>(support.first);
@@ -122,34 +124,56 @@ inline bool group_nodes(std::int64_t groups, const std::int64_t* first, const st
   return !missing;
 }
 
+/// Fills a point's factors along a uniform axis: the values of the nodes, then their slopes.
+template <class Basis>
+void factors_in_cells(const Axis& axis, std::int64_t first, int nodes, double position, double half,
+                      double* value) {
+  double x = axis.in_cells(position), l = half / axis.size;
+  const double cells_per_length = 1.0 / axis.size;
+  Basis::cut(static_cast<double>(first), static_cast<double>(first + nodes - 1), x, l);
+  for (int i = 0; i < nodes; ++i) {
+    const double s = x - static_cast<double>(first + i);
+    Basis::evaluate(s, l, 1.0, 1.0, value[i], value[nodes + i]);
+    value[nodes + i] *= cells_per_length;
+  }
+}
+
+/// The same between the lines of a graded axis, at a distance `x` from its origin.
+template <class Basis>
+void factors_between(const Axis& axis, std::int64_t first, int nodes, double x, double half,
+                     double* value) {
+  Basis::cut(axis.distance(first), axis.distance(first + nodes - 1), x, half);
+  for (int i = 0; i < nodes; ++i)
+    Basis::evaluate(x - axis.distance(first + i), half, axis.width(first + i - 1),
+                    axis.width(first + i), value[i], value[nodes + i]);
+}
+
 /// Fills the factors of every point's basis, or its local coordinates in the cell, in the layout of
 /// basis_values.hpp; `value_start` (groups) is the first entry of each group.
 template <class Basis, int Dim>
 void basis_factors(std::int64_t groups, const std::int64_t* start, const std::int64_t* first,
                    const std::int32_t* count, const std::int64_t* value_start,
-                   const double* position, const double* half_length, const double* origin,
-                   const double* cell_size, double* factors) {
-  double cells_per_length[Dim];
-  for (int k = 0; k < Dim; ++k) cells_per_length[k] = 1.0 / cell_size[k];
+                   const double* position, const double* half_length, const GridLines& grid,
+                   double* factors) {
 #pragma omp parallel for schedule(static) if (start[groups] >= parallel_from)
   for (std::int64_t g = 0; g < groups; ++g) {
     const std::int32_t* nodes = count + 3 * g;
     double* value = factors + value_start[g];
     for (std::int64_t p = start[g]; p < start[g + 1]; ++p)
       for (int k = 0; k < Dim; ++k) {
-        double x = (position[p * Dim + k] - origin[k]) / cell_size[k];
-        double l = Basis::has_domain ? half_length[p * Dim + k] / cell_size[k] : 0.0;
+        const Axis& axis = grid[k];
+        const std::int64_t lowest = first[3 * g + k];
+        const double at = position[p * Dim + k];
         if constexpr (Basis::is_hat) {
-          *value++ = x - static_cast<double>(first[3 * g + k]);
-          continue;
+          *value++ = axis.in_cells_like(lowest, at) - static_cast<double>(lowest);
+        } else {
+          const double half = half_length[p * Dim + k];
+          if (axis.graded())
+            factors_between<Basis>(axis, lowest, nodes[k], at - axis.origin, half, value);
+          else
+            factors_in_cells<Basis>(axis, lowest, nodes[k], at, half, value);
+          value += 2 * nodes[k];
         }
-        Basis::cut(static_cast<double>(first[3 * g + k]), nodes[k], x, l);
-        double* slope = value + nodes[k];
-        for (int i = 0; i < nodes[k]; ++i) {
-          Basis::evaluate(x - static_cast<double>(first[3 * g + k] + i), l, value[i], slope[i]);
-          slope[i] *= cells_per_length[k];
-        }
-        value = slope + nodes[k];
       }
   }
 }

@@ -17,7 +17,8 @@ struct Stencil {
   const std::int32_t* count;        // (groups, 3) nodes per direction; null where not in a box
   const std::int64_t* value_start;  // (groups) first entry of each group in `value`
   const double* value;              // see basis_values.hpp
-  const double* hat_slope;          // (dim) slopes of the linear basis; null with others
+  const double* hat_slope;          // slopes of the linear basis; null with others
+  std::int64_t hat_slopes;          // entries of `hat_slope` from one group to the next
   std::int64_t colours;
   const std::int64_t* colour_start;
   const std::int64_t* slab_start;
