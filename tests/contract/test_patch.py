@@ -183,9 +183,9 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, spacing: str, path:
     entries["grid"] = {"cell_size": [0.25, 0.2, 0.3][:dim], "origin": [0.0, -0.03, 0.1][:dim]}
     if spacing == "graded":
         fine_inside = {
-            "x": [[0.0, 0.35], [1.0, 0.2], [1.4, 0.2], [2.5, 0.35]],
-            "y": [[-1.5, 0.3], [-0.4, 0.15], [1.0, 0.3]],
-            "z": [[-1.2, 0.2], [0.7, 0.4]],
+            "x": [[0.0, 0.35], [1.0, 0.2], [1.4, 0.2], [3.5, 0.35]],
+            "y": [[-1.5, 0.35], [-0.4, 0.24], [1.0, 0.3]],
+            "z": [[-1.2, 0.25], [0.7, 0.4]],
         }
         entries["grid"] = {"cell_size": {axis: fine_inside[axis] for axis in AXES[:dim]}}
     body = entries["bodies"][0]
