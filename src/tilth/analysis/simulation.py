@@ -436,19 +436,18 @@ class Simulation:
         self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats
     ) -> None:
         """Warns of probable mistakes in a committed step; moved: displacement of the points."""
-        warnings = self.run_warnings
-        warnings.bounds(bound_domains(self.points, self.grid))
+        warnings, grid = self.run_warnings, self.grid
+        warnings.bounds(bound_domains(self.points, grid))
         if step.active.fields > 1:
-            warnings.unpaired(self.model, self.points, self.grid)
+            warnings.unpaired(self.model, self.points, grid)
         with self.timers.measure("boundaries"):
-            warnings.depths(self.implicit, self.points, step.after, self.grid)
+            warnings.depths(self.implicit, self.points, step.after, grid)
             free = self._is_forced or self._relaxes
             if not free and np.array_equal(balance.load_before, equilibrium.load):
                 driven = np.abs(step.conditions.increment).max(
                     initial=step.constraints.largest_increment()
                 )
-                cell_size = self.grid.cell_size
-                warnings.jump(moved, float(driven), self.points, cell_size, step.after)
+                warnings.jump(moved, float(driven), self.points, grid.cell_size, step.after)
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
         """Returns all terms of the balance of a step. New terms are added here."""

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core, grid_lines
-from tilth.arrays import Floats, Integers, Shorts, make_read_only
+from tilth.arrays import Floats, Integers, Shorts
 from tilth.errors import StepFailed
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
@@ -23,6 +23,7 @@ from tilth.mpm.keys import (
 )
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.stencil import Stencil
 
 LEFT_LIMITS = "a point left the limits of the grid"
 """Reason of a step that failed because of the grid's limits."""
@@ -125,67 +126,6 @@ class Grid:
         outside = ((position < self.lower) | (position > self.upper)).any(axis=1)
         if outside.any():
             raise StepFailed(LEFT_LIMITS, point=int(point_id[outside.argmax()]))
-
-
-@dataclass(frozen=True)
-class Stencil:
-    """Basis values of one body's points, in groups of points that share all their nodes.
-
-    The arrays of indices become read-only.
-
-    Attributes:
-        start: first point of each group, shape (groups + 1,).
-        first, count: lattice index of the first node and nodes per direction of the bounding box
-            of each group's nodes, shape (groups, 3).
-        cell_start, cell: keys of each group's cells in the field 0; empty where they fill the box.
-        node_key: keys of each group's nodes in the field 0; empty where they fill the box.
-        node_start, node: node numbers of each group, x fastest.
-        value_start: first entry of each group in `value`, shape (groups + 1,).
-        value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear
-            basis the local coordinates in the cell; for others whose nodes fill a box the
-            one-dimensional factors; else values and gradients.
-        hat_slope: slopes of the linear basis [1/length], shape (dim,), on a graded grid
-            (groups, dim); empty with others.
-        dim: number of directions.
-        colour_start, slab_start, order: order of parallel assembly (kernel/stencil.hpp).
-    """
-
-    start: Integers
-    first: Integers
-    count: Shorts
-    cell_start: Integers
-    cell: Integers
-    node_key: Integers
-    node_start: Integers
-    node: Shorts
-    value_start: Integers
-    value: Floats
-    hat_slope: Floats
-    dim: int
-    colour_start: Integers
-    slab_start: Integers
-    order: Integers
-
-    def __post_init__(self) -> None:
-        make_read_only(
-            self.start, self.node_start, self.value_start, self.colour_start, self.slab_start,
-            self.order, self.node, self.count,
-        )  # fmt: skip
-
-    @property
-    def boxed(self) -> bool:
-        """Whether the groups' nodes fill their boxes."""
-        return len(self.node_key) == 0
-
-    def basis(self) -> tuple[Floats, Floats]:
-        """Returns basis values S [-] and gradients [1/length] of all points, point after point.
-
-        Flat: per point one value for each of its group's nodes; gradients (dim, nodes).
-        """
-        numbers = int(np.diff(self.node_start) @ np.diff(self.start))
-        value, gradient = np.empty(numbers), np.empty(numbers * self.dim)
-        _core.basis_values(self, value, gradient)
-        return value, gradient
 
 
 class Buffers:
