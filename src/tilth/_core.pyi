@@ -267,14 +267,14 @@ def add_dense_blocks(elements: object, matrix: Annotated[NDArray[numpy.float64],
     Adds the elements' matrices (e, n, n, components, components) to the node-block matrix.
     """
 
-def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def add_scaled_products(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], which: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    As add_dense_products for matrices weight_e unit_ab of each free component.
+    As add_dense_products for matrices weight_e unit_ab of each free component; which: the unit (units, n, n) of each element.
     """
 
-def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+def add_scaled_blocks(elements: object, weight: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], unit: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], which: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], free: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
-    As add_dense_blocks for matrices weight_e unit_ab of each free component.
+    As add_dense_blocks for matrices weight_e unit_ab of each free component; which: the unit (units, n, n) of each element.
     """
 
 def add_row_products(elements: object, row: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], magnitude: bool, product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
