@@ -22,6 +22,7 @@ from tilth.arrays import Floats
 from tilth.model.isotropic import ParametersAt
 from tilth.model.laws import laws
 from tilth.model.materials import Material
+from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -307,6 +308,8 @@ class Laboratory:
         """One whole step with a prescribed displacement of all nodes."""
         self.soil.update(displacement)
         self.soil.advance(displacement, self.soil.moved_domains(displacement))
+        if self.grid.graded:
+            bound_domains(self.points, self.grid)
         self.locate()
 
     def internal_force(self, displacement: Floats) -> Floats:

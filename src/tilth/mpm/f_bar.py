@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers, make_read_only
-from tilth.mpm.grid import ActiveGrid, Stencil
+from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.stencil import Stencil
 
 FORGETTING_STRAIN = 0.03
 """Plastic strain that reduces differences of volumetric strain within a cell by a factor e [-]."""
