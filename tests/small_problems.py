@@ -329,10 +329,17 @@ class Laboratory:
 
 
 def deformed_laboratory(
-    kind: str, basis: str, material: str, random: np.random.Generator, steps: int = 3
+    kind: str,
+    basis: str,
+    material: str,
+    random: np.random.Generator,
+    steps: int = 3,
+    spacing: str = "uniform",
 ) -> Laboratory:
     """A block after some random steps: general strain, partly plastic where the soil can be."""
-    laboratory = Laboratory.of(kind, basis, material, random)
+    model = Model.from_dict(spaced(block_entries(kind, basis, material), spacing))
+    points = jittered_points(model, random, 0.4)
+    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
     for _ in range(steps):
         laboratory.step(laboratory.random_displacement(random, 0.06))
     return laboratory
