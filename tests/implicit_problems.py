@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from small_problems import block_entries, dimension
+from small_problems import AXES, block_entries, dimension
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
@@ -18,6 +18,7 @@ from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
 from tilth.boundaries.implicit.multipliers import multiplier_coupling
+from tilth.mpm.background import background_grid
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -100,6 +101,17 @@ def take_steps(simulation: Simulation) -> list[StepResult]:
     return [simulation.advance(a, b) for a, b in pairwise(np.linspace(0.0, 1.0, steps + 1))]
 
 
+AROUND_ONE = {
+    "x": [[0.0, 1.3], [2.0, 0.8], [6.0, 1.4]],
+    "y": [[-1.0, 0.8], [3.0, 1.4], [6.0, 0.9]],
+    "z": [[-1.0, 1.3], [4.0, 0.8]],
+}
+"""Cell sizes at places along the axes."""
+
+BETWEEN_DOMAINS = [[0.0, 1.0], [1.0, 1.0], [2.5, 1.5], [3.5, 1.0], [5.0, 1.5]]
+"""The same with lines at multiples of 0.5."""
+
+
 def patch_model(
     kind: str,
     stretch: Floats,
@@ -111,12 +123,13 @@ def patch_model(
     points: int = 2,
     delta: float = 1e-3,
     form: str = "surface",
+    spacing: str = "uniform",
 ) -> Model:
     """A block of soil that smooth platens on all its sides stretch homogeneously.
 
-    Cells have the size 1. Each side has a roller exactly as long as the side. The sides that the
-    axes start from stay, the others move by size times (stretch - 1). In axisymmetry the block
-    stands on the axis, which needs no condition.
+    Cells have the size 1, or sizes around 1 where the spacing is "graded". Each side has a roller
+    exactly as long as the side. The sides that the axes start from stay, the others move by size
+    times (stretch - 1). In axisymmetry the block stands on the axis, which needs no condition.
 
     shift: place of the lowest corner, about which the block is turned by `angle` in 2D.
     """
@@ -156,6 +169,10 @@ def patch_model(
     if angle:
         body["shape"]["angle"] = angle
     entries["analysis"]["tolerance"] = 1e-11
+    if spacing == "graded":
+        entries["grid"]["cell_size"] = {axis: AROUND_ONE[axis] for axis in AXES[:dim]}
+        if kind == "axisymmetric":
+            entries["grid"]["cell_size"]["x"] = BETWEEN_DOMAINS
     return Model.from_dict(entries)
 
 
@@ -179,19 +196,22 @@ def stress_error(model: Model, stretch: Floats, angle: float, points: MaterialPo
 
 
 def cut_cell_points(model: Model, corners: Floats) -> MaterialPoints:
-    """Points of a convex polygon's cut cells: Gauss's points with exact weights, cells of size 1.
+    """Points of a convex polygon's cut cells: Gauss's points with exact weights.
 
     Each cell's part of the polygon is divided into triangles around its centre with three points
     each, exact to degree 2; the shape functions' gradients have degree 1.
     """
-    low, high = np.floor(corners.min(axis=0)), np.ceil(corners.max(axis=0))
+    grid = background_grid(model)
+    in_cells = grid.in_cells(corners)
+    low, high = np.floor(in_cells.min(axis=0)), np.ceil(in_cells.max(axis=0))
     places, areas = [], []
     for i in np.arange(low[0], high[0]):
         for j in np.arange(low[1], high[1]):
             part = corners
-            for axis, at in enumerate((i, j)):
-                part = _clipped(part, axis, at, 1.0)
-                part = _clipped(part, axis, at + 1.0, -1.0)
+            lower, upper = grid.position(np.array([[i, j], [i + 1.0, j + 1.0]]))
+            for axis in range(2):
+                part = _clipped(part, axis, lower[axis], 1.0)
+                part = _clipped(part, axis, upper[axis], -1.0)
             if len(part) < 3:
                 continue
             centre = part.mean(axis=0)

@@ -22,6 +22,7 @@ from tilth.arrays import Floats
 from tilth.model.isotropic import ParametersAt
 from tilth.model.laws import laws
 from tilth.model.materials import Material
+from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -208,6 +209,24 @@ def block_entries(
     return {**entries, **changed}
 
 
+GRADED = {
+    "x": [[0.0, 0.7], [3.0, 1.4]],
+    "y": [[0.0, 1.4], [3.0, 0.7]],
+    "z": [[0.0, 0.8], [3.0, 1.2]],
+}
+"""Cell sizes at places along the axes: from 0 to 3 there are three cells along each."""
+
+SPACINGS = ["uniform", "graded"]
+
+
+def spaced(entries: dict[str, Any], spacing: str) -> dict[str, Any]:
+    """The same on a grid that is `uniform`, as it is, or with the cells of `GRADED`; in place."""
+    if spacing == "graded":
+        axes = AXES[: dimension(entries["analysis"]["kind"])]
+        entries["grid"]["cell_size"] = {axis: GRADED[axis] for axis in axes}
+    return entries
+
+
 def affine(end: Floats, path: str = "linear") -> dict[str, Any]:
     """An affine motion of all nodes to the deformation gradient `end`."""
     return {
@@ -289,6 +308,8 @@ class Laboratory:
         """One whole step with a prescribed displacement of all nodes."""
         self.soil.update(displacement)
         self.soil.advance(displacement, self.soil.moved_domains(displacement))
+        if self.grid.graded:
+            bound_domains(self.points, self.grid)
         self.locate()
 
     def internal_force(self, displacement: Floats) -> Floats:
@@ -308,10 +329,17 @@ class Laboratory:
 
 
 def deformed_laboratory(
-    kind: str, basis: str, material: str, random: np.random.Generator, steps: int = 3
+    kind: str,
+    basis: str,
+    material: str,
+    random: np.random.Generator,
+    steps: int = 3,
+    spacing: str = "uniform",
 ) -> Laboratory:
     """A block after some random steps: general strain, partly plastic where the soil can be."""
-    laboratory = Laboratory.of(kind, basis, material, random)
+    model = Model.from_dict(spaced(block_entries(kind, basis, material), spacing))
+    points = jittered_points(model, random, 0.4)
+    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
     for _ in range(steps):
         laboratory.step(laboratory.random_displacement(random, 0.06))
     return laboratory

@@ -21,7 +21,20 @@ GRIDS = {
     "shifted": lambda dim: Grid(
         np.array([-3.7, 11.3, 0.21])[:dim], np.array([0.3, 2.0, 0.7])[:dim]
     ),
+    "graded": lambda dim: graded(dim),
 }
+
+
+def graded(dim: int) -> Grid:
+    """Cells of sizes whose ratios are up to 1.5; the first and the last lines are among them."""
+    lines = (
+        np.array([0.0, 1.5, 2.5, 3.3, 4.5]),
+        np.cumsum([0.0, 0.3, 0.2, 0.2, 0.3, 0.45]),
+        np.cumsum([0.0, 2.0, 3.0]),
+    )[:dim]
+    origin = np.array([-3.7, 11.3, 0.21])[:dim]
+    return Grid(origin, np.array([np.diff(line).min() for line in lines]), lines=lines)
+
 
 every_basis = pytest.mark.parametrize("basis", BASES)
 every_dim = pytest.mark.parametrize("dim", [2, 3])
@@ -70,7 +83,13 @@ def random_points(dim: int, grid: Grid, n: int = 200) -> tuple[Floats, Floats]:
     cells = random.uniform(-4, 4, (n, dim))
     half = 10.0 ** random.uniform(-3, np.log10(0.5), (n, dim))
     half[: n // 4] = 0.5
-    return grid.origin + cells * grid.cell_size, half * grid.cell_size
+    return placed(grid, cells, half)
+
+
+def placed(grid: Grid, cells: Floats, half: Floats) -> tuple[Floats, Floats]:
+    """Positions and half lengths [length] of points by coordinates and half lengths in cells."""
+    position = grid.position(cells)
+    return position, half * grid.sizes_at(position)
 
 
 def points_on_grid_lines(dim: int, grid: Grid) -> tuple[Floats, Floats]:
@@ -78,7 +97,7 @@ def points_on_grid_lines(dim: int, grid: Grid) -> tuple[Floats, Floats]:
     places = np.array([-2.0, -0.5, 0.0, 0.25, 0.75, 3.0])
     cells = np.stack(np.meshgrid(*[places] * dim), axis=-1).reshape(-1, dim)
     half = np.tile([0.25, 0.5], (len(cells), 2))[:, :dim].copy()
-    return grid.origin + cells * grid.cell_size, half * grid.cell_size
+    return placed(grid, cells, half)
 
 
 def assert_reproduces_linear_fields(found: Evaluated, grid: Grid, position: Floats) -> None:
@@ -122,10 +141,9 @@ def test_gradient_is_the_derivative_of_the_value(basis: str, dim: int, grid: str
     position, half = random_points(dim, lattice)
     # keep points, and the ends of their domains, away from the kinks on grid lines
     step = 1e-6
-    cells = (position - lattice.origin) / lattice.cell_size
-    share = half / lattice.cell_size
-    far = np.ones(len(cells), dtype=bool)
-    for end in (cells, cells - share, cells + share):
+    far = np.ones(len(position), dtype=bool)
+    for place in (position, position - half, position + half):
+        end = lattice.in_cells(place)
         far &= (np.abs(end - np.rint(end)) > 10 * step).all(axis=1)
     assert far.sum() > 100
     position, half = position[far], half[far]
@@ -178,10 +196,20 @@ def test_gimp_tends_to_linear_for_small_domains(dim: int) -> None:
     np.testing.assert_allclose(gimp.value, linear.value, atol=1e-7)
 
 
+def hats(x: float, node: Floats, lines: Floats) -> Floats:
+    """Hat functions of nodes (n,) on grid lines at a place between two of these."""
+    above = int(np.searchsorted(lines, x))
+    low, high = lines[above - 1], lines[above]
+    share = (x - low) / (high - low)
+    value = np.where(np.isclose(node, low), 1.0 - share, 0.0)
+    return np.where(np.isclose(node, high), share, value)
+
+
 @every_dim
-def test_gimp_is_the_mean_of_the_hats_over_the_domain(dim: int) -> None:
+@pytest.mark.parametrize("spacing", ["unit", "graded"])
+def test_gimp_is_the_mean_of_the_hats_over_the_domain(dim: int, spacing: str) -> None:
     """Against Gauss integration of the linear basis over the pieces between grid lines."""
-    grid = GRIDS["unit"](dim)
+    grid = GRIDS[spacing](dim)
     position, half = random_points(dim, grid, 30)
     found = evaluate("gimp", grid, position, half)
     gauss, weight = np.polynomial.legendre.leggauss(2)  # a hat is linear in each piece
@@ -189,12 +217,13 @@ def test_gimp_is_the_mean_of_the_hats_over_the_domain(dim: int) -> None:
         along = []
         for k in range(dim):
             low, high = position[p, k] - half[p, k], position[p, k] + half[p, k]
-            inner = np.arange(np.ceil(low), np.floor(high) + 1)
+            lines = grid.position(np.arange(-9.0, 10.0)[:, None] * np.ones(dim))[:, k]
+            inner = lines[(lines > low) & (lines < high)]
             cuts = np.unique(np.concatenate([[low], inner, [high]]))
             mean = np.zeros(len(found.node))
             for a, b in itertools.pairwise(cuts):
                 for x, w in zip(0.5 * (a + b) + 0.5 * (b - a) * gauss, weight, strict=True):
-                    hat = np.maximum(0.0, 1.0 - np.abs(x - found.node[:, k]))
+                    hat = hats(x, found.node[:, k], lines)
                     mean += 0.5 * (b - a) * w * hat / (high - low)
             along.append(mean)
         np.testing.assert_allclose(found.value[p], np.prod(along, axis=0), atol=1e-12)

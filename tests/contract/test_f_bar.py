@@ -11,12 +11,14 @@ from small_problems import (
     ELASTIC,
     KINDS,
     POINT_MATERIALS,
+    SPACINGS,
     Laboratory,
     block_entries,
     by_number,
     dimension,
     jittered_points,
     principal_update,
+    spaced,
     start_strain,
 )
 
@@ -31,10 +33,16 @@ every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 
 def laboratory_of(
-    kind: str, basis: str, material: str, seed: int, method: str = "f_bar", per_cell: int = 2
+    kind: str,
+    basis: str,
+    material: str,
+    seed: int,
+    method: str = "f_bar",
+    per_cell: int = 2,
+    spacing: str = "uniform",
 ) -> Laboratory:
     """A block of jittered points; the same ones for the same seed, whatever the method."""
-    entries = block_entries(kind, basis, material)
+    entries = spaced(block_entries(kind, basis, material), spacing)
     entries["bodies"][0] |= {"anti_locking": method, "points_per_cell": per_cell}
     model = Model.from_dict(entries)
     points = jittered_points(model, np.random.default_rng(seed), 0.4)
@@ -57,12 +65,12 @@ def assert_close(one: Floats, other: Floats, tolerance: float) -> None:
 @every_kind
 @every_basis
 @every_material
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("seed", "spacing"), [(0, "uniform"), (1, "uniform"), (2, "graded")])
 def test_stiffness_is_the_derivative_of_the_internal_force(
-    kind: str, basis: str, material: str, seed: int
+    kind: str, basis: str, material: str, seed: int, spacing: str
 ) -> None:
     random = np.random.default_rng(seed)
-    laboratory = laboratory_of(kind, basis, material, seed)
+    laboratory = laboratory_of(kind, basis, material, seed, spacing=spacing)
     deform(laboratory, random, 3)
     if material != "hencky_elastic":
         assert np.count_nonzero(laboratory.points.plastic[:, 0]) > 0
@@ -140,8 +148,9 @@ def test_one_point_per_cell_is_the_standard_method(kind: str, material: str) -> 
 @every_kind
 @every_basis
 @every_material
+@pytest.mark.parametrize("spacing", SPACINGS)
 def test_homogeneous_deformation_is_that_of_the_standard_method(
-    kind: str, basis: str, material: str
+    kind: str, basis: str, material: str, spacing: str
 ) -> None:
     """The cells stretch as their points do, wherever these are.
 
@@ -153,7 +162,7 @@ def test_homogeneous_deformation_is_that_of_the_standard_method(
         h[0, 1] = 0.0  # u_r of order r
     answers = []
     for method in ("none", "f_bar"):
-        laboratory = laboratory_of(kind, basis, material, 2, method)
+        laboratory = laboratory_of(kind, basis, material, 2, method, spacing=spacing)
         for _ in range(3):
             laboratory.step(laboratory.active.position @ h.T)
         points = by_number(laboratory.points)

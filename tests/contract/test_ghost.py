@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,17 +13,20 @@ from small_problems import (
     AXES,
     BASES,
     KINDS,
+    SPACINGS,
     affine,
     block_entries,
     dimension,
     material_entries,
     plane,
+    spaced,
 )
 
-from tilth import Model
+from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.arrays import Floats
+from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import LEAST_ELASTIC_SHARE, filled_cells, ghost_faces
@@ -32,11 +36,19 @@ from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
+every_spacing = pytest.mark.parametrize("spacing", SPACINGS)
 GAMMA = 0.005
 
 
 def block(
-    kind: str, basis: str, shift: float, *, angle: float = 0.0, cells: int = 2, points: int = 4
+    kind: str,
+    basis: str,
+    shift: float,
+    *,
+    angle: float = 0.0,
+    cells: int = 2,
+    points: int = 4,
+    spacing: str = "uniform",
 ) -> tuple[Simulation, ActiveGrid]:
     """A stress-free block of this many cells a side, shifted along the diagonal."""
     dim = dimension(kind)
@@ -50,7 +62,7 @@ def block(
         body["shape"]["angle"] = angle
         body["shape"]["lower"] = [10.0 + shift] * dim
         body["shape"]["upper"] = [10.0 + shift + cells] * dim
-    simulation = Simulation(Model.from_dict(entries))
+    simulation = Simulation(Model.from_dict(spaced(entries, spacing)))
     return simulation, locate(simulation.points, simulation.grid, Buffers())
 
 
@@ -84,8 +96,9 @@ def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.nd
 
 @every_kind
 @every_basis
-def test_linear_motions_are_free_of_force(kind: str, basis: str) -> None:
-    simulation, active = block(kind, basis, 0.3)
+@every_spacing
+def test_linear_motions_are_free_of_force(kind: str, basis: str, spacing: str) -> None:
+    simulation, active = block(kind, basis, 0.3, spacing=spacing)
     balance = Balance(active, [ghost(simulation, active)])
 
     def force(u: np.ndarray) -> np.ndarray:
@@ -102,6 +115,61 @@ def test_linear_motions_are_free_of_force(kind: str, basis: str) -> None:
     assert (u * force(u)).sum() > 0.0
 
 
+def jump_energy(place: tuple[int, ...], axis: int, grid: Grid, moved: dict[Any, Floats]) -> float:
+    """h times the integral of the square of the jump of the normal derivative over one face.
+
+    place: lattice indices of the lower of the two cells. moved: displacement of nodes by place.
+    """
+    step = np.eye(grid.dim, dtype=np.int64)[axis]
+    below, above = (grid.sizes(np.array(place) + i * step) for i in range(2))
+    gauss = 0.5 + np.array([-0.5, 0.5]) / 3.0**0.5
+    energy = 0.0
+    for at in product(gauss, repeat=grid.dim - 1):
+        jump = np.zeros(grid.dim)
+        for corner in product((0, 1), repeat=grid.dim - 1):
+            value = np.prod(np.where(corner, at, 1.0 - np.array(at)))
+            node = np.array(place) + np.insert(corner, axis, 0)
+            first, second, third = (moved[tuple(node + i * step)] for i in range(3))
+            jump += value * ((third - second) / above[axis] - (second - first) / below[axis])
+        energy += float(jump @ jump) / 2 ** (grid.dim - 1)
+    area = float(np.delete(below, axis).prod())
+    return 0.5 * (below[axis] + above[axis]) * area * energy
+
+
+@every_kind
+@every_spacing
+def test_energy_is_that_of_the_jumps(kind: str, spacing: str) -> None:
+    simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    grid, dim = active.grid, active.grid.dim
+    u = np.random.default_rng(2).normal(size=(active.nodes, dim))
+    moved = dict(zip(map(tuple, active.lattice[:, :dim].tolist()), u, strict=True))
+    faces = ghost_faces(simulation.soil_on(active), np.zeros(u.shape, dtype=bool), GAMMA)
+    assert {each.axis for each in faces} == set(range(dim))
+    for each in faces:
+        assert (len(each.unit) > 1) == (spacing == "graded")
+        lower = active.lattice[each.node[:, 0], :dim].tolist()
+        energy = [jump_energy(tuple(place), each.axis, grid, moved) for place in lower]
+        smallest = float(np.delete(grid.cell_size, each.axis).prod())
+        area = np.delete(each.size, each.axis, axis=1).prod(axis=1)
+        factor = each.weight * each.modulus * smallest / area  # of the area in `each.weight`
+        unit = each.unit[each.which]
+        found = np.einsum(
+            "e,eab,eai,ebi->", each.coupling().stiffness, unit, u[each.node], u[each.node]
+        )
+        assert found == pytest.approx(float(factor @ energy), rel=1e-12)
+
+
+@every_kind
+@pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi2"])
+def test_full_cells_of_a_graded_grid_have_none(kind: str, basis: str) -> None:
+    entries = spaced(block_entries(kind, basis, cells=3), "graded")
+    simulation = Simulation(Model.from_dict(entries))
+    active = locate(simulation.points, simulation.grid, Buffers())
+    _, fill, _ = filled_cells(simulation.soil_on(active))
+    np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
+    assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
+
+
 @every_kind
 @every_basis
 def test_full_cells_have_none(kind: str, basis: str) -> None:
@@ -114,13 +182,14 @@ def test_full_cells_have_none(kind: str, basis: str) -> None:
 
 @every_kind
 @every_basis
-def test_cells_hold_the_volume_of_the_points(kind: str, basis: str) -> None:
-    simulation, active = block(kind, basis, 0.37)
+@every_spacing
+def test_cells_hold_the_volume_of_the_points(kind: str, basis: str, spacing: str) -> None:
+    simulation, active = block(kind, basis, 0.37, spacing=spacing)
     key, fill, _ = filled_cells(simulation.soil_on(active))
-    size = np.prod(active.grid.cell_size)
+    cell = np.asarray(_core.lattice(key))[:, : dimension(kind)]
+    size = active.grid.sizes(cell).prod(axis=1)
     if kind == "axisymmetric":
-        column = (key & (2**20 - 1)) - 2**19
-        size = size * 2.0 * np.pi * (column + 0.5) * active.grid.cell_size[0]
+        size = size * 2.0 * np.pi * active.grid.position(cell + 0.5)[:, 0]
     total = (fill * size).sum()
     assert total == pytest.approx(simulation.points.initial_volume.sum(), rel=1e-12)
 

@@ -17,7 +17,7 @@ from implicit_problems import (
     rotation,
     stress_error,
 )
-from small_problems import BASES
+from small_problems import BASES, SPACINGS
 
 from tilth.arrays import Floats
 from tilth.mpm.initial_points import initial_points
@@ -28,6 +28,7 @@ DELTA = 1e-4
 SIZE = 4.0
 
 every_angle = pytest.mark.parametrize("angle", ANGLES)
+every_spacing = pytest.mark.parametrize("spacing", SPACINGS)
 every_form = pytest.mark.parametrize("form", ["surface", "band"])
 
 
@@ -40,13 +41,15 @@ def random_shifts(count: int, dim: int) -> Floats:
 
 @every_angle
 @every_form
+@every_spacing
 @pytest.mark.parametrize("shift", random_shifts(4, 2))
-def test_gauss_points_of_cut_cells(angle: float, form: str, shift: Floats) -> None:
+def test_gauss_points_of_cut_cells(angle: float, form: str, spacing: str, shift: Floats) -> None:
     """Part (a): any rotation, any shift."""
     stretch = STRETCH[:2]
     model = patch_model(
-        "plane_strain", stretch, basis="linear", angle=angle, shift=shift, delta=DELTA, form=form
-    )
+        "plane_strain", stretch, basis="linear", angle=angle, shift=shift, delta=DELTA, form=form,
+        spacing=spacing,
+    )  # fmt: skip
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     points = cut_cell_points(model, shift + SIZE * square @ rotation(angle).T)
     assert points.initial_volume.sum() == pytest.approx(SIZE**2, rel=1e-12)
@@ -62,8 +65,9 @@ BESIDE_THE_AXES = [
 
 
 @every_form
+@every_spacing
 @pytest.mark.parametrize(("kind", "shift"), BESIDE_THE_AXES)
-def test_gimp_beside_the_axes(kind: str, form: str, shift: Floats) -> None:
+def test_gimp_beside_the_axes(kind: str, form: str, spacing: str, shift: Floats) -> None:
     """Part (b): any shift, in axisymmetry along the axis.
 
     Domains that a grid line cuts at a radius are integrated with the radius of their centre, which
@@ -71,7 +75,9 @@ def test_gimp_beside_the_axes(kind: str, form: str, shift: Floats) -> None:
     """
     stretch = STRETCH[: len(shift)]
     size = 2.0 if kind == "3d" else SIZE
-    model = patch_model(kind, stretch, shift=shift, delta=DELTA, form=form, size=size)
+    model = patch_model(
+        kind, stretch, shift=shift, delta=DELTA, form=form, size=size, spacing=spacing
+    )
     assert stress_error(model, stretch, 0.0, initial_points(model)).max() < 2.0 * DELTA
 
 

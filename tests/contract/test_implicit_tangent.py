@@ -18,6 +18,7 @@ from small_problems import (
     block_entries,
     dimension,
     material_entries,
+    spaced,
     weight,
     yields,
 )
@@ -67,6 +68,7 @@ def held_block(
     tilt: float = 0.25,
     load: float = 20.0,
     size: float = 0.05,
+    spacing: str = "uniform",
 ) -> Simulation:
     """A block that cuts cells on an inclined implicit base, its outer side fixed to another one.
 
@@ -97,7 +99,7 @@ def held_block(
     body["spacing"] = 0.3
     body["shape"] = {"type": "box", "lower": lower, "upper": [high] * dim}
     entries["analysis"] |= {"tolerance": 1e-12, "maximum_iterations": 40, "line_search": False}
-    return Simulation(Model.from_dict(entries))
+    return Simulation(Model.from_dict(spaced(entries, spacing)))
 
 
 def carry_something(simulation: Simulation, random: np.random.Generator) -> None:
@@ -234,18 +236,25 @@ def equations(
 
 OTHER_BASES = [basis for basis in BASES if basis != "gimp"]
 STEPS = [
-    *product(["gimp"], KINDS, CONDITIONS, FORMS, MOTIONS),
-    *product(OTHER_BASES, KINDS, ["roller", "fixed"], ["surface"], ["moves"]),
+    *product(["gimp"], KINDS, CONDITIONS, FORMS, MOTIONS, ["uniform"]),
+    *product(OTHER_BASES, KINDS, ["roller", "fixed"], ["surface"], ["moves"], ["uniform"]),
+    *product(BASES, KINDS, ["roller"], FORMS, ["moves"], ["graded"]),
 ]
 
 
-@pytest.mark.parametrize(("basis", "kind", "condition", "form", "motion"), STEPS)
+@pytest.mark.parametrize(("basis", "kind", "condition", "form", "motion", "spacing"), STEPS)
 def test_matrix_of_a_step_is_the_derivative_of_its_force(
-    basis: str, kind: str, condition: str, form: str, motion: str, monkeypatch: pytest.MonkeyPatch
+    basis: str,
+    kind: str,
+    condition: str,
+    form: str,
+    motion: str,
+    spacing: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Soil, boundaries, ghost stabilisation and springs together."""
     random = np.random.default_rng(4)
-    simulation = held_block(kind, condition, form, motion, basis=basis)
+    simulation = held_block(kind, condition, form, motion, basis=basis, spacing=spacing)
     carry_something(simulation, random)
     force, matrix, shape = equations(simulation, monkeypatch, 0.2, 0.7)
     scale = np.ones(shape)

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from contact_terms import next_balance
+from small_problems import AXES, SPACINGS
 
 from tilth import Model
 from tilth.analysis.dynamics import inertia_of
@@ -23,6 +25,14 @@ KINDS = ["plane_strain", "axisymmetric", "3d"]
 GRAVITY = 9.81
 
 
+AROUND_THE_BLOCK = {
+    "x": [[0.0, 0.2], [1.2, 0.35]],
+    "y": [[-0.6, 0.4], [0.6, 0.2], [1.5, 0.3]],
+    "z": [[-0.5, 0.35], [1.0, 0.2]],
+}
+"""Cell sizes of a graded grid at places."""
+
+
 def block(
     kind: str = "plane_strain",
     basis: str = "gimp",
@@ -30,6 +40,7 @@ def block(
     turns: bool = True,
     length: float = 1.0,
     time: float = 1.0,
+    spacing: str = "uniform",
 ) -> Simulation:
     """An elastic block beside the grid's lines that moves, turns and falls.
 
@@ -67,6 +78,8 @@ def block(
         ],
         "schedule": {"end": 0.2 * time, "steps": 10},
     }  # fmt: skip
+    if spacing == "graded":
+        entries["grid"]["cell_size"] = {axis: AROUND_THE_BLOCK[axis] for axis in AXES[:dim]}
     return Simulation(Model.from_dict(entries))
 
 
@@ -106,10 +119,12 @@ def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
 
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("inertia", [NEWMARK, ALPHA, PIC])
-def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("inertia", "spacing"), [*product([NEWMARK, ALPHA, PIC], ["uniform"]), (NEWMARK, "graded")]
+)
+def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any], spacing: str) -> None:
     """The parabola is in the space of the method: displacement, velocity and no stress."""
-    simulation = block(kind, basis, inertia, turns=False)
+    simulation = block(kind, basis, inertia, turns=False, spacing=spacing)
     run(simulation)
     points, end = simulation.points, 0.2
     first = np.zeros(points.position.shape[1])
@@ -126,9 +141,10 @@ def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any]) -> N
 
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
-def test_momentum_is_kept(kind: str, basis: str) -> None:
+@pytest.mark.parametrize("spacing", SPACINGS)
+def test_momentum_is_kept(kind: str, basis: str, spacing: str) -> None:
     """That of a turning, vibrating block in free fall, whatever lies on the grid's lines."""
-    simulation = block(kind, basis, ALPHA)
+    simulation = block(kind, basis, ALPHA, spacing=spacing)
     run(simulation)
     points = simulation.points
     first = np.array([0.3, 0.7, 0.0][: points.position.shape[1]])

@@ -14,6 +14,7 @@ from small_problems import (
     BASES,
     KINDS,
     POINT_MATERIALS,
+    SPACINGS,
     affine,
     block_entries,
     by_number,
@@ -21,16 +22,21 @@ from small_problems import (
     jittered_points,
     plane,
     principal_update,
+    spaced,
     tensor,
 )
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.mpm.background import background_grid
+from tilth.mpm.grid import Grid
 from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
+every_spacing = pytest.mark.parametrize("spacing", SPACINGS)
+every_method = pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
 every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
 
 CELLS = 3
@@ -62,17 +68,18 @@ def outer_nodes(dim: int) -> list[tuple[int, ...]]:
     ]
 
 
-def held_on_the_outside(kind: str, gradient: Floats) -> list[dict[str, Any]]:
+def held_on_the_outside(grid: Grid, gradient: Floats) -> list[dict[str, Any]]:
     """The affine motion prescribed node by node on the surface of the block."""
     shift = gradient - np.eye(len(gradient))
     conditions = []
     for node in outer_nodes(len(gradient)):
-        value = shift @ np.array(node, dtype=float)
+        place = grid.position(np.array(node, dtype=float))
+        value = shift @ place
         conditions.append(
             {
                 "type": "node",
                 "name": f"node {node}",
-                "at": [float(x) for x in node],
+                "at": place.tolist(),
                 "condition": "prescribed",
                 "displacement": dict(zip(AXES, value.tolist(), strict=False)),
             }
@@ -90,12 +97,17 @@ def large_gradient(kind: str) -> Floats:
 
 @every_kind
 @every_basis
-def test_first_step_from_aligned_points(kind: str, basis: str) -> None:
+@every_spacing
+@every_method
+def test_first_step_from_aligned_points(
+    kind: str, basis: str, spacing: str, anti_locking: str
+) -> None:
     """Surface nodes moved affinely, inner nodes free: the stress is the same everywhere."""
     gradient = large_gradient(kind)
-    entries = block_entries(
-        kind, basis, cells=CELLS, boundaries=held_on_the_outside(kind, gradient)
-    )
+    entries = spaced(block_entries(kind, basis, cells=CELLS), spacing)
+    entries["bodies"][0]["anti_locking"] = anti_locking
+    grid = background_grid(Model.from_dict(entries))
+    entries["boundaries"] = held_on_the_outside(grid, gradient)
     entries["analysis"]["tolerance"] = 1e-13
     simulation = Simulation(Model.from_dict(entries))
     active = simulation.check()
@@ -115,7 +127,10 @@ def test_first_step_from_aligned_points(kind: str, basis: str) -> None:
 @every_kind
 @every_basis
 @every_material
-def test_first_step_between_moving_planes(kind: str, basis: str, material: str) -> None:
+@every_spacing
+def test_first_step_between_moving_planes(
+    kind: str, basis: str, material: str, spacing: str
+) -> None:
     """Planes at a prescribed distance, free to slide along: a homogeneous stretch in one step."""
     dim = dimension(kind)
     stretch = np.array([1.3, 0.75, 1.1])[:dim]
@@ -132,7 +147,7 @@ def test_first_step_between_moving_planes(kind: str, basis: str, material: str) 
         )  # fmt: skip
     entries = block_entries(kind, basis, material, cells=CELLS, boundaries=boundaries)
     entries["analysis"]["tolerance"] = 1e-13
-    simulation = Simulation(Model.from_dict(entries))
+    simulation = Simulation(Model.from_dict(spaced(entries, spacing)))
     result = simulation.advance(0.0, 1.0)
     exact = result.active.position * (stretch - 1.0)
     np.testing.assert_allclose(result.equilibrium.displacement, exact, rtol=0, atol=1e-12)
@@ -155,8 +170,9 @@ def test_first_step_between_moving_planes(kind: str, basis: str, material: str) 
 
 @every_kind
 @every_basis
+@every_spacing
 @pytest.mark.parametrize("path", ["linear", "exponential"])
-def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
+def test_affine_drive_over_many_steps(kind: str, basis: str, spacing: str, path: str) -> None:
     """Irregular points cross many cells: F, positions and stress stay those of the drive."""
     dim = dimension(kind)
     end = np.array([[1.8, 1.0, -0.4], [0.3, 1.4, 0.5], [-0.2, 0.2, 0.7]])[:dim, :dim]
@@ -165,6 +181,13 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
     steps = 25
     entries = block_entries(kind, basis, boundaries=[affine(end, path)], schedule={"steps": steps})
     entries["grid"] = {"cell_size": [0.25, 0.2, 0.3][:dim], "origin": [0.0, -0.03, 0.1][:dim]}
+    if spacing == "graded":
+        fine_inside = {
+            "x": [[0.0, 0.35], [1.0, 0.2], [1.4, 0.2], [3.5, 0.35]],
+            "y": [[-1.5, 0.35], [-0.4, 0.24], [1.0, 0.3]],
+            "z": [[-1.2, 0.25], [0.7, 0.4]],
+        }
+        entries["grid"] = {"cell_size": {axis: fine_inside[axis] for axis in AXES[:dim]}}
     body = entries["bodies"][0]
     del body["points_per_cell"]
     body["points"] = [5] * dim
@@ -176,7 +199,8 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
     model = Model.from_dict(entries)
     points = jittered_points(model, np.random.default_rng(0), 0.9)
     start = points.position.copy()
-    cells_before = np.floor((start - np.array(model.origin)) / np.array(model.cell_size))
+    grid = background_grid(model)
+    cells_before = np.floor(grid.in_cells(start))
     simulation = Simulation(model, points)
     for k in range(steps):
         simulation.advance(k / steps, (k + 1) / steps)
@@ -195,22 +219,24 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, path: str) -> None:
     stress = hencky_stress(whole)
     error = np.abs(tensor(found["stress"]) - stress).max() / np.abs(stress).max()
     assert error < 1e-10
-    cells_after = np.floor((found["position"] - np.array(model.origin)) / np.array(model.cell_size))
+    cells_after = np.floor(grid.in_cells(found["position"]))
     assert np.abs(cells_after - cells_before).max() >= 3
 
 
 @every_kind
 @every_basis
 @every_material
-def test_affine_drive_keeps_points_of_a_body_alike(kind: str, basis: str, material: str) -> None:
+@every_spacing
+def test_affine_drive_keeps_points_of_a_body_alike(
+    kind: str, basis: str, material: str, spacing: str
+) -> None:
     """Also plastic points go through one and the same history wherever they stand."""
     dim = dimension(kind)
     end = np.diag([1.5, 0.7, 1.2][:dim])
     if kind != "axisymmetric":
         end[0, 1] = 0.8
-    model = Model.from_dict(
-        block_entries(kind, basis, material, boundaries=[affine(end)], schedule={"steps": 20})
-    )
+    entries = block_entries(kind, basis, material, boundaries=[affine(end)], schedule={"steps": 20})
+    model = Model.from_dict(spaced(entries, spacing))
     points = jittered_points(model, np.random.default_rng(1), 0.8)
     simulation = Simulation(model, points)
     for k in range(20):
@@ -227,8 +253,10 @@ def test_affine_drive_keeps_points_of_a_body_alike(kind: str, basis: str, materi
 
 
 @every_kind
-def test_points_fill_the_block(kind: str) -> None:
+@every_spacing
+def test_points_fill_the_block(kind: str, spacing: str) -> None:
     """The patch tests rest on this: volumes sum to the body's."""
-    points = initial_points(Model.from_dict(block_entries(kind, "gimp", cells=CELLS)))
+    entries = spaced(block_entries(kind, "gimp", cells=CELLS), spacing)
+    points = initial_points(Model.from_dict(entries))
     exact = CELLS ** dimension(kind) if kind != "axisymmetric" else np.pi * CELLS**3
     assert points.initial_volume.sum() == pytest.approx(exact, rel=1e-14)

@@ -42,12 +42,12 @@ STEPS = (1e-4, 1e-5, 1e-6)
 @every_kind
 @every_basis
 @every_material
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("seed", "spacing"), [(0, "uniform"), (1, "uniform"), (2, "graded")])
 def test_stiffness_is_the_derivative_of_the_internal_force(
-    kind: str, basis: str, material: str, seed: int
+    kind: str, basis: str, material: str, seed: int, spacing: str
 ) -> None:
     random = np.random.default_rng(seed)
-    laboratory = deformed_laboratory(kind, basis, material, random)
+    laboratory = deformed_laboratory(kind, basis, material, random, spacing=spacing)
     if material != "hencky_elastic":
         flowed = laboratory.points.plastic[:, 0]
         assert np.count_nonzero(flowed) > 0

@@ -12,6 +12,8 @@ from implicit_blocks import flat, implicit
 from small_problems import (
     BASES,
     CORNER_BASES,
+    GRADED,
+    SPACINGS,
     STEP_MATERIALS,
     assert_same_bits,
     block_entries,
@@ -141,7 +143,9 @@ def test_nodes_beyond_it_move_with_it() -> None:
 # --- closed forms, wherever the grid's lines lie ------------------------------------------------
 
 
-def uniaxial(basis: str, material: str, shift: float, **body: Any) -> Model:
+def uniaxial(
+    basis: str, material: str, shift: float, spacing: str = "uniform", **body: Any
+) -> Model:
     """A free cylinder of radius 3 less the shift, pressed to nine tenths of its height."""
     entries = block_entries("axisymmetric", basis, material, cells=3)
     entries["analysis"]["tolerance"] = 1e-13
@@ -151,6 +155,10 @@ def uniaxial(basis: str, material: str, shift: float, **body: Any) -> Model:
     ]
     entries["bodies"][0].update(body)
     entries["bodies"][0]["shape"]["upper"] = [3.0 - shift, 3.0]
+    if spacing == "graded":
+        along_radius = [[-shift, 0.8], [3.0 - shift, 1.3]]
+        entries["grid"] = {"cell_size": {"x": along_radius, "y": GRADED["y"]}}
+        return Model.from_dict(entries)
     return Model.from_dict(off_lines(entries, shift))
 
 
@@ -177,11 +185,13 @@ def uniaxial_stress(material: str) -> tuple[float, float]:
 @pytest.mark.parametrize("material", STEP_MATERIALS)
 @every_method
 @every_shift
+@pytest.mark.parametrize("spacing", SPACINGS)
 def test_a_free_cylinder_under_uniaxial_stress(
-    basis: str, material: str, anti_locking: str, shift: float
+    basis: str, material: str, anti_locking: str, shift: float, spacing: str
 ) -> None:
     """Without a declared condition on the axis, on and off the grid's lines: to round-off."""
-    simulation = Simulation(uniaxial(basis, material, shift, anti_locking=anti_locking))
+    model = uniaxial(basis, material, shift, spacing, anti_locking=anti_locking)
+    simulation = Simulation(model)
     simulation.check()
     start = simulation.points.position[:, 0].copy()
     number = simulation.points.point_id.copy()

@@ -36,20 +36,21 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
   nodes.reserve(at.cells * around);
   for (std::int64_t c = 0; c < at.cells; ++c) {
     const std::int64_t* lowest = at.lowest(c);
-    double h[Dim], line[Dim][side];  // of the nodes, relative to the lowest corner
+    double h[Dim], line[Dim][side];  // of the nodes, from the lowest corner in sizes of the cell
     at.size(c, h);
     for (int k = 0; k < Dim; ++k)
       for (int i = 0; i < side; ++i)
-        line[k][i] = at.grid[k].graded()
-                         ? at.grid[k].distance(lowest[k] + i - 1) - at.grid[k].distance(lowest[k])
-                         : (i - 1) * h[k];
+        line[k][i] =
+            at.grid[k].graded()
+                ? (at.grid[k].distance(lowest[k] + i - 1) - at.grid[k].distance(lowest[k])) / h[k]
+                : i - 1;
     for (int a = 0; a < around; ++a) {
       int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
       Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
       for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
         double squared_distance = 0.0, along = 0.0;
         for (int k = 0; k < Dim; ++k) {
-          const double component = line[k][offset[k] + 1] - at.local[q * Dim + k] * h[k];
+          const double component = (line[k][offset[k] + 1] - at.local[q * Dim + k]) * h[k];
           squared_distance += component * component;
           along += component * at.normal[q * Dim + k];
         }

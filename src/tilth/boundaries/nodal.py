@@ -37,7 +37,7 @@ class Nodal:
         """Returns which active nodes the boundary constrains, shape (nodes,)."""
         declared = self._declared
         if isinstance(declared, NodeBoundary):
-            tolerance = POSITION_TOLERANCE * active.grid.cell_size
+            tolerance = POSITION_TOLERANCE * active.grid.largest_size
             distance = np.abs(active.position - np.asarray(declared.at))
             return np.asarray((distance <= tolerance).all(axis=1))
         on_plane = self._on_plane(declared, active)
@@ -47,7 +47,7 @@ class Nodal:
 
     @staticmethod
     def _on_plane(declared: PlaneBoundary, active: ActiveGrid) -> Flags:
-        tolerance = POSITION_TOLERANCE * active.grid.cell_size
+        tolerance = POSITION_TOLERANCE * active.grid.largest_size
         axis = AXES.index(declared.axis)
         distance = active.position[:, axis] - declared.at
         if declared.solid_side == "lower":
