@@ -55,7 +55,7 @@ void require_sorted_lattice(const ConstIntegers& lattice, std::int64_t nodes, in
 /// Refuses a pattern whose rows are not sorted, lack the diagonal block, or couple distant nodes.
 void require_couplings(const ConstIntegers& lattice, const ConstIntegers& row_start,
                        const ConstShorts& column, std::int64_t nodes) {
-  constexpr std::int64_t farthest = 40;  // in cells; the work grows with its third power
+  constexpr std::int64_t farthest = 4096;  // in cells; the work grows with its third power
   require_indices(column, nodes, "column");
   bool sorted = true, diagonal = true, near = true;
   for (std::int64_t v = 0; v < nodes; ++v) {

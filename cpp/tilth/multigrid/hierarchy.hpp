@@ -9,11 +9,13 @@
 #include "chebyshev.hpp"
 #include "coarsest.hpp"
 #include "galerkin.hpp"
+#include "galerkin_by_rows.hpp"
 #include "transfer.hpp"
 
 namespace tilth::multigrid {
 
 inline constexpr std::int64_t coarsest_unknowns = 200;
+inline constexpr std::int32_t widest_box = 6;  // beyond it coarse matrices are made by rows
 inline constexpr int first_power_iterations = 10, later_power_iterations = 4;
 
 /// Interface for the bindings, for any dimension and number of components.
@@ -60,7 +62,11 @@ class HierarchyOf final : public Hierarchy {
       auto coarse = std::make_unique<Level<Components>>(fine.lattice.coarser());
       if (coarse->nodes() >= fine.nodes()) break;
       link(fine, coarse->lattice);
-      set_coarse_pattern<Dim>(fine, *coarse);
+      fine.by_rows = Box<Dim>(fine).fine > widest_box;
+      if (fine.by_rows)
+        set_coarse_pattern_by_rows(fine, *coarse);
+      else
+        set_coarse_pattern<Dim>(fine, *coarse);
       level_.push_back(std::move(coarse));
     }
     begin();
@@ -96,7 +102,10 @@ class HierarchyOf final : public Hierarchy {
     for (std::size_t l = 0; l < level_.size(); ++l) {
       if (l > 0) {
         level_[l]->mask = Field<Components>(level_[l]->nodes(), 1.0f);
-        fill_coarse_matrix<Dim>(*level_[l - 1], *level_[l]);
+        if (level_[l - 1]->by_rows)
+          fill_coarse_matrix_by_rows(*level_[l - 1], *level_[l]);
+        else
+          fill_coarse_matrix<Dim>(*level_[l - 1], *level_[l]);
       }
       if (l + 1 == level_.size()) break;
       invert_diagonal(*level_[l]);

@@ -98,6 +98,7 @@ struct Level {
   Floats shared_inverse;
   Field<Components> mask;  // 1 free, 0 constrained
   Field<Components> right, solution, correction, residual, other, eigenvector;
+  bool by_rows = false;  // how the next coarser matrix is made
   float largest = 1.0f;  // bound of the eigenvalues of inverse * matrix
 
   // to the next coarser level: a node's parents, and a parent's nodes, with their weights

@@ -3,6 +3,11 @@
 
 Nodes of different fields lie at the same places. Each field has levels of its own, which leave out
 the blocks that couple it with the others, such as those of contact between bodies.
+
+Each level has twice the cell size of the one before. On a graded grid this is the size of its smallest
+cells: lines that are farther apart stay until the cells between the others have become as large.
+So cells that are long in one direction are first joined along the others, and point smoothing
+suffices (docs/theory/linear_solvers.md).
 """
 
 from __future__ import annotations
@@ -34,18 +39,54 @@ class Hierarchy(Protocol):
 
 def make_hierarchy(active: ActiveGrid, constrained: Flags) -> Hierarchy:
     """Returns the levels of an active grid; constrained: shape (nodes, components)."""
+    lattice = lattice_by_size(active)
     if active.fields == 1:
         return _core.Multigrid(
-            active.grid.dim, constrained.shape[1], active.lattice, active.row_start, active.column,
+            active.grid.dim, constrained.shape[1], lattice, active.row_start, active.column,
             constrained,
         )  # fmt: skip
-    return _HierarchyOfFields(active, constrained)
+    return _HierarchyOfFields(active, constrained, lattice)
+
+
+def lattice_by_size(active: ActiveGrid) -> Integers:
+    """Returns lattice indices of the nodes in which a cell is as wide as it is large.
+
+    Along a graded axis the width of a cell is a power of two, near its size over that of the
+    smallest cell with nodes, and at most the largest power that divides its lower index.
+    """
+    lattice, size = active.lattice, active.grid.cell_size
+    if not active.grid.graded:
+        return lattice
+    lattice = lattice.copy()
+    for k in range(active.grid.dim):
+        low, high = int(active.lattice[:, k].min()), int(active.lattice[:, k].max())
+        cell = np.arange(low, high)
+        place = np.zeros((len(cell), active.grid.dim), dtype=np.int64)
+        place[:, k] = cell
+        sizes = active.grid.sizes(place)[:, k]
+        steps = dyadic_steps(sizes / size.min())
+        index = np.concatenate([[0], np.cumsum(steps)])
+        lattice[:, k] = index[active.lattice[:, k] - low]
+    return lattice
+
+
+def dyadic_steps(ratio: Floats) -> Integers:
+    """Returns powers of two near ratios, each of which divides the sum of those before it."""
+    wanted = np.maximum(np.rint(np.log2(ratio)), 0.0).astype(np.int64)
+    steps, at = np.empty(len(ratio), dtype=np.int64), 0
+    for i, power in enumerate(wanted):
+        step = 1 << int(power)
+        while at % step:
+            step >>= 1
+        steps[i] = step
+        at += step
+    return steps
 
 
 class _HierarchyOfFields:
     """Levels of each field."""
 
-    def __init__(self, active: ActiveGrid, constrained: Flags) -> None:
+    def __init__(self, active: ActiveGrid, constrained: Flags, lattice: Integers) -> None:
         components = constrained.shape[1]
         row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
         within = active.field[row] == active.field[active.column]
@@ -57,7 +98,7 @@ class _HierarchyOfFields:
             entries = np.flatnonzero(within & (row >= own.start) & (row < own.stop))
             count = np.bincount(row[entries] - own.start, minlength=own.stop - own.start)
             levels = _core.Multigrid(
-                active.grid.dim, components, np.ascontiguousarray(active.lattice[own]),
+                active.grid.dim, components, np.ascontiguousarray(lattice[own]),
                 np.concatenate([[0], np.cumsum(count)]),
                 (active.column[entries] - own.start).astype(np.int32),
                 np.ascontiguousarray(constrained[own]),
