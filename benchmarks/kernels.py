@@ -13,8 +13,9 @@ from problems import block, cantilever
 
 from tilth import _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import ActiveGrid, Buffers, Stencil, locate
+from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.soil import Soil
+from tilth.mpm.stencil import Stencil
 from tilth.verification.cases import varied
 
 BASES = ("linear", "gimp", "cpdi1")  # the kernels see no difference between cpdi1 and cpdi2

@@ -56,6 +56,7 @@ TYPE_DESCRIPTIONS = {
     "Vector": "list of numbers",
     "CountVector": "list of whole numbers >= 1",
     "PositivePerDirection": "number > 0, or a list of them",
+    "CellSize": "number > 0, a list of them, or table axis = number or rows (place, size)",
     "CountPerDirection": "whole number >= 1, or a list of them",
     "Matrix": "list of rows",
     "WholeNumbers": "list of whole numbers >= 0",
@@ -145,7 +146,9 @@ without running it.
   Coordinates are at most 1e9 times the cell size, where their round-off is 1e-7 of a cell.
   Bodies, circles, boxes and footings are at least 1e-6 of a cell in size, and an implicit boundary
   passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
-  points per cell and direction. A cell's edges differ by at most 10,000 times.
+  points per cell and direction. A cell's edges differ by at most 10,000 times, and so do those of
+  all cells of a graded grid; "a cell" above is then the smallest. Between the first and the last
+  place of an axis there are at most 100,000 cells.
 * A curve or polygon has at most 10,000 vertices, a table 100,000 rows; there are at most 1,000
   each of bodies, boundaries, rigid bodies, loads and tracked quantities. The file has at most 4 MB.
 * A vector has one component per direction: two in plane strain and axisymmetry, three in 3D.
@@ -250,6 +253,7 @@ def page() -> str:
         _section("`inertia` of `[analysis]`", model.Inertia, 3),
         _section("`damping` of `inertia`", model.RayleighDamping, 4),
         _section("`[grid]`", model.Grid),
+        "[How to grade the grid](../howto/grade_the_grid.md) has an example.",
         _section("`[grid.limits]`", model.Limits, 3),
         _section("`[grid.follow]`", model.Follow, 3),
         "## `[materials.NAME]`\n\nBodies refer to a material by its NAME. The equations are in "

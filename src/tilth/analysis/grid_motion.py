@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth.model import Model
 from tilth.model.fields import AXES
-from tilth.model.grading import along_axes
+from tilth.model.grading import first_places
 from tilth.mpm.background import background_grid
 from tilth.mpm.grid import Grid
 
@@ -30,8 +30,7 @@ class GridMotion:
     def __init__(self, model: Model, boundaries: Sequence[Implicit]) -> None:
         self._follow = model.grid.follow
         self._initial = background_grid(model)
-        sizes = along_axes(model.grid.cell_size, model.dimension)
-        self._first = np.array([s[0][0] if isinstance(s, tuple) else 0.0 for s in sizes])
+        self._first = np.array(first_places(None, model.grid.cell_size, model.dimension))
         if self._follow is not None:
             self._leader = next(b for b in boundaries if b.name == self._follow.boundary)
 

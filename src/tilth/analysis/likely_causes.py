@@ -144,9 +144,9 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
 
 def _domains(simulation: Simulation) -> Iterator[str]:
     """Domains of the points that have grown over the cells."""
-    points, cell = simulation.points, simulation.grid.cell_size
+    points = simulation.points
     for body, own in points.whole_bodies():
-        i = body.body
+        i, cell = body.body, simulation.grid.sizes_at(points.position[own])
         width = 2.0 * (points.half_length[own] / cell).max(axis=1)
         if body.has_corners:
             wide, rule = width > WIDE_DOMAIN, f'basis = "{body.basis}"'

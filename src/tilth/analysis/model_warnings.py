@@ -28,7 +28,9 @@ from tilth.model import (
     SurfaceLoad,
 )
 from tilth.model.boundaries import Boundary
+from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.loads import Load
+from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.loads import nearest_points
 
@@ -69,12 +71,12 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
         yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation)
-    yield from _far_positions(model, points)
+    yield from _far_positions(model, points, simulation.grid)
     yield from _long_parts(simulation)
     yield from _locking(model, points)
     yield from contact_warnings(model)
-    yield from _small_radii(model)
-    yield from _thin_or_sparse(model, points)
+    yield from _small_radii(model, points, simulation.grid)
+    yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
     yield from _jumps(model)
     yield from _water(simulation)
@@ -192,7 +194,7 @@ def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
         )
 
 
-def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+def _far_positions(model: Model, points: MaterialPoints, grid: Grid) -> Iterator[tuple[str, str]]:
     """Positions of tracked quantities away from the soil."""
     diagonal = float(np.sqrt(model.dimension))
     for i, track in enumerate(model.track):
@@ -203,7 +205,7 @@ def _far_positions(model: Model, points: MaterialPoints) -> Iterator[tuple[str, 
         key, place = f"track[{i}].at", np.array(track.at)
         nearest = points.index_of(nearest_points(points, place, model.cell_size, track.body))[0]
         offset = points.position[nearest] - place
-        cells = float(np.linalg.norm(offset / np.array(model.cell_size)))
+        cells = float(np.linalg.norm(offset / grid.sizes_at(points.position[nearest])))
         if cells > diagonal * (1.0 + ROUND_OFF):
             yield (
                 f"place of {key}",
@@ -246,12 +248,14 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
         )
 
 
-def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
+def _small_radii(model: Model, points: MaterialPoints, grid: Grid) -> Iterator[tuple[str, str]]:
     """Curved boundaries of a few cells."""
-    edge = max(model.cell_size)
     for i, boundary in enumerate(model.boundaries):
         radius = _least_radius(boundary, model)
-        if radius is not None and radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
+        if radius is None or not isinstance(boundary, ImplicitBoundary):
+            continue
+        edge = _edge_near(boundary.geometry, radius, points, grid)
+        if radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
             yield (
                 f"radius of {boundary.name}",
                 f"boundaries[{i}].geometry.radius: the radius of the boundary {boundary.name!r} is "
@@ -263,13 +267,27 @@ def _small_radii(model: Model) -> Iterator[tuple[str, str]]:
     for body in model.rigid_bodies:
         for key, shape in model.shapes_of(body):
             radius = shape.radius_at_rest
-            if radius is not None and radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
+            if radius is None:
+                continue
+            edge = _edge_near(shape, radius, points, grid)
+            if radius < LEAST_RADIUS * edge * (1.0 - ROUND_OFF):
                 yield (
                     f"radius of {key}",
                     f"{key}.radius: the radius of the rigid body {body.name!r} is only "
                     f"{radius / edge:.2g} cells; contact averages its stresses over about a cell; "
                     f"cells of {radius / LEAST_RADIUS:.3g} or less resolve it",
                 )
+
+
+def _edge_near(
+    geometry: DeclaredGeometry, radius: float, points: MaterialPoints, grid: Grid
+) -> float:
+    """Returns the longest edge [length] of the cells with soil around a curved geometry."""
+    centre = getattr(geometry, "centre", None)
+    if not grid.graded or centre is None:
+        return float(grid.cell_size.max())
+    near = (np.abs(points.position - np.array(centre)) <= radius).all(axis=1)
+    return float(grid.sizes_at(points.position[near]).max(initial=grid.cell_size.max()))
 
 
 def _least_radius(boundary: Boundary, model: Model) -> float | None:
@@ -280,16 +298,13 @@ def _least_radius(boundary: Boundary, model: Model) -> float | None:
     return min(boundary.radius(factor) for factor in factors)
 
 
-def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+def _thin_or_sparse(points: MaterialPoints, grid: Grid) -> Iterator[tuple[str, str]]:
     """Bodies thinner than a cell, or with cells that may hold no point."""
     for body, own in points.whole_bodies():
         i = body.body
-        position, half, cell = (
-            points.position[own],
-            points.initial_half_length[own],
-            model.cell_size,
-        )
-        extent = ((position + half).max(axis=0) - (position - half).min(axis=0)) / cell
+        position, half = points.position[own], points.initial_half_length[own]
+        ends = np.stack([(position - half).min(axis=0), (position + half).max(axis=0)])
+        extent = np.diff(grid.in_cells(ends), axis=0)[0]
         thin = int(extent.argmin())
         if extent[thin] < 1.0 - 1e-6:
             yield (
@@ -298,7 +313,7 @@ def _thin_or_sparse(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
                 f"thick along {'xyz'[thin]}, so the grid hardly sees what happens across it; "
                 "choose smaller cells",
             )
-        apart = (2.0 * half / cell).max(axis=0)
+        apart = (2.0 * half / grid.sizes_at(position)).max(axis=0)
         worst = int(apart.argmax())
         if body.basis == "linear" and apart[worst] > 1.0 + 1e-6:
             yield (

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Floats, Integers, require_table
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys
+from tilth.mpm.keys import find_keys, places_of_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 
@@ -58,12 +58,20 @@ class Predictor:
             return None
         active = soil.active
         guess = _from_points(soil)
-        cells = np.abs(self.displacement).max(axis=0) / active.grid.cell_size
-        if np.array_equal(self.origin, active.grid.origin) and cells.max() <= LARGEST_MOTION:
+        same_grid = np.array_equal(self.origin, active.grid.origin)
+        if same_grid and self._motion_in_cells(active) <= LARGEST_MOTION:
             number = find_keys(self.key, active.key)
             kept = (number >= 0) & well_supported(soil)
             guess[kept] = self.displacement[number[kept]]
         return np.asarray(size / self.size * guess)
+
+    def _motion_in_cells(self, active: ActiveGrid) -> float:
+        """Returns the largest motion of a node in the last step [cells]."""
+        grid = active.grid
+        if not grid.graded:
+            return float((np.abs(self.displacement).max(axis=0) / grid.cell_size).max())
+        lattice, _ = places_of_keys(self.key, active.fields)
+        return float(np.abs(self.displacement / grid.sizes(lattice[:, : grid.dim])).max())
 
     def misled(self) -> None:
         """Rests for `REST` steps: Newton's iteration failed with the guess of this step."""

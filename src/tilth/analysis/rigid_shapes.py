@@ -10,6 +10,7 @@ from tilth.arrays import Floats
 from tilth.geometry.make import make_shapes
 from tilth.geometry.rigid import RigidShape
 from tilth.model import Model
+from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 
 
@@ -21,16 +22,15 @@ def rigid_shapes(model: Model, initial: MaterialPoints) -> dict[str, RigidShape]
     Raises:
         BadInput: a file or function of a shape cannot be used.
     """
-    cell = np.array(model.cell_size)
-    half = initial.initial_half_length
-    lower = (initial.position - half).min(axis=0) - 2.0 * cell
-    upper = (initial.position + half).max(axis=0) + 2.0 * cell
+    grid, half = background_grid(model), initial.initial_half_length
+    lower, upper = (initial.position - half).min(axis=0), (initial.position + half).max(axis=0)
+    lower, upper = lower - 2.0 * grid.sizes_at(lower), upper + 2.0 * grid.sizes_at(upper)
     return {
         body.name: RigidShape(
             body.name,
             make_shapes(body, model),
             np.array(body.centre),
-            0.5 * float(cell.min()),
+            0.5 * float(grid.cell_size.min()),
             lower,
             upper,
             model.analysis.kind == "axisymmetric",

@@ -113,14 +113,15 @@ class RunWarnings:
             "it is at rest",
         )
 
-    def few_points(self, points: MaterialPoints, cell_size: Floats, key: str) -> None:
+    def few_points(self, points: MaterialPoints, grid: Grid, key: str) -> None:
         """Bodies with fewer than two points in a cell along an axis of a stage's new grid.
 
         key: of the grid in the case file.
         """
         for body, own in points.whole_bodies():
             apart = 2.0 * points.half_length[own].mean(axis=0)
-            if (apart > FARTHEST_APART * cell_size).any():
+            in_cells = 2.0 * points.half_length[own] / grid.sizes_at(points.position[own])
+            if (in_cells.mean(axis=0) > FARTHEST_APART).any():
                 sides = " x ".join(f"{size:.3g}" for size in apart)
                 self.note(
                     f"few points of {body.name}",
@@ -139,13 +140,12 @@ class RunWarnings:
                 if body.field == other.field or names in paired:
                     continue
                 one, two = points.position[own], points.position[others]
-                low = np.maximum(one.min(axis=0), two.min(axis=0)) - grid.cell_size
-                high = np.minimum(one.max(axis=0), two.max(axis=0)) + grid.cell_size
-                if (low > high).any():
+                low, high = np.maximum(one.min(axis=0), two.min(axis=0)), one.max(axis=0)
+                high = np.minimum(high, two.max(axis=0))
+                if (grid.in_cells(low) - 1.0 > grid.in_cells(high) + 1.0).any():
                     continue
                 cells, occupied = (
-                    lattice_keys(np.floor((x - grid.origin) / grid.cell_size).astype(np.int64))
-                    for x in (one, two)
+                    lattice_keys(np.floor(grid.in_cells(x)).astype(np.int64)) for x in (one, two)
                 )
                 if np.isin(cells, occupied).any():
                     self.note(
@@ -157,7 +157,7 @@ class RunWarnings:
                         f'"{body.name}"]',
                     )
 
-    def departures(self, model: Model, cell_size: Floats) -> None:
+    def departures(self, model: Model) -> None:
         """Grid planes whose prescribed motion takes the material away from them."""
         for boundary in model.boundaries:
             if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
@@ -165,7 +165,7 @@ class RunWarnings:
             axis = AXES.index(boundary.axis)
             value = boundary.prescribed(model.dimension).get(axis, 0.0)
             farthest = max(abs(value * factor) for _, factor in model.load_curve(boundary).table)
-            if farthest > 0.5 * cell_size[axis]:
+            if farthest > 0.5 * model.grid_axis(axis).size_at(boundary.at):
                 self.note(
                     f"motion of {boundary.name}",
                     f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "

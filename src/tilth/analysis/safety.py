@@ -14,6 +14,7 @@ from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.model import StrengthReduction
+from tilth.mpm.background import largest_face
 from tilth.mpm.frozen_points import (
     FROZEN_STRAIN,
     FrozenPoints,
@@ -233,13 +234,12 @@ class _Trials:
             analysis.solver, simulation.model.dimension, len(points),
             simulation.run_warnings.fallback,
         )  # fmt: skip
-        cell = simulation.grid.cell_size
         self._newton = Newton(
             tolerance=max(TOLERANCE, analysis.tolerance),
             maximum_iterations=2 * analysis.maximum_iterations,
             line_search=True,
-            round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max() * cell.prod())
-            / float(cell.max()),
+            round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max())
+            * largest_face(simulation.grid),
         )  # fmt: skip
         simulation.points = frozen
         try:

@@ -227,9 +227,10 @@ FLAT_FACETS = 12
 
 
 def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
-    points, cell = simulation.points, simulation.grid.cell_size
-    lower, upper = points.position.min(axis=0) - 2 * cell, points.position.max(axis=0) + 2 * cell
-    size = float(cell.max())
+    points, grid = simulation.points, simulation.grid
+    lower, upper = points.position.min(axis=0), points.position.max(axis=0)
+    lower, upper = lower - 2 * grid.sizes_at(lower), upper + 2 * grid.sizes_at(upper)
+    size = float(grid.cell_size.max())
     if boundary.geometry.flat:
         size = max(size, float((upper - lower).max()) / FLAT_FACETS)
     facets = boundary.geometry.facets(lower, upper, size)

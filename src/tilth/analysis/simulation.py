@@ -52,6 +52,7 @@ from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
+from tilth.mpm.background import largest_face
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -156,11 +157,9 @@ class Simulation:
         self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
         self._buffers = Buffers()
         self.round_off = (
-            ROUND_OFF
-            * float(self.points.elastic_moduli().young.max())
-            * float(np.prod(self.grid.cell_size) / self.grid.cell_size.max())
+            ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(self.grid)
         )
-        self.run_warnings.departures(model, self.grid.cell_size)
+        self.run_warnings.departures(model)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self._is_forced = any(body.free.any() for body in self.bodies)
@@ -367,9 +366,8 @@ class Simulation:
             balance.require_acceptable(displacement)
             possible = math.inf
             if self.dynamics is not None:
-                possible = self.dynamics.possible_size(
-                    balance, displacement, moved, self.grid.cell_size
-                )
+                cells = moved / self.grid.sizes_at(self.points.position)
+                possible = self.dynamics.possible_size(balance, displacement, cells)
                 if not is_least:
                     self.dynamics.require_accurate(possible)
             if self.implicit and not is_least:

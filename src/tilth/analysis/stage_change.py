@@ -62,8 +62,7 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
         for each in bodies:
             each.rest()
     if stage.grid is not None:
-        cell_size = simulation.grid.cell_size
-        simulation.run_warnings.few_points(points, cell_size, f"{key}.grid.cell_size")
+        simulation.run_warnings.few_points(points, simulation.grid, f"{key}.grid.cell_size")
     return simulation
 
 
@@ -278,12 +277,9 @@ def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) 
 def _has_empty_cells(simulation: Simulation) -> bool:
     """Whether the stage has a grid with cells smaller than the points' mean distance."""
     stage = simulation.model.stage.declared
-    apart = 2.0 * simulation.points.half_length.mean(axis=0)
-    return (
-        stage is not None
-        and stage.grid is not None
-        and bool((apart > simulation.grid.cell_size).any())
-    )
+    points, grid = simulation.points, simulation.grid
+    apart = 2.0 * (points.half_length / grid.sizes_at(points.position)).mean(axis=0)
+    return stage is not None and stage.grid is not None and bool((apart > 1.0).any())
 
 
 def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:

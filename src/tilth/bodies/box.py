@@ -64,8 +64,8 @@ def _edges(lower: float, upper: float, k: int, request: Request) -> Floats:
     """Returns the edges of the sub-boxes along a graded axis, which follow the cells, (m + 1,).
 
     The part of the box in each cell is divided into equal sub-boxes: `points_per_cell` in a whole
-    cell, in a part of it as many as is its share, rounded. A part without any belongs to the
-    sub-boxes of the cell beside it.
+    cell, in a part of it as many as is its share, rounded. A part without any, if it is less than
+    half a sub-box of the cell beside it, belongs to the sub-boxes of that cell.
     """
     line, origin = request.grid.lines[k], request.grid.origin[k]
     low, high = grid_lines.in_cells(np.array([lower, upper]) - origin, line)
@@ -73,10 +73,11 @@ def _edges(lower: float, upper: float, k: int, request: Request) -> Floats:
     cells = np.concatenate([[low], inner, [high]])
     place = np.concatenate([[lower], origin + grid_lines.distance(inner, line), [upper]])
     number = np.rint(np.diff(cells) * request.per_graded_cell[k]).astype(np.int64)
-    if number[0] == 0 and len(number) > 1:
-        number, place = number[1:], np.delete(place, 1)
-    if number[-1] == 0 and len(number) > 1:
-        number, place = number[:-1], np.delete(place, -2)
+    for end, inwards in (0, 1), (-1, -2):
+        if number[end] == 0 and len(number) > 1:
+            own, beside = np.diff(place)[[end, inwards]]
+            if own <= 0.5 * beside / max(number[inwards], 1):
+                number, place = np.delete(number, end), np.delete(place, inwards)
     number = np.maximum(number, 1)
     request.check_number(float(number.sum()))
     part = np.repeat(np.arange(len(number)), number)

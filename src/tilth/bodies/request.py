@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers
-from tilth.bodies.corners import corner_signs
+from tilth.bodies.corners import corner_signs, mean_half_edges
 from tilth.errors import NOT_GIVEN, BadInput
 
 if TYPE_CHECKING:
@@ -182,18 +182,15 @@ class Request:
     def check_distance(self, points: BodyPoints) -> None:
         """Refuses points so far apart that cells of the grid inside the body are empty.
 
-        The sides of the domains are the distances; those of a rotated box and of domains with
-        corners are compared with the smallest side of a cell.
+        The sides of the domains are the distances, measured in the cells that they are in.
         """
-        rotated = points.frame is not None or points.corner is not None
-        cells = self.grid.sizes_at(points.position)
-        if rotated:
-            cells = np.broadcast_to(cells.min(axis=1, keepdims=True), cells.shape)
-        in_cells = points.half_length / cells
-        point, worst = divmod(int(in_cells.argmax()), cells.shape[1])
+        in_cells = self._in_cells(points)
+        point, worst = divmod(int(in_cells.argmax()), in_cells.shape[1])
         if 2.0 * in_cells[point, worst] <= MAXIMUM_SPACING * (1.0 + 1e-9):
             return
-        distance, cell = 2.0 * points.half_length[point, worst], cells[point, worst]
+        distance = 2.0 * points.half_length[point, worst]
+        cell = 0.5 * distance / in_cells[point, worst]
+        rotated = points.frame is not None or points.corner is not None
         along = f" along {'its own ' if rotated else ''}{'xyz'[worst]}"
         if points.corner is not None:
             along = ""
@@ -206,6 +203,17 @@ class Request:
             f"put them at most {MAXIMUM_SPACING * cell:.6g} apart: {remedy}",
             self.resolution,
         )
+
+    def _in_cells(self, points: BodyPoints) -> Floats:
+        """Returns the half lengths of the domains' sides in cells, shape (n, d)."""
+        size = self.grid.sizes_at(points.position)
+        if points.corner is not None:
+            edge = mean_half_edges(points.corner) / size[:, None]
+            return np.asarray(np.linalg.norm(edge, axis=2))
+        if points.frame is not None:
+            direction = points.frame.T / size[:, None]
+            return np.asarray(points.half_length * np.linalg.norm(direction, axis=2))
+        return np.asarray(points.half_length / size)
 
 
 def smallest_cells(grid: Grid, lower: Floats, upper: Floats) -> Floats:

@@ -98,8 +98,17 @@ def _box_volumes(half_edge: Floats) -> Floats:
 
 
 def spacing_of(block: Block, request: Request) -> Floats:
-    """Returns the requested spacing in each element, the least within it, shape (n, d)."""
-    return request.spacing_within(block.corners.min(axis=1), block.corners.max(axis=1))
+    """Returns the requested spacing in each element, the least within it, shape (n, d).
+
+    Pieces with equal sides are not wider than a cell of a graded grid, which may be long.
+    """
+    spacing = request.spacing_within(block.corners.min(axis=1), block.corners.max(axis=1))
+    if request.points_per_cell is None or not request.grid.graded:
+        return spacing
+    if request.has_corners and isinstance(block.element, Brick):
+        return spacing
+    shortest = (spacing * request.points_per_cell).min(axis=1, keepdims=True)
+    return np.asarray(np.minimum(spacing, shortest))
 
 
 def _segments(blocks: Sequence[Block], volumes: Sequence[Floats], request: Request) -> list[Floats]:

@@ -84,7 +84,8 @@ class Body(Declared):
     of all points in a cell is that at the centre of their material).
     """
     points_per_cell: CountPerDirection | None = None
-    """Material points per grid cell and direction: one number, or one per direction."""
+    """Material points per grid cell and direction: one number, or one per direction. On a graded
+    grid their distances follow the cells."""
     points: CountVector | None = None
     """Material points of a box along each of its own (rotated) axes, shape (dimension,)."""
     spacing: PositivePerDirection | None = None

@@ -43,6 +43,9 @@ LARGEST_CHANGE = 1.0 / 3.0
 MOST_LINES = 100_000
 """Cells between the first and the last place, at most."""
 
+RESOLUTION = 1e-9
+"""Size of a cell, at least, over the greatest coordinate of a place."""
+
 ROUND_OFF = 1e-9
 """Relative excess of a ratio that is round-off."""
 
@@ -55,13 +58,23 @@ EXAMPLE = "give rows (place, size) such as [[0, 0.05], [1, 0.05], [5, 0.5]]"
 def _size_per_axis(value: Any) -> float | Places:
     if (rows := as_list(value)) is None:
         return positive(value)
-    if any(len(as_list(row) or ()) != 2 for row in rows):
+    pairs = [as_list(row) or [] for row in rows]
+    if any(len(pair) != 2 for pair in pairs):
         raise reject("must be a number, or a list of rows (place, size)", EXAMPLE)
     if len(rows) < 2:
         raise reject("needs at least two rows", EXAMPLE)
     if len(rows) > MOST_ROWS:
         raise reject(f"has {len(rows):,} rows", f"give at most {MOST_ROWS:,}")
-    places = tuple((real(place), positive(size)) for place, size in map(as_list, rows))  # type: ignore[misc]
+    found, problems = [], []
+    for i, (place, size) in enumerate(pairs):
+        try:
+            found.append((real(place), positive(size)))
+        except PydanticCustomError as error:
+            refused = (error.context or {})["problems"]
+            problems += [Problem(f"[{i}]", p.problem, p.remedy, rows[i]) for p in refused]
+    if problems:
+        raise rejection(problems)
+    places = tuple(found)
     for (before, _), (after, _) in pairwise(places):
         if after <= before:
             what = f"the places must increase from row to row, but {after:g} follows {before:g}"
@@ -83,13 +96,17 @@ def _grading_problems(places: Places) -> Iterator[Problem]:
         if not 1.0 - LARGEST_CHANGE <= change <= 1.0 + LARGEST_CHANGE:
             what = (
                 f"between the places {one[0]:g} and {other[0]:g} there is room for {number:.2g} "
-                f"cells of {one[1]:g} to {other[1]:g}, and a whole number of them differs from "
-                "these sizes by more than a third"
+                f"cells with the sizes {one[1]:g} and {other[1]:g} there; those of a whole number "
+                "of cells would differ from these by more than a third"
             )
             yield Problem("", what, "move these places apart, or give other sizes there")
             return
     line = line_of(places) + places[0][0]
     size = np.diff(line)
+    if size.min() < RESOLUTION * np.abs(line).max():
+        what = f"a cell of {min(size for _, size in places):g} is too small for the places"
+        yield Problem("", what, "use larger cells, or places nearer to 0")
+        return
     ratio = np.maximum(size[1:] / size[:-1], size[:-1] / size[1:])
     worst = int(ratio.argmax()) if len(ratio) else -1
     if worst >= 0 and ratio[worst] > LARGEST_RATIO * (1.0 + ROUND_OFF):
@@ -141,7 +158,10 @@ def _cell_size(value: Any) -> Any:
             found[axis] = _size_per_axis(each)
         except PydanticCustomError as error:
             refused = (error.context or {})["problems"]
-            problems += [Problem(axis, p.problem, p.remedy, each) for p in refused]
+            problems += [
+                Problem(f"{axis}{p.key}", p.problem, p.remedy, p.value if p.key else each)
+                for p in refused
+            ]
     if problems:
         raise rejection(problems)
     return {axis: found[axis] for axis in AXES if axis in found}
@@ -161,6 +181,20 @@ def along_axes(cell_size: Any, dimension: int) -> tuple[float | Places, ...]:
     if isinstance(cell_size, Sequence):
         return tuple(cell_size)
     return (cell_size,) * dimension
+
+
+def first_places(
+    origin: Sequence[float] | None, cell_size: Any, dimension: int
+) -> tuple[float, ...]:
+    """Returns where the line with the index 0 is along each axis [length].
+
+    It is the first place, or the declared origin along a uniform axis; zero if not declared.
+    """
+    found = list(origin or (0.0,) * dimension)
+    for k, size in enumerate(along_axes(cell_size, dimension)):
+        if isinstance(size, tuple):
+            found[k] = size[0][0]
+    return tuple(found)
 
 
 def smallest(size: float | Places) -> float:

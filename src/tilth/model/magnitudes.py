@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.grading import along_axes
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.surface import SurfaceLoad
@@ -102,11 +104,24 @@ def _too_small(model: Model) -> Iterator[Problem]:
 
 def _too_large(model: Model) -> Iterator[Problem]:
     for key, geometry in model.geometries():
-        cells = geometry.cells_passed(min(model.cell_size), _soil_length(model))
+        cells = _cells_passed(model, geometry)
         if cells > geometry.most_cells:
             what = f"passes through about {cells:.3g} cells, more than {geometry.most_cells:,}"
             remedy = "use larger cells, or give only the part near the soil"
             yield Problem(key, what, remedy)
+
+
+def _cells_passed(model: Model, geometry: DeclaredGeometry) -> float:
+    """Returns the number of cells through which a geometry passes, about.
+
+    On a graded grid that of a line by its vertices, of others as if all cells were the smallest.
+    """
+    vertices = getattr(geometry, "vertices", None)
+    if vertices is None or not any(len(line) for line in model.lines):
+        return geometry.cells_passed(min(model.cell_size), _soil_length(model))
+    axes = [model.grid_axis(k) for k in range(model.dimension)]
+    cells = [[axis.in_cells(x) for axis, x in zip(axes, v, strict=True)] for v in vertices]
+    return sum(math.dist(one, other) for one, other in pairwise(cells))
 
 
 def _soil_length(model: Model) -> float:

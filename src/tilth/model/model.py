@@ -19,7 +19,15 @@ from tilth.model.checks import problems_between_entries, state_variable_problems
 from tilth.model.contact_pairs import ContactPair, displacement_fields
 from tilth.model.fields import AXES, AsTuple, Entries, Name, Text
 from tilth.model.geometry import DeclaredGeometry
-from tilth.model.grading import GridAxis, Places, along_axes, largest, line_of, smallest
+from tilth.model.grading import (
+    GridAxis,
+    Places,
+    along_axes,
+    first_places,
+    largest,
+    line_of,
+    smallest,
+)
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import Initial
 from tilth.model.laws import Law, state_units
@@ -182,11 +190,11 @@ class Model(Declared):
 
         Shape (dimension,). Along a graded axis it is the first place.
         """
-        origin = list(self.grid.origin or (0.0,) * self.dimension)
-        for k, size in enumerate(self._cell_sizes):
-            if isinstance(size, tuple):
-                origin[k] = size[0][0] + self._followed(k)
-        return tuple(origin)
+        origin = first_places(self.grid.origin, self.grid.cell_size, self.dimension)
+        sizes = enumerate(self._cell_sizes)
+        return tuple(
+            origin[k] + (self._followed(k) if isinstance(size, tuple) else 0.0) for k, size in sizes
+        )
 
     def grid_axis(self, k: int) -> GridAxis:
         """Returns the grid lines of an axis at the start."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
+from tilth.model.grading import first_places
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import Load
@@ -148,7 +149,9 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             water = copied(water, initial_level=None, factor=((0.0, held_factor),))
         last_end = end
         if stage.grid is not None:
-            origin = grid.origin if stage.grid.origin is None else stage.grid.origin
+            origin = stage.grid.origin
+            if origin is None:
+                origin = first_places(grid.origin, grid.cell_size, model.dimension)
             grid = copied(grid, cell_size=stage.grid.cell_size, origin=origin)
         found.append(
             _model_of(

@@ -19,3 +19,9 @@ def background_grid(model: Model) -> Grid:
         upper=None if limits is None else np.array(limits.upper, dtype=float),
         lines=lines if any(len(line) for line in lines) else (),
     )
+
+
+def largest_face(grid: Grid) -> float:
+    """Returns the area of the largest face of a cell, per unit thickness in 2D a length."""
+    size = grid.largest_size
+    return float(np.prod(size) / size.max())

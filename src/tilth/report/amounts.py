@@ -58,5 +58,8 @@ def vector(components: Iterable[float]) -> str:
 
 def cells_text(sizes: Iterable[tuple[float, float]], unit: str) -> str:
     """Returns the sizes of cells along each axis, from the smallest to the largest [length]."""
-    texts = [f"{low:.4g} to {high:.4g}" if high > low else f"{low:g}" for low, high in sizes]
+    texts = [
+        f"{low:g}" if f"{low:g}" == f"{high:g}" else f"{low:.3g} to {high:.3g}"
+        for low, high in sizes
+    ]
     return f"cells of {' x '.join(texts)} {unit}".rstrip()

@@ -11,7 +11,7 @@ from tilth.arrays import Floats
 from tilth.report.domains import corners_of_boxes, sides_towards
 from tilth.report.fields import with_unit
 from tilth.report.texts import AS_IT_IS
-from tilth.report.visible_points import exterior_points, points_with_free_sides
+from tilth.report.visible_points import exterior_points, points_with_free_sides, uneven
 
 MAXIMUM_DRAWN_DOMAINS = 8_000
 """Visible points up to which the sides of the domains are drawn, above it markers."""
@@ -67,6 +67,8 @@ def draw_points_3d(
         diameter = np.full(3, float(np.cbrt(np.prod(extent) / len(position))))
     else:
         diameter = 2.0 * np.median(half_lengths, axis=0)
+        if uneven(half_lengths):
+            diameter = 2.0 * half_lengths[seen[::every]]
     axes.scatter(
         *position[seen[::every]].T,
         c=colours[seen[::every]],
@@ -76,15 +78,15 @@ def draw_points_3d(
     )
 
 
-def marker_area(diameter: Floats, shown: Floats, inches: float) -> float:
-    """Returns the area [square points] of a marker as large as a domain.
+def marker_area(diameter: Floats, shown: Floats, inches: float) -> Floats:
+    """Returns the area [square points] of a marker as large as a domain, shape ().
 
     ``diameter`` are the sides of the domain, ``shown`` those of the space in a panel of width
-    ``inches``, shape (3,) each.
+    ``inches``, shape (3,) each; or of domains, shapes (n, 3) and (n,).
     """
     # In this view a cube is about 1.5 times as wide as its side; the whole space fits the panel.
     points_per_length = 72.0 * _ZOOM * inches / (1.5 * float(np.linalg.norm(shown)) / np.sqrt(3.0))
-    return float(max(1.5 * diameter.max() * points_per_length, 1.0) ** 2)
+    return np.asarray(np.maximum(1.5 * diameter.max(axis=-1) * points_per_length, 1.0) ** 2)
 
 
 def _inches(axes: Any) -> float:

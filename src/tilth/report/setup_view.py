@@ -146,8 +146,8 @@ def _draw_bodies(
     else:
         half = half_lengths[seen][:, chosen]
     shade = setup.shade[seen]
-    diameter = 0.5 * float(np.median(half.min(axis=1)))
-    drawn = diameter > MINIMUM_POINT_DIAMETER * float((high - low).max())
+    diameter = 0.5 * half.min(axis=1)
+    drawn = np.median(diameter) > MINIMUM_POINT_DIAMETER * float((high - low).max())
     if not drawn:
         notes.append("single points are not drawn where they are too small")
     if len(position) > MAXIMUM_DRAWN_DOMAINS:
@@ -178,7 +178,7 @@ def _draw_bodies(
         EllipseCollection(
             diameter,
             diameter,
-            0.0,
+            np.zeros(len(diameter)),
             units="xy",
             offsets=position,
             facecolors=0.75 * strong[shade // 2 % len(strong)],
@@ -227,8 +227,9 @@ def _rectangles(position: Floats, half: Floats, shade: Integers) -> tuple[Floats
     side = np.maximum(2.0 * np.median(half, axis=0), extent / np.sqrt(MAXIMUM_DRAWN_DOMAINS))
     slot = np.floor((position - least) / side)
     first = distinct_rows(slot)
-    centre = least + (slot[first] + 0.5) * side
-    return centre, np.broadcast_to(0.5 * side, centre.shape), shade[first]
+    centre, half = least + (slot[first] + 0.5) * side, half[first]
+    centre = np.where(half > 0.5 * side, position[first], centre)
+    return centre, np.maximum(half, 0.5 * side), shade[first]
 
 
 def _draw_body_force(

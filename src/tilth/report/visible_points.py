@@ -6,9 +6,13 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.report.domains import corners_of_boxes
 
 _COMMON_SIDE_TOLERANCE = 0.5
 """Sides are common if the distance of their centres over that to the point is below this."""
+
+_EVEN = 1.5
+"""Ratio of most domains' sides, at most, with which they count as equal."""
 
 
 def points_with_free_sides(position: Floats, corners: Floats) -> Integers:
@@ -28,13 +32,21 @@ def points_with_free_sides(position: Floats, corners: Floats) -> Integers:
     return np.flatnonzero(free.any(axis=1)).astype(np.int64)
 
 
+def uneven(half_lengths: Floats) -> bool:
+    """Returns whether some domains are much larger or smaller than most, as on a graded grid."""
+    small, middle, large = np.quantile(half_lengths, [0.05, 0.5, 0.95], axis=0)
+    return bool(((large > _EVEN * middle) | (middle > _EVEN * small)).any())
+
+
 def exterior_points(position: Floats, half_lengths: Floats | None) -> Integers:
     """Returns the numbers of the points at the boundary of a body, shape (k,).
 
     The points, shape (n, 3), are sorted into boxes as large as a point's domain (``half_lengths``,
     shape (n, 3)) or as the mean spacing; a point is at the boundary if one of the six neighbours
-    of its box is empty.
+    of its box is empty. Uneven domains have free sides there instead.
     """
+    if half_lengths is not None and uneven(half_lengths):
+        return points_with_free_sides(position, corners_of_boxes(half_lengths))
     lower = position.min(axis=0)
     if half_lengths is None:
         extent = np.maximum(position.max(axis=0) - lower, 1e-300)
