@@ -54,6 +54,21 @@ def test_pressure_and_shear_are_uniform_at_17_degrees() -> None:
         assert max(spread.largest for spread in found) < LARGEST
 
 
+@pytest.mark.parametrize("angle", ANGLES)
+def test_pressure_and_shear_are_uniform_on_unequal_cells(angle: float) -> None:
+    """Cells of 0.08 to 0.12, and domains that follow them."""
+    entries = turned(example(PROBLEM), angle, 0.37).to_dict()
+    entries["grid"]["cell_size"] = {
+        "x": [[0.0, 0.12], [2.5, 0.08], [6.0, 0.12]],
+        "y": [[-1.0, 0.08], [1.0, 0.12], [6.0, 0.08]],
+    }
+    model = Model.from_dict(entries)
+    for found in spreads(model, angle, 0.037 / model.cell_size[0]).values():
+        for spread, exact in zip(found, stress_in_layer(), strict=True):
+            assert spread.largest < LARGEST
+            assert spread.mean == pytest.approx(exact, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_the_deviation_does_not_depend_on_the_cells() -> None:
     """It is that of the quadrature in each cell; the means converge with the first order."""

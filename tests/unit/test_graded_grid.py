@@ -8,7 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_problems import BASES, KINDS, block_entries, dimension, material_entries, spaced
+from implicit_blocks import implicit
+from small_problems import (
+    BASES,
+    KINDS,
+    block_entries,
+    dimension,
+    material_entries,
+    plane,
+    spaced,
+)
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
@@ -108,6 +117,33 @@ def test_a_body_travels_into_smaller_cells_and_on(update: str) -> None:
     assert points.position[:, 0].min() > 6.0
     assert (points.half_length <= 0.5 * grid.sizes_at(points.position) * (1.0 + 1e-9)).all()
     np.testing.assert_allclose(points.stress, 0.0, atol=1e-9)
+
+
+def test_smaller_cells_that_come_to_the_soil_shorten_its_domains() -> None:
+    """The fine zone follows a tool above a block at rest, at most a cell a step."""
+    entries = block_entries("plane_strain", "gimp", cells=1, schedule={"steps": 12})
+    entries["bodies"][0]["shape"]["upper"] = [8.0, 1.0]
+    entries["bodies"][0]["points_per_cell"] = 1
+    above = {"type": "plane", "point": [0.0, 5.0], "normal": [0.0, -1.0]}
+    tool = implicit("tool", above, displacement={"x": 6.0, "y": 0.0})
+    entries["boundaries"] = [
+        tool,
+        plane("base", "y", 0.0, condition="fixed"),
+        plane("top", "y", 1.0, condition="fixed"),
+    ]
+    entries["grid"] = {
+        "cell_size": {"x": [[-2.0, 1.0], [0.0, 0.3], [2.0, 1.0]], "y": 1.0},
+        "follow": {"boundary": "tool", "place": [0.0, 5.0], "axes": ["x"]},
+    }
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    for step in range(12):
+        active = simulation.advance(step / 12, (step + 1) / 12).active
+        size = active.grid.sizes_at(simulation.points.position)
+        assert (simulation.points.half_length <= 0.5 * size * (1.0 + 1e-9)).all()
+    assert active.grid.origin[0] == pytest.approx(-2.0 + 5.5)
+    assert simulation.points.half_length[:, 0].min() < 0.25
+    assert any("kept at the size of a cell" in text for text in simulation.warnings)
 
 
 # --- F-bar --------------------------------------------------------------------------------------

@@ -34,6 +34,11 @@ class GridMotion:
         if self._follow is not None:
             self._leader = next(b for b in boundaries if b.name == self._follow.boundary)
 
+    @property
+    def follows(self) -> bool:
+        """Whether the grid moves."""
+        return self._follow is not None
+
     def at(self, time: float) -> Grid:
         """Returns the grid of the step that begins at `time`."""
         if self._follow is None:

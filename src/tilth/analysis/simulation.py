@@ -303,6 +303,8 @@ class Simulation:
             StepFailed: a point is outside the grid, or its domain extends over too many cells.
         """
         self.grid = self._grid_motion.at(time)
+        if self.grid.graded and self._grid_motion.follows:  # smaller cells come to the points
+            self.run_warnings.bounds(bound_domains(self.points, self.grid))
         return locate(self.points, self.grid, self._buffers)
 
     def prepare(self, before: float, after: float) -> PreparedStep:
