@@ -13,6 +13,7 @@ from small_problems import BASES, KINDS
 from staged_problems import staged_entries
 
 from tilth import Model, resume, run
+from tilth.analysis.dynamics import WITHIN
 from tilth.analysis.simulation import Simulation
 from tilth.output import read_results
 from tilth.report.setup_file import read_setup
@@ -141,3 +142,18 @@ def test_the_fine_cells_follow_the_plate(tmp_path: Path, monkeypatch: pytest.Mon
     run_until(model, tmp_path / "out", 3, monkeypatch)
     resume(tmp_path / "out", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "out")
+
+
+@pytest.mark.parametrize("size", [0.25, {"x": 0.25, "y": FINE_BELOW}])
+def test_dynamic_steps_keep_the_limits_of_the_cells_of_each_point(size: Any) -> None:
+    """A block whose top is pushed down, on a uniform and on a graded grid."""
+    entries = entries_of()
+    entries["grid"]["cell_size"] = size
+    entries["units"] = {"time": "s"}
+    limits = {"largest_motion": 0.01, "largest_error": 1e-3}
+    entries["analysis"]["inertia"] = {"scheme": "newmark", **limits}
+    entries["schedule"] = {"steps": 2, "end": 0.05}
+    simulation = march(Model.from_dict(entries))
+    points = simulation.points
+    moved = np.abs(points.last_displacement / simulation.grid.sizes_at(points.position)).max()
+    assert 0.0 < moved < 1.1 * limits["largest_motion"] / WITHIN

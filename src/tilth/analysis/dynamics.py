@@ -158,20 +158,20 @@ class Dynamics:
         """Returns the displacement of a step without a change of the acceleration, (nodes, dim)."""
         return inertia_of(balance).guess()
 
-    def possible_size(self, balance: Balance, displacement: Floats, moved: Floats) -> float:
+    def possible_size(
+        self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
+    ) -> float:
         """Returns the size of a step, relative to this one, that keeps error and motion in limits.
 
-        displacement: of the nodes (nodes, dim); moved: of the points in cells,
-        (n, dim).
+        displacement: of the nodes (nodes, dim); moved: of the points, (n, dim).
+        cell_size: of the cells that these are in [length], (n, dim).
         """
         share = math.inf
         if self._largest_motion < math.inf:
-            most = float(np.abs(moved).max())
+            most = float(np.abs(moved / cell_size).max())
             share = self._largest_motion / max(most, 1e-300)
         if self._largest_error < math.inf:
-            active = balance.active
-            size = active.grid.sizes(active.lattice[:, : active.grid.dim])
-            error = inertia_of(balance).local_error(displacement) / size
+            error = inertia_of(balance).local_error(displacement) / cell_size
             most = float(np.linalg.norm(error, axis=1).max())
             share = min(share, (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0))
         return share

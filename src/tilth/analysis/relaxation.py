@@ -174,11 +174,13 @@ class Relaxation:
         """As `Dynamics.guess`; none for the last step."""
         return None if self.settling else inertia_of(balance).guess()
 
-    def possible_size(self, balance: Balance, displacement: Floats, moved: Floats) -> float:
+    def possible_size(
+        self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
+    ) -> float:
         """As `Dynamics.possible_size`."""
         terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
         self._norm = sum(float(np.linalg.norm(term.force(displacement))) for term in terms)
-        return LARGEST_MOTION / max(float(np.abs(moved).max()), 1e-300)
+        return LARGEST_MOTION / max(float(np.abs(moved / cell_size).max()), 1e-300)
 
     def require_accurate(self, share: float) -> None:
         """As `Dynamics.require_accurate`."""

@@ -366,8 +366,8 @@ class Simulation:
             balance.require_acceptable(displacement)
             possible = math.inf
             if self.dynamics is not None:
-                cells = moved / self.grid.sizes_at(self.points.position)
-                possible = self.dynamics.possible_size(balance, displacement, cells)
+                cells = self.grid.sizes_at(self.points.position)
+                possible = self.dynamics.possible_size(balance, displacement, moved, cells)
                 if not is_least:
                     self.dynamics.require_accurate(possible)
             if self.implicit and not is_least:
