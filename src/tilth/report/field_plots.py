@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
-from tilth.report.domains import corners_of_boxes, outlines
+from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
 from tilth.report.fields import field_values, with_unit
 from tilth.report.points_3d import draw_points_3d
 from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
@@ -210,7 +210,7 @@ def _draw_plane(axes: Axes, snapshot: Snapshot, values: Floats, colours: ScalarM
     point_colours = colours.to_rgba(values)
     if half is not None and len(position) <= MAXIMUM_DRAWN_DOMAINS:
         corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
-        area = list(outlines(position, corners))
+        area = drawn_at_once(outlines(position, corners))
         axes.add_collection(
             PolyCollection(area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3)
         )

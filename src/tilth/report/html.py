@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
@@ -53,7 +52,7 @@ from tilth.report.stage_pages import draw_stages
 from tilth.report.stage_setups import StagedSetup
 from tilth.report.style import CSS
 from tilth.report.tables import facts_table, model_tables
-from tilth.report.texts import save
+from tilth.report.texts import png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -368,7 +367,5 @@ def _section(heading: str, content: str) -> str:
 
 def _image(figure: Figure, text: str) -> str:
     """Returns the figure as an image inside the page; ``text`` is its alternative text."""
-    buffer = io.BytesIO()
-    save(figure, buffer, format="png", dpi=130)
-    data = base64.b64encode(buffer.getvalue()).decode()
+    data = base64.b64encode(png(figure)).decode()
     return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers, distinct_rows
-from tilth.report.domains import corners_of_boxes, outlines, sides_towards
+from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines, sides_towards
 from tilth.report.fields import with_unit
 from tilth.report.setup_data import Condition, Setup, Soil
 from tilth.report.surface_view import draw_surface
@@ -165,7 +165,7 @@ def _draw_bodies(
     edges = np.array([to_rgb("white"), to_rgb(NEW_EDGE)])
     axes.add_collection(
         PolyCollection(
-            list(area),
+            drawn_at_once(area),
             facecolors=fill,
             edgecolors=edges[area_shade % 2] if drawn else fill,
             linewidths=0.4,
@@ -200,7 +200,7 @@ def _draw_removed(axes: Axes, removed: Soil, chosen: list[int]) -> None:
         position, half, _ = _rectangles(position, half, removed.body_id)
     axes.add_collection(
         PolyCollection(
-            list(outlines(position, corners_of_boxes(half))),
+            drawn_at_once(outlines(position, corners_of_boxes(half))),
             facecolors="none",
             edgecolors=REMOVED_COLOUR,
             hatch=REMOVED_HATCH,
