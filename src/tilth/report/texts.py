@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tilth.report.handles import Handle
+    from tilth.report.svg_figure import SvgFigure
+
 AS_IT_IS: dict[str, Any] = {"parse_math": False, "usetex": False}
 """Options of every text that holds words of the user: $, \\ and _ have no meaning there."""
 LEGEND_WIDTH, LABEL_WIDTH = 40, 48
@@ -25,11 +28,17 @@ def on_lines(text: str, width: int) -> str:
     return "\n".join(line for part in lines for line in part)
 
 
-def add_legend(figure: Figure, handles: Sequence[Any], **style: Any) -> None:
+def add_legend(figure: Figure | SvgFigure, handles: Sequence[Handle], **style: Any) -> None:
     """Adds a legend of ``handles`` with their labels, also those that begin with an underscore."""
-    legend = figure.legend(handles=handles, labels=["-"] * len(handles), **style)
+    from tilth.report.svg_figure import SvgFigure
+
+    if isinstance(figure, SvgFigure):
+        figure.add_legend(handles, style.get("ncols", 0))
+        return
+    own = [handle.matplotlib() for handle in handles]
+    legend = figure.legend(handles=own, labels=["-"] * len(handles), **style)
     for text, handle in zip(legend.get_texts(), handles, strict=True):
-        text.set(text=on_lines(handle.get_label(), LEGEND_WIDTH), **AS_IT_IS)
+        text.set(text=on_lines(handle.label, LEGEND_WIDTH), **AS_IT_IS)
 
 
 @contextmanager
