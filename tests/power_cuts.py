@@ -13,6 +13,7 @@ import hashlib
 import json
 import os
 import stat
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,29 +31,41 @@ class Recorder:
         self.synchronised: dict[int, str] = {}
         self.durable: dict[str, int] = {}
         self.link = os.link
+        self.lock = threading.Lock()
         (journal / "kept").mkdir(parents=True)
 
     def wrap(self, name: str) -> None:
         """Makes a function of `os` tell this object of each call, before and after it."""
         function = getattr(os, name)
 
-        def wrapped(*arguments: Any, **options: Any) -> Any:
-            self.note()
-            found = function(*arguments, **options)
-            if name == "fsync":
-                self.synchronise(arguments[0])
-            self.note()
+        def synchronised(descriptor: int) -> None:
+            with self.lock:
+                self.note()
+                known = self.present(descriptor)
+            function(descriptor)  # beside the other thread, which may write to the same file
+            with self.lock:
+                self.durable = known.get("names", self.durable)
+                self.synchronised |= known.get("contents", {})
+                self.note()
+
+        def renamed(*arguments: Any, **options: Any) -> Any:
+            with self.lock:
+                self.note()
+                found = function(*arguments, **options)
+                self.note()
             return found
 
-        setattr(os, name, wrapped)
+        setattr(os, name, synchronised if name == "fsync" else renamed)
 
-    def synchronise(self, descriptor: int) -> None:
+    def present(self, descriptor: int) -> dict[str, Any]:
+        """What is there at the call that synchronises a file or the folder."""
         status = os.fstat(descriptor)
         if not stat.S_ISDIR(status.st_mode):
             content = (self.journal / "kept" / str(status.st_ino)).read_bytes()
-            self.synchronised[status.st_ino] = self.keep(content)
-        elif self.folder.exists() and status.st_ino == self.folder.stat().st_ino:
-            self.durable = self.names()
+            return {"contents": {status.st_ino: self.keep(content)}}
+        if self.folder.exists() and status.st_ino == self.folder.stat().st_ino:
+            return {"names": self.names()}
+        return {}
 
     def names(self) -> dict[str, int]:
         """The names in the folder; a further link keeps each number from being used again."""

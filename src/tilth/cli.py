@@ -160,7 +160,8 @@ def check(case: Path, picture: Path | None) -> None:
     """Validate a case file without running it, and draw its set-up.
 
     With stages the picture has a panel for each. Each parameter that varies from place to place
-    gets a picture of its own beside it. Python functions that the case names are run.
+    gets a picture of its own beside it. The first steps are taken, for about a second, to estimate
+    the time of the run. Python functions that the case names are run.
     """
     from tilth.case import load_case
     from tilth.report.setup_data import Setup
@@ -169,6 +170,8 @@ def check(case: Path, picture: Path | None) -> None:
     model = load_case(case)
     from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
+    from tilth.analysis.run import set_threads
+    from tilth.analysis.run_time import time_text
     from tilth.analysis.setup import setup_figures
     from tilth.output.disk import is_of_the_disk, reason_of
     from tilth.report.texts import save
@@ -180,7 +183,9 @@ def check(case: Path, picture: Path | None) -> None:
         too_large = require_memory_to_check(estimate, available)
         setup, figures = setup_figures(model)
         soil = setup if isinstance(setup, Setup) else setup.whole()
-        print_summary(model, soil, estimate, available)
+        set_threads(None)
+        time = "not estimated" if too_large else time_text(model)
+        print_summary(model, soil, estimate, available, time=time)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     files = {name: _beside(file, name) for name in figures}

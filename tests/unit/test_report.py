@@ -11,6 +11,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -328,9 +329,14 @@ def test_report_is_one_self_contained_page(tmp_path: Path, dim: int) -> None:
     setup = make_setup((6, 4, 3)[:dim])
     page = read_page(write_report(tmp_path, MODEL, setup=setup))
     assert len(page.references) == 4  # set-up, frames, curves, convergence
-    for reference in page.references:
-        assert reference.startswith("data:image/png;base64,")
-        assert base64.b64decode(reference.split(",", 1)[1]).startswith(b"\x89PNG")
+    for number, reference in enumerate(page.references):
+        content = base64.b64decode(reference.split(",", 1)[1])
+        if dim == 3 and number < 2:
+            assert reference.startswith("data:image/png;base64,")
+            assert content.startswith(b"\x89PNG")
+        else:
+            assert reference.startswith("data:image/svg+xml;base64,")
+            assert ElementTree.fromstring(content).tag.endswith("svg")
     assert "http" not in page.text
     assert "url(" not in page.text
     assert "A <run>" in page.text

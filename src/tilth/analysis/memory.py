@@ -27,6 +27,7 @@ from tilth.model.variation import variations
 from tilth.mpm.background import background_grid
 from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
+from tilth.output.checkpoint_thread import LARGEST_COPY
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
@@ -178,6 +179,10 @@ def _of_stage(
     parts["the grid"] = nodes * model.dimension * 8 * NODE_VECTORS.get(solver, 20) + 200 * cells
     parts["the matrix"] = blocks * (8 * model.dimension**2 + 4)
     parts[f"the linear solver {solver}"] = _of_solver(model, solver, sides, blocks, distance)
+    own = zip(bodies, number, strict=True)
+    copy = 8.0 * sum(points * _of_state(model, body) for body, points in own)
+    if model.output.checkpoint_every and copy <= LARGEST_COPY:
+        parts["the checkpoint"] = 2.0 * copy
     return MemoryEstimate(sum(number), cells, nodes, nodes * model.dimension, solver, parts)
 
 

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
@@ -36,6 +37,7 @@ from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
+    CheckpointThread,
     Progress,
     ResultsWriter,
     RunLog,
@@ -45,6 +47,7 @@ from tilth.output import (
     write_contacts,
     write_surfaces,
 )
+from tilth.output.checkpoint_thread import LARGEST_COPY
 from tilth.output.folder import (
     CHECKPOINT,
     CONTACT,
@@ -60,7 +63,7 @@ from tilth.output.snapshot import FieldsOnDemand, SurfaceShape
 
 @dataclass
 class Recorder:
-    """Writes the files of a run; each finished step is on disk when the next one begins."""
+    """Writes the files of a run; checkpoints beside the next step."""
 
     folder: Path
     analysis: StagedAnalysis
@@ -70,6 +73,8 @@ class Recorder:
     log: RunLog
     energies: Energies
     """Sums over the steps since the start."""
+    _model_checksum: int
+    _checkpoints: CheckpointThread = field(default_factory=CheckpointThread)
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
@@ -99,6 +104,7 @@ class Recorder:
             contact=ContactOutput(model, analysis.initial),
             log=RunLog(folder / LOG),
             energies=Energies.at_start(simulation),
+            _model_checksum=zlib.crc32((folder / MODEL).read_bytes()),
         )
         recorder._header(len(active.cells()), threads, 0)
         result, iterations = None, 0
@@ -128,6 +134,7 @@ class Recorder:
             contact=ContactOutput(model, initial),
             log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
             energies=Energies(**progress.energies.model_dump()),
+            _model_checksum=progress.model,
         )
         kept = read_results(folder / RESULTS)
         regular = {0.0, *output_times(model)}
@@ -146,7 +153,10 @@ class Recorder:
         """Keeps the state at the end of a stage as a checkpoint of its own."""
         if self.analysis.model.stages:
             index = self.simulation.model.stage.index
-            self._checkpoint(self.analysis.clock, self.folder / stage_checkpoint(index))
+            meta = self._progress_so_far(self.analysis.clock)
+            self._checkpoints.wait()
+            file = self.folder / stage_checkpoint(index)
+            self._write_checkpoint(file, self.simulation.arrays(), meta)
 
     def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
         """Records the result of a strength reduction."""
@@ -215,6 +225,7 @@ class Recorder:
                 yield progress
                 if not self.analysis.done:
                     self._write_last()
+                self._checkpoints.wait()
             failure, broken = None, False
             if not self.analysis.done:
                 at = f"time {end:.6g}"
@@ -235,19 +246,21 @@ class Recorder:
             self._finish(failure, broken)
 
     def _finish(self, failure: str | None, broken: bool) -> None:
-        """Completes the log and closes all files.
+        """Waits for the checkpoint, completes the log and closes all files.
 
         Raises `AnalysisFailed` if that cannot be written, unless the run is `broken` by another
         error, which is not to be hidden.
         """
-        unwritten: AnalysisFailed | None = None
+        unwritten: Exception | None = None
         summary = partial(
             self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
         )
-        for action in (self.results.close, self.tables.close, summary, self.log.close):
+        for action in (
+            self._checkpoints.wait, self.results.close, self.tables.close, summary, self.log.close
+        ):  # fmt: skip
             try:
                 action()
-            except AnalysisFailed as error:
+            except Exception as error:
                 unwritten = unwritten or error
         if unwritten is not None and not broken:
             raise unwritten
@@ -273,7 +286,6 @@ class Recorder:
                 self._write_last()
             every = model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
-                self.tables.sync()
                 self._checkpoint(clock)
 
     def _write_last(self) -> None:
@@ -341,8 +353,28 @@ class Recorder:
                 self._progress.message(f"warning: {text}")
         self.simulation.warnings.clear()
 
-    def _checkpoint(self, clock: Clock, file: Path | None = None) -> None:
-        meta = {
+    def _checkpoint(self, clock: Clock) -> None:
+        """Writes the checkpoint beside the next step, unless it is the first, or a copy is large.
+
+        So an error of any file can tell whether there is something to resume.
+        """
+        file, meta = self.folder / CHECKPOINT, self._progress_so_far(clock)
+        arrays = self.simulation.arrays()
+        if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
+            self._checkpoints.wait()
+            self._write_checkpoint(file, arrays, meta)
+        else:
+            copies = {name: each.copy(order="K") for name, each in arrays.items()}
+            self._checkpoints.write(partial(self._write_checkpoint, file, copies, meta))
+
+    def _write_checkpoint(self, file: Path, arrays: Arrays, meta: Mapping[str, Any]) -> None:
+        """Writes a checkpoint when the rows that it counts on are on the disk; outputs are."""
+        self.tables.sync()
+        write_checkpoint(file, arrays, meta)
+
+    def _progress_so_far(self, clock: Clock) -> dict[str, Any]:
+        """Returns the plain data of a checkpoint, see `Progress`, which do not change later."""
+        return {
             "version": __version__,
             "format": CHECKPOINT_FORMAT,
             "stage": self.analysis.number,
@@ -354,16 +386,15 @@ class Recorder:
                 "relaxing": clock.relaxing,
             },
             "energies": asdict(self.energies),
-            "model": zlib.crc32((self.folder / MODEL).read_bytes()),
-            **self.tables.sync(),
-            "outputs": self.results.outputs,
+            "model": self._model_checksum,
+            **self.tables.marks(),
+            "outputs": list(self.results.outputs),
             "seconds": {
                 "total": self.log.seconds,
-                "wall": self.simulation.timers.wall,
-                "processor": self.simulation.timers.processor,
+                "wall": dict(self.simulation.timers.wall),
+                "processor": dict(self.simulation.timers.processor),
             },
         }
-        write_checkpoint(file or self.folder / CHECKPOINT, self.simulation.arrays(), meta)
 
 
 def snapshot(

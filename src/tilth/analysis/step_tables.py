@@ -124,19 +124,25 @@ class StepTables:
             values = [found[kind] for kind in ENERGY_KINDS]
             self._energies.append(step, time[0], iterations, values, stage)
 
-    def sync(self) -> dict[str, Mark]:
-        """Waits until all rows are on the disk; returns what a checkpoint keeps of the files."""
+    def marks(self) -> dict[str, Mark]:
+        """Returns what a checkpoint keeps of the files."""
         none = Mark(0, 0)
         return {
-            "history": self._history.sync(),
-            "boundaries": none if self._boundaries is None else self._boundaries.sync(),
-            "energy_rows": none if self._energies is None else self._energies.sync(),
+            "history": self._history.mark,
+            "boundaries": none if self._boundaries is None else self._boundaries.mark,
+            "energy_rows": none if self._energies is None else self._energies.mark,
         }
+
+    def sync(self) -> None:
+        """Waits until all rows are on the disk; also while another thread appends to them."""
+        for table in self._tables():
+            table.sync()
 
     def close(self) -> None:
         """Closes the files."""
-        self._history.close()
-        if self._boundaries is not None:
-            self._boundaries.close()
-        if self._energies is not None:
-            self._energies.close()
+        for table in self._tables():
+            table.close()
+
+    def _tables(self) -> list[HistoryWriter]:
+        tables = self._history, self._boundaries, self._energies
+        return [table for table in tables if table is not None]

@@ -12,14 +12,12 @@ from tilth.model.materials import Material
 
 
 @cache
-def parameter_units() -> dict[str, str]:
-    """Returns the units of the numeric entries of all materials, by key.
+def parameter_unit(key: str) -> str | None:
+    """Returns the unit of a numeric entry of the materials; None if there is no such entry.
 
-    A unit is that in brackets in the meaning of the entry: "stress", "-", "degrees" and others.
+    It is that in brackets in the meaning of the entry: "stress", "-", "degrees" and others.
     """
-    units = {}
-    for cls in get_args(get_args(Material)[0]):
-        for key in cls.model_fields:
-            if found := re.search(r"\[([^\]]+)\]", meaning_of(cls, key)):
-                units[key] = found[1]
-    return units
+    for cls in reversed(get_args(get_args(Material)[0])):
+        if key in cls.model_fields and (found := re.search(r"\[([^\]]+)\]", meaning_of(cls, key))):
+            return found[1]
+    return None

@@ -2,6 +2,7 @@
 """Output of a run: results, history, log, checkpoint, and the progress bar."""
 
 from tilth.output.checkpoint import read_checkpoint, write_checkpoint
+from tilth.output.checkpoint_thread import CheckpointThread
 from tilth.output.contact_table import read_contacts, write_contacts
 from tilth.output.folder import prepare_output_folder
 from tilth.output.history import HistoryWriter, read_history, read_stages
@@ -12,6 +13,7 @@ from tilth.output.surface_table import read_surface, write_surfaces
 from tilth.output.vtkhdf import Results, ResultsWriter, read_results
 
 __all__ = [
+    "CheckpointThread",
     "ContactShape",
     "HistoryWriter",
     "Progress",

@@ -82,11 +82,15 @@ class HistoryWriter:
             self._file.flush()
         self._mark = Mark(self._mark.size + len(row), zlib.crc32(row, self._mark.checksum))
 
-    def sync(self) -> Mark:
-        """Waits until all rows are on the disk; returns what a checkpoint keeps of them."""
+    @property
+    def mark(self) -> Mark:
+        """What a checkpoint keeps of the rows so far."""
+        return self._mark
+
+    def sync(self) -> None:
+        """Waits until all rows are on the disk; also while another thread appends to them."""
         with writing(self.path):
             os.fsync(self._file.fileno())
-        return self._mark
 
     def close(self) -> None:
         """Closes the file."""

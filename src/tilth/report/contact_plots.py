@@ -161,7 +161,7 @@ def _draw_soil(
     """Draws the soil near the surface, the rigid bodies and the pressure normal to the surface."""
     from matplotlib.collections import LineCollection, PolyCollection
 
-    from tilth.report.domains import corners_of_boxes, outlines
+    from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
 
     low, high = shape.position.min(axis=0), shape.position.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
@@ -171,7 +171,7 @@ def _draw_soil(
     near = ((snapshot.position + half >= low) & (snapshot.position - half <= high)).all(axis=1)
     axes.add_collection(
         PolyCollection(
-            list(outlines(snapshot.position[near], corners[near])),
+            drawn_at_once(outlines(snapshot.position[near], corners[near])),
             facecolors=_SOIL,
             edgecolors="white",
             linewidths=0.2,

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import cast
+
 import numpy as np
 
 from tilth.arrays import Floats, Integers
@@ -17,6 +20,14 @@ def corners_of_boxes(half_lengths: Floats) -> Floats:
 def outlines(position: Floats, corners: Floats) -> Floats:
     """Returns the corners of plane domains along their outline [length], shape (n, 4, 2)."""
     return position[:, None, :] + corners[:, [0, 1, 3, 2]]
+
+
+def drawn_at_once(area: Floats) -> Sequence[Floats]:
+    """Returns polygons (n, k, 2) as matplotlib's collections take them.
+
+    They make the paths of an array at once, of a list one by one; their type asks for a list.
+    """
+    return cast(Sequence[Floats], area)
 
 
 def sides_towards(

@@ -10,10 +10,13 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
-from tilth.report.domains import corners_of_boxes, outlines
+from tilth.report.colour_scale import ColourScale
+from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
 from tilth.report.fields import field_values, with_unit
+from tilth.report.handles import collections_for
 from tilth.report.points_3d import draw_points_3d
 from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
+from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
 from tilth.report.tracked_surfaces import (
     add_tracked_legend,
@@ -25,9 +28,6 @@ from tilth.report.water_line import draw_water, nearby
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Colormap
-    from matplotlib.figure import Figure
 
 MAXIMUM_DRAWN_DOMAINS = 60_000
 _MAXIMUM_ASPECT_RATIO = 7.0
@@ -45,7 +45,8 @@ def draw_frames(
     initial: Snapshot | None = None,
     titles: Sequence[str] | None = None,
     water: Callable[[float], Floats | None] = lambda time: None,
-) -> Figure:
+    page: bool = False,
+) -> Any:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
     ``colour_by`` is a name for :func:`tilth.report.fields.field_values`. In 2D the points'
@@ -55,15 +56,13 @@ def draw_frames(
     of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
     the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
     vertices of the water's surface in the plane at a time, see :class:`Setup`. Rigid bodies are
-    drawn where they are at each output.
+    drawn where they are at each output. ``page``: in the plane for a page, as an :class:`SvgFigure`
+    in place of one of matplotlib.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
     dim = snapshots[0].dim
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
     values = [pair[0] for pair in coloured]
-    colours = _colours(values)
+    scale = ColourScale.of(values)
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     tracked += rigid_vertices(snapshots)
     lower, upper = _extent(snapshots, tracked)
@@ -85,13 +84,14 @@ def draw_frames(
         figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
     else:
         figsize = (columns * 3.7 + 1.2, rows * 3.4 + 0.3)
-    figure = Figure(figsize=figsize, layout=ConstrainedLayoutEngine(h_pad=0.12))
+    figure = _figure(figsize, page and dim == 2)
+    of_values = scale.colours if isinstance(figure, SvgFigure) else scale.matplotlib().to_rgba
     panels: list[Any] = []
     for index, (snapshot, value) in enumerate(zip(snapshots, values, strict=True)):
         first = panels[0] if panels else None
         if dim == 2:
             axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
-            _draw_plane(axes, snapshot, value, colours)
+            _draw_plane(axes, snapshot, of_values(value))
             draw_rigid_2d(axes, snapshot.rigid_bodies)
             draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
@@ -100,7 +100,7 @@ def draw_frames(
             axes.label_outer()
         else:
             axes = figure.add_subplot(rows, columns, index + 1, projection="3d")
-            half, point_colours = snapshot.point_fields.get("domain"), colours.to_rgba(value)
+            half, point_colours = snapshot.point_fields.get("domain"), of_values(value)
             unit = units.get("length", "")
             corners = snapshot.point_fields.get("domain_corners")
             draw_points_3d(
@@ -113,11 +113,15 @@ def draw_frames(
             title = on_lines(titles[index], int(_TITLE_CHARACTERS * figsize[0] / columns))
         axes.set_title(title, fontsize=9, **AS_IT_IS)
         panels.append(axes)
-    pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
-    bar = figure.colorbar(colours, ax=panels, shrink=0.9 if rows > 1 else 1.0, pad=pad)
-    bar.set_label(on_lines(coloured[0][1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-    bar.ax.tick_params(labelsize=8)
-    bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
+    if isinstance(figure, SvgFigure):
+        figure.add_colour_bar(scale, coloured[0][1])
+    else:
+        pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
+        shrink = 0.9 if rows > 1 else 1.0
+        bar = figure.colorbar(scale.matplotlib(), ax=panels, shrink=shrink, pad=pad)
+        bar.set_label(on_lines(coloured[0][1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+        bar.ax.tick_params(labelsize=8)
+        bar.formatter.set_powerlimits((-3, 4))
     notes = []
     if stretch > 1.001:
         notes.append(f"horizontal scale stretched {stretch:.3g} times")
@@ -130,35 +134,12 @@ def draw_frames(
     if initial is not None and all(snapshot.step == initial.step for snapshot in snapshots):
         initial = None
     add_tracked_legend(figure, snapshots, initial)
+    if isinstance(figure, SvgFigure):
+        return figure
     layout = figure.get_layout_engine()
-    assert layout is not None
     with any_characters():  # the first pass does not know how narrow panels of equal scales become
         layout.execute(figure)
     return figure
-
-
-def _colours(values: Sequence[Floats]) -> ScalarMappable:
-    """Returns one colour scale for all frames, diverging about zero if both signs are relevant."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    known = [value[~np.isnan(value)] for value in values]  # NaN: not of every material
-    low = min((float(value.min()) for value in known if len(value)), default=0.0)
-    high = max((float(value.max()) for value in known if len(value)), default=0.0)
-    largest = max(abs(low), abs(high))
-    if min(-low, high) > 0.05 * largest:
-        return ScalarMappable(Normalize(-largest, largest), _with_grey("coolwarm"))
-    if high - low <= 1e-12 * largest or largest == 0.0:
-        margin = 1e-3 * largest or 1.0
-        low, high = low - margin * (low != 0.0), high + margin
-    return ScalarMappable(Normalize(low, high), _with_grey("viridis"))
-
-
-def _with_grey(name: str) -> Colormap:
-    """Returns a colour map that is grey where there is no value."""
-    from matplotlib import colormaps
-
-    return colormaps[name].with_extremes(bad="0.75")
 
 
 def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Floats, Floats]:
@@ -201,18 +182,28 @@ def _set_axes(
     axes.set_facecolor("0.97")
 
 
-def _draw_plane(axes: Axes, snapshot: Snapshot, values: Floats, colours: ScalarMappable) -> None:
-    """Draws filled domains; dots as large as the points' spacing if there are none or too many."""
-    from matplotlib.collections import EllipseCollection, PolyCollection
+def _figure(size: tuple[float, float], page: bool) -> Any:
+    """Returns an empty figure."""
+    if page:
+        return SvgFigure(size)
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+    return Figure(figsize=size, layout=ConstrainedLayoutEngine(h_pad=0.12))
+
+
+def _draw_plane(axes: Any, snapshot: Snapshot, point_colours: Floats) -> None:
+    """Draws filled domains; dots as large as the points' spacing if there are none or too many."""
+    collections = collections_for(axes)
     position = snapshot.position
     half = snapshot.point_fields.get("domain")
-    point_colours = colours.to_rgba(values)
     if half is not None and len(position) <= MAXIMUM_DRAWN_DOMAINS:
         corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
-        area = list(outlines(position, corners))
+        area = drawn_at_once(outlines(position, corners))
         axes.add_collection(
-            PolyCollection(area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3)
+            collections.PolyCollection(
+                area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3
+            )
         )
         return
     volume = snapshot.point_fields.get("volume")
@@ -225,7 +216,7 @@ def _draw_plane(axes: Axes, snapshot: Snapshot, values: Floats, colours: ScalarM
             len(position), float(np.sqrt(np.prod(np.ptp(position, axis=0)) / len(position)))
         )
     axes.add_collection(
-        EllipseCollection(
+        collections.EllipseCollection(
             diameter,
             diameter,
             np.zeros(len(position)),

@@ -10,7 +10,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.laws import state_units
-from tilth.model.parameters import parameter_units
+from tilth.model.parameters import parameter_unit
 from tilth.output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -51,8 +51,11 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
 
 def parameter_fields(snapshot: Snapshot) -> list[str]:
     """Returns the names of the fields of the set-up: parameters that vary, and the layers."""
-    known = {*parameter_units(), "layer"}
-    return [name for name in snapshot.point_fields if name in known]
+    return [
+        name
+        for name in snapshot.point_fields
+        if name == "layer" or parameter_unit(name) is not None
+    ]
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -94,8 +97,7 @@ def _unit(field: str, units: Mapping[str, str]) -> str:
         return f"{units['length']}/{units['time']}{power}"
     if state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
-    if field in parameter_units():
-        unit = parameter_units()[field]
+    if (unit := parameter_unit(field)) is not None:
         return units.get(unit, "" if unit in units else unit) or "-"
     if field == "volume":
         return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +13,8 @@ from tilth.output.history import FIRST_COLUMNS, OF_STAGES
 from tilth.report.fields import with_unit
 from tilth.report.relaxations import Relaxed, mark_relaxations
 from tilth.report.stage_marks import Span, mark_stages, room_for_names
-from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from tilth.report.svg_figure import SvgFigure
+from tilth.report.texts import LABEL_WIDTH, on_lines
 
 LINE = "#1d3557"
 _WIDTH = 3.7
@@ -29,14 +26,12 @@ def draw_curves(
     time_unit: str,
     stages: Sequence[Span] = (),
     relaxed: Sequence[Relaxed] = (),
-) -> Figure | None:
+) -> SvgFigure | None:
     """Returns plots of all tracked quantities against time; None if there are none.
 
     Rows without a value (NaN) are gaps. ``stages`` are those of the run by their total times,
     ``relaxed`` its relaxations.
     """
-    from matplotlib.figure import Figure
-
     own = (*FIRST_COLUMNS, *OF_STAGES, *OF_RELAXATION)
     names = [name for name in history if name.split(" [")[0] not in own]
     if not names:
@@ -44,7 +39,7 @@ def draw_curves(
     columns = 1 if len(names) == 1 else 2
     rows = -(-len(names) // columns)
     height = 2.9 + room_for_names(stages, _WIDTH)
-    figure = Figure(figsize=(4.6 * columns + 0.4, height * rows), layout="constrained")
+    figure = SvgFigure(figsize=(4.6 * columns + 0.4, height * rows))
     for index, name in enumerate(names):
         axes = figure.add_subplot(rows, columns, index + 1)
         few = len(history["time"]) <= 60
@@ -58,12 +53,9 @@ def draw_curves(
         )
         mark_stages(axes, stages, _WIDTH)
         mark_relaxations(axes, relaxed)
-        axes.set_xlabel(with_unit("time", time_unit), fontsize=9, **AS_IT_IS)
-        axes.set_ylabel(on_lines(name, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-        axes.tick_params(labelsize=8)
-        axes.ticklabel_format(axis="y", scilimits=(-3, 5))
-        axes.grid(color="0.9", linewidth=0.6)
-        axes.set_axisbelow(True)
+        axes.set_xlabel(with_unit("time", time_unit))
+        axes.set_ylabel(on_lines(name, LABEL_WIDTH))
+        axes.grid()
     return figure
 
 
@@ -73,34 +65,28 @@ def draw_newton(
     residuals: Sequence[float],
     last_step: int,
     stages: Sequence[Span] = (),
-) -> Figure:
+) -> SvgFigure:
     """Returns plots of the iterations of all steps, shape (rows,), and of the last residuals.
 
     ``stages`` are those of the run by their steps.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import MaxNLocator
-
     height = 2.9 + room_for_names(stages, _WIDTH)
-    figure = Figure(figsize=(9.6, height), layout="constrained")
+    figure = SvgFigure(figsize=(9.6, height))
     left = figure.add_subplot(1, 2, 1)
     left.vlines(steps, 0.0, iterations, color="0.8", linewidth=1.0)
     left.plot(steps, iterations, "o", color=LINE, markersize=3)
     mark_stages(left, stages, _WIDTH)
-    left.set_xlabel("step", fontsize=9)
-    left.set_ylabel("Newton iterations", fontsize=9)
+    left.set_xlabel("step")
+    left.set_ylabel("Newton iterations")
     left.set_ylim(0.0, 1.15 * max(float(iterations.max(initial=0.0)), 1.0))
-    left.xaxis.set_major_locator(MaxNLocator(integer=True))
-    left.yaxis.set_major_locator(MaxNLocator(integer=True))
+    left.x.whole = left.y.whole = True
     right = figure.add_subplot(1, 2, 2)
     shown = np.maximum(np.asarray(residuals, dtype=np.float64), 1e-300)
     if len(shown):
         right.semilogy(np.arange(len(shown)), shown, "o-", color=LINE, markersize=4)
-        right.xaxis.set_major_locator(MaxNLocator(integer=True))
-    right.set_xlabel(f"Newton iteration of step {last_step}", fontsize=9)
-    right.set_ylabel("relative residual", fontsize=9)
-    for axes in (left, right):
-        axes.tick_params(labelsize=8)
-        axes.grid(color="0.9", linewidth=0.6)
-        axes.set_axisbelow(True)
+        right.x.whole = True
+    right.set_xlabel(f"Newton iteration of step {last_step}")
+    right.set_ylabel("relative residual")
+    left.grid()
+    right.grid()
     return figure

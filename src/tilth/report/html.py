@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
@@ -39,7 +38,7 @@ from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.motion_plots import caption, draw_forces, ends_of_stages, motion_curves
 from tilth.report.relaxations import Relaxed, after, relaxation_table, relaxations
 from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
-from tilth.report.setup import Setup, draw_setup
+from tilth.report.setup import Setup, page_setup
 from tilth.report.setup_file import read_setup, read_staged_setup
 from tilth.report.stage_marks import (
     Span,
@@ -52,8 +51,9 @@ from tilth.report.stage_marks import (
 from tilth.report.stage_pages import draw_stages
 from tilth.report.stage_setups import StagedSetup
 from tilth.report.style import CSS
+from tilth.report.svg_figure import SvgFigure
 from tilth.report.tables import facts_table, model_tables
-from tilth.report.texts import save
+from tilth.report.texts import png
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -221,7 +221,7 @@ def _setup_picture(setup: Setup | StagedSetup | None) -> str:
     if setup is None:
         return f"<p>{_NOT_DRAWN}</p>"
     if isinstance(setup, Setup):
-        return _image(draw_setup(setup), "Set-up: points, grid, conditions and loads")
+        return _image(page_setup(setup), "Set-up: points, grid, conditions and loads")
     figures = draw_stages(setup)
     text = "Set-up of each stage: points, grid, conditions and loads"
     return "".join(_image(figure, text) for figure in figures) + f"<p>{_ABOUT_STAGES}</p>"
@@ -250,8 +250,9 @@ def _parameters(
         titles = [f"{stages[0][0]}: start", *(f"{name}: first output" for name in first)]
     for name in names:
         figure = draw_frames(
-            frames, name, results.units, axisymmetric=kind == "axisymmetric", titles=titles
-        )
+            frames, name, results.units, axisymmetric=kind == "axisymmetric", titles=titles,
+            page=True,
+        )  # fmt: skip
         figures.append(_image(figure, f"{name.replace('_', ' ')} at the start"))
     return "".join(figures)
 
@@ -288,6 +289,7 @@ def _frames(
         initial=results.snapshot(0),
         titles=titles,
         water=lambda time: None if setup is None else setup.water_at(time),
+        page=True,
     )
     note = "Displacements are not magnified."
     if len(chosen) < len(results):
@@ -366,9 +368,11 @@ def _section(heading: str, content: str) -> str:
     return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>"
 
 
-def _image(figure: Figure, text: str) -> str:
+def _image(figure: Figure | SvgFigure, text: str) -> str:
     """Returns the figure as an image inside the page; ``text`` is its alternative text."""
-    buffer = io.BytesIO()
-    save(figure, buffer, format="png", dpi=130)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
+    if isinstance(figure, SvgFigure):
+        kind, content = "svg+xml", figure.svg().encode()
+    else:
+        kind, content = "png", png(figure)
+    data = base64.b64encode(content).decode()
+    return f'<img alt="{escape(text)}" src="data:image/{kind};base64,{data}">'

@@ -16,6 +16,8 @@ from tilth.model.track import OF_RELAXATION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from tilth.report.svg_axes import SvgAxes
+
 MARK = "#c1121f"
 
 
@@ -57,7 +59,7 @@ def relaxations(history: Mapping[str, Floats]) -> list[Relaxed]:
     return found
 
 
-def mark_relaxations(axes: Axes, found: Sequence[Relaxed]) -> None:
+def mark_relaxations(axes: Axes | SvgAxes, found: Sequence[Relaxed]) -> None:
     """Draws a thin line at the time of each."""
     for each in found:
         axes.axvline(each.time, color=MARK, linewidth=0.7, linestyle=":", zorder=0.9)

@@ -9,9 +9,11 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.report.amounts import cells_text
+from tilth.report.handles import Handle
 from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
+from tilth.report.svg_figure import SvgFigure
 from tilth.report.symbols import arrow, hatching, support
 from tilth.report.texts import AS_IT_IS, add_legend, any_characters, on_lines
 from tilth.report.tracked_surfaces import tracked_handles
@@ -20,7 +22,16 @@ from tilth.report.water_line import water_handle
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Condition", "Load", "Setup", "Soil", "Surface", "draw_setup", "legend_handles"]
+__all__ = [
+    "Condition",
+    "Load",
+    "Setup",
+    "Soil",
+    "Surface",
+    "draw_setup",
+    "legend_handles",
+    "page_setup",
+]
 
 _MAXIMUM_ASPECT_RATIO = 6.0
 """Ratio of the sides above which the ends are also shown enlarged."""
@@ -32,6 +43,18 @@ def draw_setup(setup: Setup) -> Figure:
     """Returns the figure of a set-up: 2D to scale, 3D as views along the axes and one in 3D."""
     from matplotlib.figure import Figure
 
+    figure: Figure = _draw(setup, Figure)
+    return figure
+
+
+def page_setup(setup: Setup) -> Figure | SvgFigure:
+    """Returns the same for a page, in the plane as SVG."""
+    return draw_setup(setup) if setup.dim == 3 else _draw(setup, SvgFigure)
+
+
+def _draw(setup: Setup, kind: Any) -> Any:
+    """Returns a figure of a kind."""
+    figure: Any
     notes: list[str] = []
     lower, upper = setup.bounds()
     if setup.dim == 3:
@@ -44,10 +67,10 @@ def draw_setup(setup: Setup) -> Figure:
         if ratio <= _MAXIMUM_ASPECT_RATIO:
             width = float(np.clip(5.5 * size[0] / size[1], 3.5, 8.0))
             height = float(np.clip(width * size[1] / size[0], 2.2, 6.5))
-            figure = Figure(figsize=(width + 2.9, height + 1.0), layout="constrained")
+            figure = kind(figsize=(width + 2.9, height + 1.0), layout="constrained")
             draw_view(figure.add_subplot(), setup, (0, 1), lower, upper, notes)
         else:
-            figure = _draw_elongated(setup, lower, upper, notes)
+            figure = _draw_elongated(setup, lower, upper, notes, kind)
     width = int(_TITLE_CHARACTERS * float(figure.get_size_inches()[0]))
     title = on_lines(setup.title or "Set-up", width)
     figure.suptitle(title, fontsize=12, x=0.02, ha="left", **AS_IT_IS)
@@ -68,29 +91,26 @@ def draw_setup(setup: Setup) -> Figure:
     if notes:
         text = on_lines("\n".join(dict.fromkeys(notes)), 2 * width)
         figure.supxlabel(text, fontsize=7.5, color="0.35", **AS_IT_IS)
-    layout = figure.get_layout_engine()
+    layout = None if isinstance(figure, SvgFigure) else figure.get_layout_engine()
     if layout is not None and setup.surfaces:
         with any_characters():  # next to a wide legend more iterations than matplotlib's are needed
             layout.execute(figure)
     return figure
 
 
-def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) -> Figure:
+def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str], kind: Any) -> Any:
     """Returns a figure of the whole and its two ends enlarged, all to scale."""
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
-
     size = upper - lower
     long = int(np.argmax(size))
     window = 2.0 * float(size[1 - long])
     if long == 1:
-        figure = Figure(figsize=(8.6, 7.0), layout="constrained")
+        figure = kind(figsize=(8.6, 7.0), layout="constrained")
         layout = figure.add_gridspec(2, 2, width_ratios=[1, 2.2])
         whole = figure.add_subplot(layout[:, 0])
         ends = [figure.add_subplot(layout[1, 1]), figure.add_subplot(layout[0, 1])]
         names = ["lower end", "upper end"]
     else:
-        figure = Figure(figsize=(10.5, 5.6), layout="constrained")
+        figure = kind(figsize=(10.5, 5.6), layout="constrained")
         layout = figure.add_gridspec(2, 2, height_ratios=[1, 2.0])
         whole = figure.add_subplot(layout[0, :])
         ends = [figure.add_subplot(layout[1, 0]), figure.add_subplot(layout[1, 1])]
@@ -105,8 +125,8 @@ def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]
             first[long] = last[long] - window
         draw_view(axes, setup, (0, 1), first, last, notes)
         axes.set_title(name, fontsize=9)
-        frame = Rectangle(tuple(first), *(last - first), fill=False, edgecolor="k", linewidth=0.8)
-        whole.add_patch(frame)
+        x, y = np.stack([first, last], axis=1)
+        whole.plot(x[[0, 1, 1, 0, 0]], y[[0, 0, 1, 1, 0]], color="k", linewidth=0.8)
     return figure
 
 
@@ -114,18 +134,16 @@ LEGEND_ENTRIES = 40
 """Entries of the legend at most; more would leave no room for the picture."""
 
 
-def legend_handles(setup: Setup) -> list[Any]:
+def legend_handles(setup: Setup) -> list[Handle]:
     """Returns legend handles of bodies, conditions with the constrained components, and loads."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
     names = setup.axis_names
-    handles: list[Any] = []
+    handles: list[Handle] = []
     for body, name in enumerate(setup.body_names):
         count = int(np.count_nonzero(setup.body_id == body))
         colour = BODY_COLOURS[body % len(BODY_COLOURS)]
-        handles.append(Patch(color=colour, alpha=0.8, label=f"{name}\n{count:,} points"))
-    handles.append(Line2D([], [], color="0.7", linewidth=0.8, label=_cell_text(setup)))
+        area = {"color": colour, "alpha": 0.8}
+        handles.append(Handle(f"{name}\n{count:,} points", patch=area))
+    handles.append(Handle(_cell_text(setup), {"color": "0.7", "linewidth": 0.8}))
     for place, condition in enumerate(setup.conditions):
         number = setup.colour_of(condition.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
@@ -141,15 +159,13 @@ def legend_handles(setup: Setup) -> list[Any]:
         elif condition.kind != "affine":
             kind = "fixed" if np.all(constrained) else "roller"
             style = {"marker": support(kind, 1, -1), "markersize": 19, "markerfacecolor": "w"}
-        handles.append(
-            Line2D([], [], linestyle="none", markeredgecolor=colour, label=text, **style)
-        )
+        handles.append(Handle(text, {"linestyle": "none", "markeredgecolor": colour, **style}))
     for place, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
         number = setup.colour_of(surface.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
         handles.append(_surface_handle(surface, colour, setup.length_unit))
     for shape, handle in zip(setup.tracked, tracked_handles(setup.tracked), strict=True):
-        handle.set_label(f"{shape.name}\ntracked surface")
+        handle.label = f"{shape.name}\ntracked surface"
         handles.append(handle)
     if setup.water is not None:
         handles.append(water_handle(not np.array_equal(*setup.water)))
@@ -164,7 +180,7 @@ def legend_handles(setup: Setup) -> list[Any]:
         handles.append(_arrow_handle(direction, f"body force\nacceleration {amount}"))
     if len(handles) > LEGEND_ENTRIES:
         more = f"and {len(handles) - LEGEND_ENTRIES + 1:,} more"
-        handles = [*handles[: LEGEND_ENTRIES - 1], Line2D([], [], linestyle="none", label=more)]
+        handles = [*handles[: LEGEND_ENTRIES - 1], Handle(more, {"linestyle": "none"})]
     return handles
 
 
@@ -176,10 +192,8 @@ _CONSTRAINED = {
 }
 
 
-def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
+def _surface_handle(surface: Surface, colour: str, unit: str) -> Handle:
     """Returns the legend handle of an implicit boundary with the symbol of its support."""
-    from matplotlib.lines import Line2D
-
     text = f"{surface.name}\nimplicit, {_CONSTRAINED.get(surface.kind, surface.kind)}"
     if surface.kind in ("rigid body", "absorbing"):
         text = f"{surface.name}\n{surface.kind}"
@@ -188,28 +202,24 @@ def _surface_handle(surface: Surface, colour: str, unit: str) -> Any:
     if surface.kind != "rigid body" and surface.displacement is not None:
         largest = float(np.linalg.norm(surface.displacement, axis=1).max(initial=0.0))
         text += f",\nmoves up to {largest:.4g} {unit}".rstrip()
-    return Line2D(
-        [],
-        [],
-        color=colour,
-        linewidth=LINE_WIDTH,
-        linestyle=LINE_STYLES.get(surface.kind, "-"),
-        marker=support("roller", 1, -1) if surface.kind == "roller" else hatching(),
-        markersize=19,
-        markerfacecolor="white",
-        markeredgewidth=0.9,
-        label=text,
-    )
+    style = {
+        "color": colour,
+        "linewidth": LINE_WIDTH,
+        "linestyle": LINE_STYLES.get(surface.kind, "-"),
+        "marker": support("roller", 1, -1) if surface.kind == "roller" else hatching(),
+        "markersize": 19,
+        "markerfacecolor": "white",
+        "markeredgewidth": 0.9,
+    }
+    return Handle(text, style)
 
 
-def _arrow_handle(direction: tuple[float, float], label: str) -> Any:
+def _arrow_handle(direction: tuple[float, float], label: str) -> Handle:
     """Returns a handle with an arrow, or a cross if the direction vanishes in the view."""
-    from matplotlib.lines import Line2D
-
     style: dict[str, Any] = {"marker": "x", "markersize": 5}
     if any(direction):
         style = {"marker": arrow(direction), "markersize": 15, "markerfacecolor": LOAD_COLOUR}
-    return Line2D([], [], linestyle="none", markeredgecolor=LOAD_COLOUR, label=label, **style)
+    return Handle(label, {"linestyle": "none", "markeredgecolor": LOAD_COLOUR, **style})
 
 
 def _cell_text(setup: Setup) -> str:

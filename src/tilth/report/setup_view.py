@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers, distinct_rows
-from tilth.report.domains import corners_of_boxes, outlines, sides_towards
+from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines, sides_towards
 from tilth.report.fields import with_unit
+from tilth.report.handles import collections_for, plot_line
 from tilth.report.setup_data import Condition, Setup, Soil
 from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
@@ -99,8 +100,6 @@ def _draw_grid(
     high: Floats,
     notes: list[str],
 ) -> None:
-    from matplotlib.collections import LineCollection
-
     lines = []
     for k, direction in enumerate(chosen):
         ends = setup.in_cells(np.array([low[k], high[k]]), direction)
@@ -114,7 +113,8 @@ def _draw_grid(
                 lines.append([(x, low[1]), (x, high[1])])
             else:
                 lines.append([(low[0], x), (high[0], x)])
-    axes.add_collection(LineCollection(lines, colors="0.3", alpha=0.3, linewidths=0.5, zorder=1.5))
+    collection = collections_for(axes).LineCollection
+    axes.add_collection(collection(lines, colors="0.3", alpha=0.3, linewidths=0.5, zorder=1.5))
 
 
 def _draw_bodies(
@@ -126,9 +126,7 @@ def _draw_bodies(
     notes: list[str],
 ) -> None:
     """Draws filled domains, and points where these are large enough to be distinguished."""
-    from matplotlib.collections import EllipseCollection, PolyCollection
-    from matplotlib.colors import to_rgb
-
+    collections = collections_for(axes)
     low, high = lower[chosen], upper[chosen]
     half_lengths = setup.half_lengths
     margin = 0.0 if half_lengths is None else half_lengths.max(axis=0)
@@ -159,13 +157,13 @@ def _draw_bodies(
         area, area_shade = outlines(position, setup.corners[seen]), shade
     else:
         area, area_shade = _sides(setup, seen, chosen)
-    strong = np.array([to_rgb(colour) for colour in BODY_COLOURS])
+    strong = np.array([list(bytes.fromhex(colour[1:])) for colour in BODY_COLOURS]) / 255.0
     fills = np.stack([0.3 + 0.7 * strong, 0.85 * strong], axis=1).reshape(-1, 3)
     fill = fills[area_shade % len(fills)]
-    edges = np.array([to_rgb("white"), to_rgb(NEW_EDGE)])
+    edges = np.array([[1.0] * 3, [float(NEW_EDGE)] * 3])
     axes.add_collection(
-        PolyCollection(
-            list(area),
+        collections.PolyCollection(
+            drawn_at_once(area),
             facecolors=fill,
             edgecolors=edges[area_shade % 2] if drawn else fill,
             linewidths=0.4,
@@ -175,7 +173,7 @@ def _draw_bodies(
     if not drawn:
         return
     axes.add_collection(
-        EllipseCollection(
+        collections.EllipseCollection(
             diameter,
             diameter,
             np.zeros(len(diameter)),
@@ -200,7 +198,7 @@ def _draw_removed(axes: Axes, removed: Soil, chosen: list[int]) -> None:
         position, half, _ = _rectangles(position, half, removed.body_id)
     axes.add_collection(
         PolyCollection(
-            list(outlines(position, corners_of_boxes(half))),
+            drawn_at_once(outlines(position, corners_of_boxes(half))),
             facecolors="none",
             edgecolors=REMOVED_COLOUR,
             hatch=REMOVED_HATCH,
@@ -282,7 +280,8 @@ def _draw_condition(
             )
             continue
         kind = "fixed" if np.all(mask[chosen]) else "roller"
-        axes.plot(
+        plot_line(
+            axes,
             *group.T,
             linestyle="none",
             marker=support(kind, axis, sign),

@@ -16,6 +16,8 @@ from tilth.report.texts import AS_IT_IS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from tilth.report.svg_axes import SvgAxes
+
 Span = tuple[str, float, float]
 """A stage that a run has begun: its name, where it begins and where it ends or stopped."""
 
@@ -28,7 +30,7 @@ _ROOM = 1.1
 """Multiple of the length of a name that it needs along the axis."""
 
 
-def mark_stages(axes: Axes, spans: Sequence[Span], width: float) -> None:
+def mark_stages(axes: Axes | SvgAxes, spans: Sequence[Span], width: float) -> None:
     """Draws thin lines between stages and writes their names above the panel.
 
     The names are upright where one of them is longer than its stage. The limits of the axis become

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.report.handles import Handle
 from tilth.report.setup import legend_handles
 from tilth.report.setup_3d import draw_in_space
 from tilth.report.setup_data import Condition, Load, Setup, Surface
@@ -160,21 +161,19 @@ def _title(staged: StagedSetup, number: int, width: float) -> str:
     return "\n".join([head, *text])
 
 
-def _legend(staged: StagedSetup, numbers: range) -> list[Any]:
+def _legend(staged: StagedSetup, numbers: range) -> list[Handle]:
     """Returns the legend's handles of everything that is there in one of the stages."""
-    from matplotlib.patches import Patch
-
     stages = [staged.stages[number] for number in numbers]
     handles = legend_handles(_everything(staged, stages))
     extra = [staged.at(number) for number in numbers]
     if any(np.any(each.is_new) for each in extra):
         colour = BODY_COLOURS[0]
-        patch = Patch(facecolor=colour, edgecolor=NEW_EDGE, label="darker: new in the stage")
-        handles.append(patch)
+        patch: dict[str, Any] = {"facecolor": colour, "edgecolor": NEW_EDGE}
+        handles.append(Handle("darker: new in the stage", patch=patch))
     if any(each.removed is not None and len(each.removed.position) for each in extra):
-        patch = Patch(facecolor="none", edgecolor=REMOVED_COLOUR, linewidth=0.0)
-        patch.set(hatch=REMOVED_HATCH, label="removed at the start\nof the stage")
-        handles.append(patch)
+        patch = {"facecolor": "none", "edgecolor": REMOVED_COLOUR, "linewidth": 0.0}
+        patch["hatch"] = REMOVED_HATCH
+        handles.append(Handle("removed at the start\nof the stage", patch=patch))
     return handles
 
 

@@ -50,6 +50,7 @@ def print_summary(
     estimate: MemoryEstimate,
     available: AvailableMemory | None,
     console: Console | None = None,
+    time: str = "",
 ) -> None:
     """Prints bodies, points, cells, memory, materials, conditions, loads and steps of `model`.
 
@@ -59,20 +60,25 @@ def print_summary(
         estimate: of the memory of its run.
         available: memory on this machine; None if it is not known.
         console: where it is printed; the standard output if None.
+        time: what is known of the time of its run; nothing is printed of it if empty.
     """
     console = console or Console(highlight=False)
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), title_justify="left")
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     section = ""
-    for heading, text in _rows(model, setup, estimate, available):
+    for heading, text in _rows(model, setup, estimate, available, time):
         table.add_row("" if heading == section else heading, Text(text))
         section = heading
     console.print(table)
 
 
 def _rows(
-    model: Model, setup: Setup, estimate: MemoryEstimate, available: AvailableMemory | None
+    model: Model,
+    setup: Setup,
+    estimate: MemoryEstimate,
+    available: AvailableMemory | None,
+    time: str,
 ) -> Iterator[tuple[str, str]]:
     unit = model.units
     if model.title:
@@ -87,6 +93,8 @@ def _rows(
     yield "unknowns", f"about {estimate.unknowns:,.0f}, linear solver {estimate.solver}"
     yield "memory", str(estimate)
     yield "memory", f"available: {'not known' if available is None else available}"
+    if time:
+        yield "time", time
     for name, material in model.materials.items():
         yield "materials", _material(name, material, model)
     for entry in model.initial.stress:

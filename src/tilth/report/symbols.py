@@ -1,70 +1,95 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Symbols of structural mechanics as matplotlib markers, with their tip at the node."""
+"""Symbols of structural mechanics as markers, with their tip at the node."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tilth.arrays import Floats
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.path import Path
 
 
-def support(kind: str, axis: int, sign: int) -> Path:
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Open and closed polygons around the origin, y upwards; the latter end where they begin."""
+
+    parts: tuple[Floats, ...]
+
+    @classmethod
+    def of(cls, parts: Sequence[Any]) -> Shape:
+        """Returns the shape of lists of vertices."""
+        return cls(tuple(np.asarray(part, dtype=float) for part in parts))
+
+    @property
+    def extent(self) -> float:
+        """Largest coordinate, which fixes the scale."""
+        return max(float(np.abs(part).max()) for part in self.parts)
+
+    def path(self) -> Path:
+        """Returns the same as marker of matplotlib."""
+        from matplotlib.path import Path
+
+        paths = [Path(part, closed=_is_closed(part)) for part in self.parts]
+        return Path.make_compound_path(*paths)
+
+    def svg(self, scale: float) -> str:
+        """Returns the same as path in SVG, whose y goes downwards."""
+        found = ""
+        for part in self.parts:
+            corners = (part * [scale, -scale]).tolist()
+            found += "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in corners)
+            found += "Z" if _is_closed(part) else ""
+        return found
+
+
+def _is_closed(part: Floats) -> bool:
+    return len(part) > 2 and bool((part[0] == part[-1]).all())
+
+
+_FRAME = [[0.0, 1.0], [0.0, 1.0]]
+"""A line without length at the distance that fixes the scale."""
+
+
+def support(kind: str, axis: int, sign: int) -> Shape:
     """Returns the marker of a ``roller`` or ``fixed`` support on the given side of its node.
 
     ``axis`` 0 is to the right and 1 upwards in the figure, ``sign`` -1 is the opposite direction.
     A roller is a circle between the node and the ground line, a fixed support a triangle.
     """
-    from matplotlib.path import Path
-
     if kind == "roller":
-        circle = Path.unit_circle()
-        body = Path(0.30 * np.asarray(circle.vertices) + [0.0, -0.30], circle.codes)
+        turn = np.append(np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False), 0.0)
+        body = 0.30 * np.stack([np.cos(turn), np.sin(turn)], axis=1) + [0.0, -0.30]
     else:
-        corners = [[0.0, 0.0], [-0.42, -0.60], [0.42, -0.60], [0.0, 0.0]]
-        body = Path(corners, [Path.MOVETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY])
-    ground = Path([[-0.5, -0.68], [0.5, -0.68]], [Path.MOVETO, Path.LINETO])
-    hatches = [
-        Path([[x, -0.68], [x - 0.18, -0.92]], [Path.MOVETO, Path.LINETO])
-        for x in (-0.30, 0.0, 0.30, 0.5)
-    ]
-    frame = Path([[0.0, 1.0], [0.0, 1.0]], [Path.MOVETO, Path.LINETO])  # fixes the scale
-    path = Path.make_compound_path(body, ground, *hatches, frame)
-    return Path(_rotated(np.asarray(path.vertices), axis, sign), path.codes)
+        body = np.array([[0.0, 0.0], [-0.42, -0.60], [0.42, -0.60], [0.0, 0.0]])
+    hatches = [[[x, -0.68], [x - 0.18, -0.92]] for x in (-0.30, 0.0, 0.30, 0.5)]
+    parts = [body, [[-0.5, -0.68], [0.5, -0.68]], *hatches, _FRAME]
+    return Shape.of([_rotated(np.asarray(part), axis, sign) for part in parts])
 
 
-def arrow(direction: tuple[float, float]) -> Path:
+def arrow(direction: tuple[float, float]) -> Shape:
     """Returns a centred arrow in ``direction``, not of zero length, as marker of a legend."""
-    from matplotlib.path import Path
-
     shape = np.array(
         [[-1, 0.12], [0.25, 0.12], [0.25, 0.42], [1, 0], [0.25, -0.42], [0.25, -0.12], [-1, -0.12]]
     )
     length = float(np.hypot(*direction))
     c, s = direction[0] / length, direction[1] / length
     rotated = shape @ np.array([[c, s], [-s, c]])
-    codes = [Path.MOVETO] + [Path.LINETO] * 6 + [Path.CLOSEPOLY]
-    return Path(np.vstack([rotated, rotated[:1]]), codes)
+    return Shape.of([np.vstack([rotated, rotated[:1]])])
 
 
-def hatching() -> Path:
+def hatching() -> Shape:
     """Returns the marker of a rigid boundary in legends: hatching below a line."""
-    from matplotlib.path import Path
-
-    strokes = [
-        Path([[x, 0.0], [x - 0.25, -0.45]], [Path.MOVETO, Path.LINETO])
-        for x in (-0.25, 0.05, 0.35, 0.65)
-    ]
-    frame = Path([[0.0, 1.0], [0.0, 1.0]], [Path.MOVETO, Path.LINETO])  # fixes the scale
-    return Path.make_compound_path(*strokes, frame)
+    strokes = [[[x, 0.0], [x - 0.25, -0.45]] for x in (-0.25, 0.05, 0.35, 0.65)]
+    return Shape.of([*strokes, _FRAME])
 
 
-def arrows(axes: Axes, position: Floats, vectors: Floats, colour: str, pivot: str) -> None:
+def arrows(axes: Any, position: Floats, vectors: Floats, colour: str, pivot: str) -> None:
     """Draws arrows of at most 0.45 inch with their ``pivot`` (tip, tail or middle) at positions."""
     longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
     if longest == 0.0:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import Snapshot, SurfaceShape
+from tilth.report.handles import Handle, plot_line
+from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import LEGEND_WIDTH, add_legend, any_characters, on_lines
 
 if TYPE_CHECKING:
@@ -45,14 +47,14 @@ def draw_tracked_2d(axes: Axes, snapshot: Snapshot, initial: Snapshot | None) ->
     """Draws lines along the tracked surfaces; those of the output ``initial`` dashed and thin."""
     if initial is not None and initial.step != snapshot.step:
         for number, shape in enumerate(initial.surfaces):
-            _draw_lines(axes, shape, color=colour_of(number), **_initial_line())
+            _draw_lines(axes, shape, color=colour_of(number), **_INITIAL_LINE)
     draw_tracked_lines(axes, snapshot.surfaces)
 
 
 def draw_tracked_lines(axes: Axes, surfaces: Sequence[SurfaceShape]) -> None:
     """Draws lines along tracked surfaces in the plane."""
     for number, shape in enumerate(surfaces):
-        _draw_lines(axes, shape, color=colour_of(number), **_line())
+        _draw_lines(axes, shape, color=colour_of(number), **_LINE)
 
 
 def draw_tracked_3d(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
@@ -90,25 +92,21 @@ def draw_tracked_3d(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
                 )
 
 
-def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Any]:
+def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Handle]:
     """Returns legend handles of tracked surfaces."""
-    from matplotlib.lines import Line2D
-
     return [
-        Line2D([], [], color=colour_of(number), label=f"surface: {shape.name}", **_line())
+        Handle(f"surface: {shape.name}", {"color": colour_of(number), **_LINE})
         for number, shape in enumerate(surfaces)
     ]
 
 
 def add_tracked_legend(
-    figure: Figure, snapshots: Sequence[Snapshot], initial: Snapshot | None
+    figure: Figure | SvgFigure, snapshots: Sequence[Snapshot], initial: Snapshot | None
 ) -> None:
     """Adds a legend of the tracked surfaces that one of the panels has, above them.
 
     ``initial`` is None if not drawn.
     """
-    from matplotlib.lines import Line2D
-
     every = tracked_handles(snapshots[0].surfaces)
     drawn = {shape.name for each in snapshots for shape in each.surfaces if len(shape.cells)}
     names = [shape.name for shape in snapshots[0].surfaces]
@@ -121,11 +119,11 @@ def add_tracked_legend(
         one = len(there) == 1
         label = f"surface{'' if one else 's'} at the start"
         colour = colour_of(there[0]) if one else "0.3"
-        handles.append(Line2D([], [], color=colour, label=label, **_initial_line()))
+        handles.append(Handle(label, {"color": colour, **_INITIAL_LINE}))
     if not handles:
         return
     width, height = figure.get_size_inches()
-    texts = [on_lines(handle.get_label(), LEGEND_WIDTH) for handle in handles]
+    texts = [on_lines(handle.label, LEGEND_WIDTH) for handle in handles]
     longest = max(len(line) for text in texts for line in text.split("\n"))
     lines = max(text.count("\n") for text in texts) + 1
     columns = int(np.clip(width / (_HANDLE_WIDTH + _CHARACTER_WIDTH * longest), 1, len(handles)))
@@ -139,33 +137,26 @@ def add_tracked_legend(
         frameon=False,
         handlelength=2.6,
     )
+    if isinstance(figure, SvgFigure):
+        return
     layout = figure.get_layout_engine()
     if layout is not None:
         with any_characters():  # below a high legend more iterations than matplotlib's are needed
             layout.execute(figure)
 
 
-def _line() -> dict[str, Any]:
-    return {"linewidth": LINE_WIDTH, "path_effects": _margin(LINE_WIDTH + 1.4)}
-
-
-def _initial_line() -> dict[str, Any]:
-    return {
-        "linewidth": INITIAL_WIDTH,
-        "linestyle": INITIAL_STYLE,
-        "path_effects": _margin(INITIAL_WIDTH + 0.9),
-    }
-
-
-def _margin(width: float) -> list[Any]:
-    from matplotlib.patheffects import withStroke
-
-    return [withStroke(linewidth=width, foreground="white")]
+_LINE: dict[str, Any] = {"linewidth": LINE_WIDTH, "halo": LINE_WIDTH + 1.4}
+_INITIAL_LINE: dict[str, Any] = {
+    "linewidth": INITIAL_WIDTH,
+    "linestyle": INITIAL_STYLE,
+    "halo": INITIAL_WIDTH + 0.9,
+}
 
 
 def _draw_lines(axes: Axes, shape: SurfaceShape, **style: Any) -> None:
     for line in shape.polylines:
-        axes.plot(*shape.position[line].T, solid_capstyle="round", solid_joinstyle="round", **style)
+        x, y = shape.position[line].T
+        plot_line(axes, x, y, solid_capstyle="round", solid_joinstyle="round", **style)
 
 
 def _faces_viewer(axes: Any, corner: Floats) -> NDArray[np.bool_]:

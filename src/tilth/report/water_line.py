@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.report.handles import Handle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,12 +54,10 @@ def draw_water(axes: Axes, line: Floats, initial: Floats | None = None) -> None:
         axes.plot([place], [height], zorder=5, **_mark())
 
 
-def water_handle(moves: bool) -> Any:
+def water_handle(moves: bool) -> Handle:
     """Returns the legend's handle of the water; ``moves``: whether its level changes."""
-    from matplotlib.lines import Line2D
-
     label = "water level\nat the end, dashed at the start" if moves else "water level"
-    return Line2D([], [], color=WATER_COLOUR, linewidth=1.4, label=label)
+    return Handle(label, {"color": WATER_COLOUR, "linewidth": 1.4})
 
 
 def _mark() -> dict[str, Any]:
