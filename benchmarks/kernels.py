@@ -14,6 +14,7 @@ from problems import block, cantilever
 from tilth import _core
 from tilth.analysis.simulation import Simulation
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.mpm.stencil import Stencil
 from tilth.verification.cases import varied
@@ -26,12 +27,31 @@ SHIFT = 0.3
 
 
 def simulations() -> Iterator[tuple[str, Simulation]]:
-    """The cantilever on a fine grid and the elastic block, each with every basis."""
+    """The cantilever on a fine grid and the elastic block, each with every basis.
+
+    In 3D also with domains that grid lines cut at random.
+    """
     for basis in BASES:
         model = varied(cantilever("linear"), {"grid.cell_size": 0.125, "bodies.0.basis": basis})
         yield f"2D, {basis}", Simulation(model)
     for basis in BASES:
         yield f"3D, {basis}", Simulation(varied(block(16), {"bodies.0.basis": basis}))
+    for basis in BASES[1:]:
+        simulation = Simulation(varied(block(16), {"bodies.0.basis": basis}))
+        disarrange(simulation.points, simulation.grid.cell_size)
+        yield f"3D, {basis}, at random", simulation
+
+
+def disarrange(points: MaterialPoints, cell: npt.NDArray[np.float64]) -> None:
+    """Moves points by up to a quarter of a cell and deforms their domains, as a flow does.
+
+    Half lengths change by up to a fifth; corners take a gradient of a tenth.
+    """
+    random = np.random.default_rng(0)
+    points.position += cell * random.uniform(-0.25, 0.25, points.position.shape)
+    points.half_length *= random.uniform(0.8, 1.2, points.half_length.shape)
+    gradient = np.eye(len(cell)) + 0.1 * random.standard_normal((len(points), *2 * (len(cell),)))
+    points.corner[:] = np.einsum("pij,pcj->pci", gradient, points.corner)
 
 
 def work(stencil: Stencil) -> dict[str, tuple[float, float]]:

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../kernel/cell_shares.hpp"
+#include "../kernel/cluster.hpp"
 #include "../kernel/f_bar.hpp"
 #include "stencil_view.hpp"
 
@@ -184,6 +185,24 @@ struct BoxesView {
 
  private:
   const StencilView& stencil_;
+};
+
+/// Reads the boxes around the supports of a Stencil's groups, and their nodes where these do not
+/// fill the boxes. The kernel finds nodes that are not inside of their box.
+struct SupportsView {
+  ConstIntegers first, node_key;
+  ConstShorts count;
+  kernel::Boxes boxes;
+
+  SupportsView(nb::handle handle, const StencilView& stencil)
+      : first(attribute<ConstIntegers>(handle, "first")),
+        node_key(attribute<ConstIntegers>(handle, "node_key")),
+        count(attribute<ConstShorts>(handle, "count")),
+        boxes{first.data(), count.data(), stencil.count == nullptr ? node_key.data() : nullptr} {
+    require_size(first, 3 * stencil.groups, "first");
+    if (stencil.count == nullptr)
+      require_size(node_key, stencil.node_start[stencil.groups], "node_key");
+  }
 };
 
 }  // namespace tilth::bind

@@ -123,11 +123,15 @@ void stiffness(const std::string& kind_name, nb::handle stencil_handle, ConstInt
   centres.require_fits(stencil, stencil_handle, kind_name);
   const kernel::BlockPositions blocks{block_start.data(), block_position.data(),
                                       size_of(block_position), blocks_of_matrix};
+  const SupportsView supports(stencil_handle, stencil);
   nb::gil_scoped_release release;
   bool fits = true;
   with_kind(kind_name, [&](auto kind) {
-    fits = kernel::stiffness<decltype(kind)>(stencil, blocks, volume.data(), position.data(),
-                                             response.data(), centres.get(), matrix.data());
+    using K = decltype(kind);
+    const auto* of_points = reinterpret_cast<const kernel::Response<K>*>(response.data());
+    fits = kernel::stiffness<K>(stencil, supports.boxes, blocks,
+                                {volume.data(), position.data(), of_points, centres.get()},
+                                matrix.data());
   });
   require(fits, "block_position", "does not fit to block_start, stencil and matrix");
 }

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "../parallel.hpp"
-#include "stiffness.hpp"
+#include "local_matrix.hpp"
 #include "view.hpp"
 
 namespace tilth::kernel {
@@ -203,7 +203,7 @@ bool add_element_blocks(const Elements& elements, const BlockPositions& blocks,
   for_each_by_colour(elements, [&](std::int64_t e) {
     const int n = elements.nodes_of(e);
     const std::int32_t* node = elements.node + elements.node_start[e];
-    if (!prefetch_blocks<Components>(e, n, node, blocks, matrix)) return outside.set();
+    if (!prefetch_blocks<Components>(e, n, NodeRuns(n, node), blocks, matrix)) return outside.set();
     const std::int32_t* position = blocks.position + blocks.start[e];
     const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)

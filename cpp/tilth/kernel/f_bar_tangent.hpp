@@ -10,8 +10,8 @@
 // T (x) T + U (x) U in the term with e.
 #pragma once
 
-#include "dense_product.hpp"
 #include "f_bar.hpp"
+#include "local_matrix.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
@@ -49,14 +49,18 @@ Response<K> through_point(const Response<K>& s, const VolumetricModuli<K>& modul
   return own;
 }
 
+/// Number of products of the terms that act through the cells.
+template <class K>
+inline constexpr int f_bar_products = 2 * K::dim + (K::hoop ? 1 : 0);
+
 /// The terms of one group that act through its cells. Where a group has one cell, all its points
-/// have the same A, and the products are those of their sums. `symmetric`: M = M', and only the
-/// rows of i <= k are needed. N nodes, 0 for a number known at run time.
+/// have the same A, and the products are those of their sums. `symmetric`: M = M'. N nodes, 0 for
+/// a number known at run time.
 template <class K, int N>
 class CellTerms {
  public:
   static constexpr int dim = K::dim;
-  static constexpr int capacity = padded_columns(N > 0 ? N : maximum_nodes);
+  static constexpr int capacity = ProductSum<dim, N>::nodes;
 
   CellTerms(const Centres& centres, std::int64_t group, int nodes, bool symmetric)
       : single(centres.cells_of(group) == 1),
@@ -74,11 +78,12 @@ class CellTerms {
 
   const bool single;  // whether the group has one cell
 
-  /// Adds a point, the `index`th of the group, to the sums or to local[a][i][k][b]; `current` are
-  /// its gradients (dim, capacity) and `hoop_per_value` is the hoop strain per radial displacement.
+  /// Adds a point, the `index`th of the group, to the sums or its products, for which there is
+  /// room, to `products`; `current` are its gradients (dim, capacity) and `hoop_per_value` is the
+  /// hoop strain per radial displacement.
   void add(const Response<K>& s, const VolumetricModuli<K>& moduli, double excess, double volume,
            std::int64_t index, const double (*current)[capacity], const double* value,
-           double hoop_per_value, double* local) {
+           double hoop_per_value, ProductSum<dim, N>& products) {
     if (single) {
       weight_[0] += volume * excess;
     } else {
@@ -90,13 +95,33 @@ class CellTerms {
     add_gradients(s, moduli.row, volume, current, value, hoop_per_value, row_);
     if (!symmetric_)
       add_gradients(s, moduli.column, volume, current, value, hoop_per_value, column_);
-    if (!single) add_products(local);
+    if (!single) append_products(products);
   }
 
-  /// Adds what depends on all points of the group.
-  void finish(double* local) {
-    if (single) add_products(local);
-    add_second_derivatives(local);
+  /// Adds the products of the sums.
+  void finish(ProductSum<dim, N>& products) const {
+    if (!single) return;
+    products.reserve(f_bar_products<K>);
+    append_products(products);
+  }
+
+  /// Adds the second derivatives of the determinant, over it: trace_ai trace_bk - trace_ak
+  /// trace_bi. The nodes of the group have these places.
+  void add_second_derivatives(const std::uint8_t* place, LocalMatrix<dim>& local) const {
+    constexpr int corners = 1 << dim;
+    for (int c = 0; c < cells_.count; ++c) {
+      if (weight_[c] == 0.0) continue;
+      const double* trace = centres_.trace + std::int64_t{cells_.cell[c]} * corners * dim;
+      const std::int32_t* node = cells_.node[c];
+      for (int a = 0; a < corners; ++a)
+        for (int b = symmetric_ ? a : 0; b < corners; ++b) {
+          double* block = local.block(place[node[a]], place[node[b]]);
+          for (int i = 0; i < dim; ++i)
+            for (int k = 0; k < dim; ++k)
+              block[i * dim + k] += weight_[c] * (trace[a * dim + i] * trace[b * dim + k] -
+                                                  trace[a * dim + k] * trace[b * dim + i]);
+        }
+    }
   }
 
  private:
@@ -142,51 +167,31 @@ class CellTerms {
       for (int a = 0; a < n(); ++a) sum[0][a] += volume * modulus[2] * hoop_per_value * value[a];
   }
 
-  /// Adds T (x) (M' + d A - e T) + M (x) A, in axisymmetry also U (x) (M' + d A - e U).
-  void add_products(double* local) const {
+  /// Appends T (x) (M' + d A - e T) and M (x) A, in axisymmetry also U (x) (M' + d A - e U).
+  void append_products(ProductSum<dim, N>& products) const {
     const auto* column = symmetric_ ? row_ : column_;
-    for (int k = 0; k < dim; ++k) {
-      alignas(32) double all[capacity], by_plane[capacity], by_hoop[K::hoop ? capacity : 1];
-      for (int b = 0; b < n(); ++b) {
-        all[b] = in_plane_[k][b];
-        if constexpr (K::hoop) all[b] += k == 0 ? hoop_[b] : 0.0;
-        const double both = column[k][b] + sum_both_ * all[b];
-        by_plane[b] = both - sum_excess_ * in_plane_[k][b];
-        if constexpr (K::hoop) by_hoop[b] = both - (k == 0 ? sum_excess_ * hoop_[b] : 0.0);
+    const int first = products.append(f_bar_products<K>);
+    products.clear(first);
+    auto* left = products.left(first);
+    for (int i = 0; i < dim; ++i) {
+      std::copy_n(in_plane_[i], n(), left[i]);
+      std::copy_n(row_[i], n(), left[dim + i]);
+    }
+    if constexpr (K::hoop) std::copy_n(hoop_, n(), left[2 * dim]);
+    for (int b = 0; b < n(); ++b)
+      for (int k = 0; k < dim; ++k) {
+        double all = in_plane_[k][b], by_hoop = 0.0;
+        if constexpr (K::hoop) {
+          all += k == 0 ? hoop_[b] : 0.0;
+          by_hoop = k == 0 ? sum_excess_ * hoop_[b] : 0.0;
+        }
+        const double both = column[k][b] + sum_both_ * all;
+        for (int i = 0; i < dim; ++i) {
+          products.right(first + i, b)[i * dim + k] = both - sum_excess_ * in_plane_[k][b];
+          products.right(first + dim + i, b)[i * dim + k] = all;
+        }
+        if constexpr (K::hoop) products.right(first + 2 * dim, b)[k] = both - by_hoop;
       }
-      for (int i = 0; i < (symmetric_ ? k + 1 : dim); ++i)
-        for (int a = 0; a < n(); ++a) {
-          double* to = local + ((a * dim + i) * dim + k) * n();
-#pragma omp simd
-          for (int b = 0; b < n(); ++b)
-            to[b] += in_plane_[i][a] * by_plane[b] + row_[i][a] * all[b];
-          if constexpr (K::hoop) {
-            if (i > 0) continue;
-            for (int b = 0; b < n(); ++b) to[b] += hoop_[a] * by_hoop[b];
-          }
-        }
-    }
-  }
-
-  /// Those of the determinant, over it: trace_ai trace_bk - trace_ak trace_bi.
-  void add_second_derivatives(double* local) const {
-    constexpr int corners = 1 << dim;
-    for (int c = 0; c < cells_.count; ++c) {
-      if (weight_[c] == 0.0) continue;
-      const double* trace = centres_.trace + std::int64_t{cells_.cell[c]} * corners * dim;
-      const std::int32_t* node = cells_.node[c];
-      for (int i = 0; i < dim; ++i)
-        for (int k = symmetric_ ? i + 1 : 0; k < dim; ++k) {
-          if (k == i) continue;
-          for (int a = 0; a < corners; ++a) {
-            const double by_i = weight_[c] * trace[a * dim + i];
-            const double by_k = weight_[c] * trace[a * dim + k];
-            double* row = local + ((node[a] * dim + i) * dim + k) * n();
-            for (int b = 0; b < corners; ++b)
-              row[node[b]] += by_i * trace[b * dim + k] - by_k * trace[b * dim + i];
-          }
-        }
-    }
   }
 };
 

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 
-#include "stiffness.hpp"
+#include "basis_values.hpp"
+#include "local_matrix.hpp"
 
 namespace tilth::kernel {
 
@@ -18,8 +19,8 @@ bool add_mass(const Stencil& stencil, const BlockPositions& blocks, const double
   for_each_by_colour(stencil, [&](std::int64_t g) {
     with_node_count<Dim>(stencil.nodes_of(g), [&]<int N>() {
       const int n = N > 0 ? N : stencil.nodes_of(g);
-      const std::int32_t* node = stencil.node + stencil.node_start[g];
-      if (!prefetch_blocks<1>(g, n, node, blocks, matrix)) return outside.set();
+      const NodeRuns runs(n, stencil.node + stencil.node_start[g]);
+      if (!prefetch_blocks<1>(g, n, runs, blocks, matrix)) return outside.set();
       double local[N > 0 ? N * N : maximum_nodes * maximum_nodes];
       std::fill_n(local, n * n, 0.0);
       GroupBasis<Dim, N, true, false> basis(stencil, g);
@@ -30,7 +31,7 @@ bool add_mass(const Stencil& stencil, const BlockPositions& blocks, const double
           for (int b = 0; b < n; ++b) local[a * n + b] += weighted * basis.value[b];
         }
       }
-      scatter_blocks<1>(n, node, blocks.position + blocks.start[g], local, matrix);
+      scatter_blocks<1>(n, runs, blocks.position + blocks.start[g], local, matrix);
     });
   });
   return !outside;

@@ -6,8 +6,8 @@
 
 #include "basis_values.hpp"
 #include "gradient.hpp"
+#include "local_matrix.hpp"
 #include "point_stress.hpp"
-#include "stiffness.hpp"
 
 namespace tilth::kernel {
 
@@ -40,26 +40,27 @@ bool add_force_derivative(const Stencil& stencil, const BlockPositions& blocks,
     with_node_count<Dim>(stencil.nodes_of(g), [&]<int N>() {
       const int n = N > 0 ? N : stencil.nodes_of(g);
       if (stencil.start[g] == stencil.start[g + 1]) return;
-      const std::int32_t* node = stencil.node + stencil.node_start[g];
       const std::int32_t* block = blocks.position + blocks.start[g];
-      if (!prefetch_blocks<Dim>(g, n, node, blocks, matrix)) return outside.set();
-      double local[(N > 0 ? N * N : maximum_nodes * maximum_nodes) * entries];
+      const NodeRuns runs(n, stencil.node + stencil.node_start[g]);
+      if (!prefetch_blocks<Dim>(g, n, runs, blocks, matrix)) return outside.set();
+      constexpr int capacity = N > 0 ? N : maximum_nodes;
+      double local[capacity * capacity * entries], factor[capacity * entries];
       std::fill_n(local, n * entries * n, 0.0);
       GroupBasis<Dim, N, true, true> basis(stencil, g);
       for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
         basis.advance();
-        for (int ik = 0; ik < entries; ++ik) {
-          const double own = by_displacement[entries * p + ik];
-          const double* along = by_gradient + Dim * (entries * p + ik);
-          for (int b = 0; b < n; ++b) {
-            double factor = own * basis.value[b];
-            for (int j = 0; j < Dim; ++j) factor += along[j] * basis.gradient[j * n + b];
-            for (int a = 0; a < n; ++a)
-              local[(a * entries + ik) * n + b] += basis.value[a] * factor;
+        for (int b = 0; b < n; ++b)
+          for (int ik = 0; ik < entries; ++ik) {
+            double sum = by_displacement[entries * p + ik] * basis.value[b];
+            for (int j = 0; j < Dim; ++j)
+              sum += by_gradient[Dim * (entries * p + ik) + j] * basis.gradient[j * n + b];
+            factor[b * entries + ik] = sum;
           }
-        }
+        for (int a = 0; a < n; ++a)
+          for (int e = 0; e < n * entries; ++e)
+            local[a * n * entries + e] += basis.value[a] * factor[e];
       }
-      scatter_blocks<Dim>(n, node, block, local, matrix);
+      scatter_blocks<entries>(n, runs, block, local, matrix);
     });
   });
   return !outside;

@@ -32,18 +32,25 @@ struct Stencil {
   std::int64_t work() const { return start[groups]; }
 };
 
-/// Calls `body(item)` for all groups of a stencil or all elements, in parallel, such that no two
-/// calls at the same time share a node and the order of calls that share a node does not depend on
-/// the number of threads.
+/// Calls `body(begin, end)` for the groups of each slab of a stencil, or its elements, in parallel,
+/// such that no two calls at the same time share a node and the order of calls that share a node
+/// does not depend on the number of threads.
 template <class List, class Body>
-void for_each_by_colour(const List& list, Body&& body) {
+void for_each_slab(const List& list, Body&& body) {
 #pragma omp parallel if (list.work() >= parallel_from)
   for (std::int64_t c = 0; c < list.colours; ++c) {
 #pragma omp for schedule(dynamic, 1)
     for (std::int64_t slab = list.colour_start[c]; slab < list.colour_start[c + 1]; ++slab)
-      for (std::int64_t k = list.slab_start[slab]; k < list.slab_start[slab + 1]; ++k)
-        body(list.order[k]);
+      body(list.order + list.slab_start[slab], list.order + list.slab_start[slab + 1]);
   }
+}
+
+/// Calls `body(item)` for all groups of a stencil or all elements, slab by slab.
+template <class List, class Body>
+void for_each_by_colour(const List& list, Body&& body) {
+  for_each_slab(list, [&](const std::int64_t* item, const std::int64_t* end) {
+    for (; item < end; ++item) body(*item);
+  });
 }
 
 /// Calls `body(group)` for all groups, in parallel, for kernels that write to points only.
