@@ -14,10 +14,12 @@
 
 namespace tilth::boundary {
 
-/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim).
+/// Sorted keys of exterior nodes, their depth along each axis [-] (nodes, Dim) and their nearest
+/// quadrature points.
 struct ExteriorNodes {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
+  std::vector<std::int64_t> point;
 };
 
 /// Returns the exterior nodes of the cells that boundaries act on and of the next cells around
@@ -33,6 +35,8 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
   };
   constexpr int side = 4, around = Dim == 2 ? side * side : side * side * side;
   const double* h = at.cell_size;
+  double squared_distance[around], depth[around];
+  std::int64_t point[around];
   std::vector<Node> nodes;
   nodes.reserve(at.cells * around);
   std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along each normal
@@ -41,19 +45,28 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
       extent[q - at.start[0]] += std::fabs(at.normal[q * Dim + k]) * h[k];
   for (std::int64_t c = 0; c < at.cells; ++c) {
     const std::int64_t* lowest = at.lattice + 3 * std::int64_t{at.node[c << Dim]};
-    for (int a = 0; a < around; ++a) {
-      int offset[3] = {a % side - 1, a / side % side - 1, Dim == 2 ? 0 : a / (side * side) - 1};
-      Node node{0, std::numeric_limits<double>::infinity(), 0.0, -1};
-      for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
-        double squared_distance = 0.0, along = 0.0;
-        for (int k = 0; k < Dim; ++k) {
-          const double component = (offset[k] - at.local[q * Dim + k]) * h[k];
-          squared_distance += component * component;
-          along += component * at.normal[q * Dim + k];
+    std::fill_n(squared_distance, around, std::numeric_limits<double>::infinity());
+    for (std::int64_t q = at.start[c]; q < at.start[c + 1]; ++q) {
+      double square[3][side] = {}, along[3][side] = {};
+      for (int k = 0; k < Dim; ++k)
+        for (int i = 0; i < side; ++i) {
+          const double component = (i - 1 - at.local[q * Dim + k]) * h[k];
+          square[k][i] = component * component;
+          along[k][i] = component * at.normal[q * Dim + k];
         }
-        if (squared_distance < node.squared_distance)
-          node.squared_distance = squared_distance, node.depth = -along, node.point = q;
+      for (int a = 0; a < around; ++a) {
+        const int i = a % side, j = a / side % side, k = a / (side * side);
+        const double sum = square[0][i] + square[1][j] + square[2][k];
+        const bool nearer = sum < squared_distance[a];
+        squared_distance[a] = nearer ? sum : squared_distance[a];
+        depth[a] = nearer ? -(along[0][i] + along[1][j] + along[2][k]) : depth[a];
+        point[a] = nearer ? q : point[a];
       }
+    }
+    for (int a = 0; a < around; ++a) {
+      const int offset[3] = {a % side - 1, a / side % side - 1,
+                             Dim == 2 ? 0 : a / (side * side) - 1};
+      Node node{0, squared_distance[a], depth[a], point[a]};
       node.depth = std::min(node.depth / extent[node.point - at.start[0]], 1.0);
       node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
       nodes.push_back(node);
@@ -68,6 +81,7 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
     if (i > 0 && nodes[i].key == nodes[i - 1].key) continue;
     if (nodes[i].depth <= node_tolerance) continue;
     result.key.push_back(nodes[i].key);
+    result.point.push_back(nodes[i].point);
     const double* n = at.normal + nodes[i].point * Dim;
     for (int k = 0; k < Dim; ++k)
       result.depth.push_back(nodes[i].depth * nodes[i].depth * n[k] * n[k]);

@@ -128,6 +128,12 @@ class SurfaceConstraint(ImplicitConstraint):
         plastic = (1.0 - self.elastic_share)[:, None] * carried
         return carried - plastic + self.multipliers.distribute(self.multipliers.mean(plastic))
 
+    @property
+    def is_smooth(self) -> bool:
+        """Whether the boundary is one infinite plane without friction."""
+        geometry = self.boundary.geometry
+        return self.boundary.declared.kind == "roller" and geometry.flat and not geometry.bounded
+
     def initial_slip(self) -> Floats:
         """Returns the mean slips at zero nodal displacement [length], shape (m,)."""
         assert self.multipliers is not None
