@@ -164,7 +164,7 @@ def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch)
     plain, misled = pulled(predictor=False), pulled()
     asked = 0
 
-    def huge(self: Predictor, soil: Soil, size: float) -> Floats:
+    def huge(self: Predictor, soil: Soil, *arguments: object) -> Floats:
         nonlocal asked
         asked += 1
         return np.asarray(-3.0 * soil.active.position)
