@@ -24,6 +24,9 @@ FORCING_TERM = 1e-4
 LARGEST_FORCING_TERM = 1e-2
 """The same in an iteration after which Newton's tolerance is met in any case."""
 
+KEPT_MATRIX_RESIDUAL = 0.1
+"""Largest residual that a kept matrix may be expected to leave, relative to Newton's tolerance."""
+
 LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
 """Shares of a correction that a line search tries, in this order."""
 
@@ -82,7 +85,7 @@ def solve_step(
     residual = Residual(balance, constrained)
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
-    begun = 0
+    begun, kept = 0, False
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
         if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
@@ -93,7 +96,7 @@ def solve_step(
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
             if _revised(balance, now, residuals):
-                begun = len(residuals)
+                begun, kept = len(residuals), True  # the next matrix is a new one
                 now = residual.at(now.displacement, now.unknowns)
                 residuals.pop()
                 continue
@@ -108,8 +111,9 @@ def solve_step(
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
         prescribed = conditions.increment if moving else None
         shares = LINE_SEARCH if newton.line_search and not moving else (1.0,)
+        kept = not kept and linearised.suffices(residuals[begun:], newton)
         try:
-            correction = linearised.correction(now, prescribed, tolerance)
+            correction = linearised.correction(now, prescribed, tolerance, kept)
             now = _corrected(residual, now, correction, shares)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
@@ -170,8 +174,23 @@ class Linearisation:
         self._solver, self._timers = solver, timers
         self._begun: tuple[LinearSystem, StepSolver] | None = None
 
+    def suffices(self, residuals: list[float], newton: Newton) -> bool:
+        """Returns whether the last matrix is expected to reduce the residual to the tolerance.
+
+        With it the residual falls once more by the ratio of the last two (Kelley 1995), if that is
+        the error of the linearisation. Only levels of multigrid are kept (decision 16).
+
+        residuals: relative residuals since the first guess.
+        """
+        if len(residuals) < 2 or newton.line_search or newton.changes is Changes.CAREFUL:
+            return False
+        if self._begun is None or not self._begun[1].by_multigrid:
+            return False
+        before, now = residuals[-2:]
+        return now**2 <= KEPT_MATRIX_RESIDUAL * newton.tolerance * before
+
     def correction(
-        self, now: State, prescribed: Floats | None, tolerance: float
+        self, now: State, prescribed: Floats | None, tolerance: float, kept: bool = False
     ) -> tuple[Floats, Floats]:
         """Returns corrections of displacement (nodes, dim) and global unknowns (m,).
 
@@ -179,11 +198,12 @@ class Linearisation:
             now: where the residual is linearised.
             prescribed: correction of the constrained degrees of freedom, (nodes, dim); None for 0.
             tolerance: relative residual that an iterative solver may leave.
+            kept: whether the matrix is the last one.
 
         Raises:
             SolveFailed: the system is singular.
         """
-        system, solver = self._assembled(now)
+        system, solver = self._begun if kept and self._begun else self._assembled(now)
         right_side, of_unknowns = -now.forces.residual, -now.forces.global_residual
         moved = np.zeros_like(right_side)
         if prescribed is not None:
@@ -204,6 +224,7 @@ class Linearisation:
                 system = LinearSystem(active, self._constrained, memory, balance.comm)
             self._begun = system, self._solver.begin(system)
         system, solver = self._begun
+        solver.renew()
         balance.fill_stiffness(now.displacement, system.blocks)
         system.border = balance.border(now.displacement, now.unknowns)
         system.exact_nodes = balance.exact_nodes()

@@ -106,7 +106,7 @@ class StepSolver:
 
     Args:
         owner: keeps what is used by several steps, and counts.
-        system: has the matrix; it is filled anew between two solutions.
+        system: has the matrix; `renew` says that it is a new one.
         direct: the direct solver.
         large: whether multigrid is tried first.
     """
@@ -116,6 +116,16 @@ class StepSolver:
     ) -> None:
         self._owner, self._system, self._direct, self._large = owner, system, direct, large
         self._levels: Multigrid | None = None
+        self._filled = False
+
+    @property
+    def by_multigrid(self) -> bool:
+        """Whether multigrid solves the next system."""
+        return self._large
+
+    def renew(self) -> None:
+        """Discards what was made of the last matrix: the system has another one."""
+        self._filled = False
 
     def solve(self, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution of A x = r, shape (nodes, components), 0 where constrained.
@@ -188,7 +198,9 @@ class StepSolver:
         if self._levels is None:
             self._levels = self._owner.levels(self._system)
         multigrid = self._levels
-        multigrid.fill(self._system.blocks, self._system.exact_nodes)
+        if not self._filled:
+            multigrid.fill(self._system.blocks, self._system.exact_nodes)
+            self._filled = True
 
         def solve(right_side: Floats, tolerance: float) -> Floats:
             found = multigrid.solve(right_side, tolerance)
