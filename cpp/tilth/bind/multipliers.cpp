@@ -97,8 +97,7 @@ auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, C
                                                            lattice.data(), cell_size.data()});
   });
   const std::size_t nodes = found.key.size();
-  return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim}),
-                         give(std::move(found.point)));
+  return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim}));
 }
 
 auto multiplier_means(std::int64_t multipliers, ConstIntegers owner, ConstIntegers point,
@@ -138,11 +137,9 @@ void bind_multipliers(nb::module_& module) {
              "direction"_a, "constrained"_a,
              "Vertices of a step's boundaries: the owner of each direction of each point, and of "
              "each vertex the family, the nearest point and the position in cells.");
-  module.def(
-      "exterior_nodes", &exterior_nodes, "start"_a, "node"_a, "local"_a, "normal"_a, "lattice"_a,
-      "cell_size"_a,
-      "Sorted keys of exterior nodes, their depth along each axis (nodes,dim) and their nearest "
-      "quadrature points.");
+  module.def("exterior_nodes", &exterior_nodes, "start"_a, "node"_a, "local"_a, "normal"_a,
+             "lattice"_a, "cell_size"_a,
+             "Sorted keys of exterior nodes and their depth along each axis (nodes,dim).");
   module.def("multiplier_means", &multiplier_means, "multipliers"_a, "owner"_a, "point"_a, "cell"_a,
              "node"_a, "weight"_a, "direction"_a, "penalty"_a, "value"_a,
              "Areas, penalties, and ragged rows (starts, nodes, coefficients) of the multipliers.");

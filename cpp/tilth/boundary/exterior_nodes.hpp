@@ -14,12 +14,10 @@
 
 namespace tilth::boundary {
 
-/// Sorted keys of exterior nodes, their depth along each axis [-] (nodes, Dim) and their nearest
-/// quadrature points.
+/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim).
 struct ExteriorNodes {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
-  std::vector<std::int64_t> point;
 };
 
 /// Returns the exterior nodes of the cells that boundaries act on and of the next cells around
@@ -37,8 +35,12 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
   const double* h = at.cell_size;
   double squared_distance[around], depth[around];
   std::int64_t point[around];
+  const auto before = [](const Node& a, const Node& b) {
+    return std::tie(a.key, a.squared_distance, a.depth, a.point) <
+           std::tie(b.key, b.squared_distance, b.depth, b.point);
+  };
   std::vector<Node> nodes;
-  nodes.reserve(at.cells * around);
+  std::vector<std::int64_t> recent(1 << 16, -1);  // where nodes are in `nodes`, by hash
   std::vector<double> extent(at.start[at.cells] - at.start[0], 0.0);  // of a cell along each normal
   for (std::int64_t q = at.start[0]; q < at.start[at.cells]; ++q)
     for (int k = 0; k < Dim; ++k)
@@ -69,19 +71,21 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
       Node node{0, squared_distance[a], depth[a], point[a]};
       node.depth = std::min(node.depth / extent[node.point - at.start[0]], 1.0);
       node.key = pack({lowest[0] + offset[0], lowest[1] + offset[1], lowest[2] + offset[2]});
-      nodes.push_back(node);
+      std::int64_t& slot = recent[static_cast<std::uint64_t>(node.key) * 0x9e3779b97f4a7c15u >> 48];
+      if (slot >= 0 && nodes[slot].key == node.key) {
+        nodes[slot] = std::min(nodes[slot], node, before);
+      } else {
+        slot = static_cast<std::int64_t>(nodes.size());
+        nodes.push_back(node);
+      }
     }
   }
-  std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
-    return std::tie(a.key, a.squared_distance, a.depth, a.point) <
-           std::tie(b.key, b.squared_distance, b.depth, b.point);
-  });
+  std::sort(nodes.begin(), nodes.end(), before);
   ExteriorNodes result;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (i > 0 && nodes[i].key == nodes[i - 1].key) continue;
     if (nodes[i].depth <= node_tolerance) continue;
     result.key.push_back(nodes[i].key);
-    result.point.push_back(nodes[i].point);
     const double* n = at.normal + nodes[i].point * Dim;
     for (int k = 0; k < Dim; ++k)
       result.depth.push_back(nodes[i].depth * nodes[i].depth * n[k] * n[k]);

@@ -22,9 +22,7 @@ two cells, in which the softest dominate: one yielding cell suffices to let the 
 
 Exterior nodes, behind an implicit boundary and without soil, are coupled by a stiffer penalty to
 the nodes in front of them on the same grid line, so that they extrapolate the soil's displacement
-linearly. Behind a smooth plane its E is Young's modulus in plastic flow, too: along the plane the
-displacement has no normal gradient and across it it is linear, so that the soil flows freely
-(docs/decisions/0037-square-footing-time.md).
+linearly.
 """
 
 from __future__ import annotations
@@ -53,27 +51,11 @@ LEAST_MODULUS_OVER_STRESS = 2.0
 """Least ratio of the modulus to the equivalent stress, which limits the motion of loaded nodes."""
 
 
-@dataclass(frozen=True)
-class ExteriorNodes:
-    """Nodes behind implicit boundaries.
-
-    Attributes:
-        key: sorted, shape (nodes,).
-        stiffness: of the penalty relative to that of a node a cell behind [-], shape (nodes, dim).
-        smooth: whether the boundary is a smooth plane, shape (nodes,).
-    """
-
-    key: Integers
-    stiffness: Floats
-    smooth: Flags
-
-
-def filled_cells(soil: Soil, elastic: bool = False) -> tuple[Integers, Floats, Floats]:
+def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     """Returns the populated cells: keys, filled fraction [-], harmonic mean of modulus [stress].
 
     The key is that of the cell's lowest node. The fraction refers to the cell's volume, in
-    axisymmetry to that of its ring. The modulus is Young's modulus in elastic soil, or everywhere
-    if `elastic`.
+    axisymmetry to that of its ring. The modulus is Young's modulus in elastic soil.
     """
     active, grid = soil.active, soil.active.grid
     key = active.cell_keys
@@ -82,7 +64,7 @@ def filled_cells(soil: Soil, elastic: bool = False) -> tuple[Integers, Floats, F
     young = soil.elastic_moduli.young
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
         s, own = slice(body.start, body.stop), active.of_field(body.field)
-        share = 1.0 if elastic else np.maximum(soil.points.elastic_share[s], LEAST_ELASTIC_SHARE)
+        share = np.maximum(soil.points.elastic_share[s], LEAST_ELASTIC_SHARE)
         least_modulus = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
         softness = 1.0 / np.maximum(young[s] * share, least_modulus)
         if body.has_corners:
@@ -106,9 +88,10 @@ def filled_cells(soil: Soil, elastic: bool = False) -> tuple[Integers, Floats, F
 
 def _equivalent_stress(stress: Floats) -> Floats:
     """Returns von Mises' equivalent stress of Cauchy stresses (n, 6) [stress], shape (n,)."""
-    normal = stress[:, :3] - stress[:, :3].mean(axis=1)[:, None]
-    square = (normal**2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
-    return np.asarray(np.sqrt(1.5 * square))
+    xx, yy, zz, *shear = stress.T
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    square = 0.5 * normal + 3.0 * (shear[0] ** 2 + shear[1] ** 2 + shear[2] ** 2)
+    return np.asarray(np.sqrt(square))
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
@@ -196,7 +179,7 @@ def ghost_faces(
     soil: Soil,
     constrained: npt.NDArray[np.bool_],
     gamma: float,
-    exterior: ExteriorNodes | None = None,
+    exterior: tuple[Integers, Floats] | None = None,
 ) -> list[Faces]:
     """Returns all faces of partly filled cells at the edges of bodies, by the axis of the normal.
 
@@ -206,26 +189,23 @@ def ghost_faces(
 
     gamma: dimensionless factor of the penalty; no penalty for 0.
     constrained: prescribed components, shape (nodes, dim).
-    exterior: nodes behind implicit boundaries.
+    exterior: keys and relative stiffness of exterior nodes, see
+        `ImplicitConstraints.exterior_nodes`.
     """
-    if gamma == 0.0 and (exterior is None or len(exterior.key) == 0):
+    if gamma == 0.0 and (exterior is None or len(exterior[0]) == 0):
         return []
     active, dim = soil.active, soil.active.grid.dim
     key, fill, modulus = filled_cells(soil)
-    elastic = modulus
-    if exterior is not None and exterior.smooth.any():
-        elastic = filled_cells(soil, elastic=True)[2]
     lattice = np.asarray(_core.lattice(key))  # shifted by the cells' fields, as their keys
     along = np.eye(3, dtype=np.int64)[:dim]
     adjacent = lattice + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
     neighbour = find_keys(key, lattice_keys(adjacent.reshape(-1, 3))).reshape(2, dim, len(key))
     at_edge = (neighbour < 0).any(axis=(0, 1))
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FILL_WITHOUT_PENALTY, 0.0, 1.0), 0.0)
-    depth, smooth = np.zeros((active.nodes, dim)), np.zeros(active.nodes, dtype=bool)
+    depth = np.zeros((active.nodes, dim))
     if exterior is not None:
-        number = find_keys(active.key, exterior.key)
-        depth[number[number >= 0]] = exterior.stiffness[number >= 0]
-        smooth[number[number >= 0]] = exterior.smooth[number >= 0]
+        number = find_keys(active.key, exterior[0])
+        depth[number[number >= 0]] = exterior[1][number >= 0]
     concerned = (emptiness > 0.0) | _cells_at(key, active.key[depth.any(axis=1)], dim)
     faces = []
     for axis in range(dim):
@@ -244,22 +224,17 @@ def ghost_faces(
         # their penalty replaces that of partly filled cells near the boundary
         weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
         far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
-        mean_modulus, mean_elastic = (
-            (fill[cell] + fill[other])
-            / np.maximum(fill[cell] / each[cell] + fill[other] / each[other], 1e-300)
-            for each in (modulus, elastic)
-        )
-        at_smooth = (smooth[node] & (exterior_ends > 0.0)).any(axis=1)
-        exterior_modulus = np.where(at_smooth, mean_elastic, mean_modulus)
+        softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
+        mean_modulus = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
         circumference = np.ones(len(cell))
         if soil.kind == "axisymmetric":
             radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
             circumference = 2.0 * np.pi * radius
         kinds = (
-            (weak, gamma, mean_modulus, far, None),
-            (stiff, EXTERIOR_STIFFNESS, exterior_modulus, end & (exterior_ends > 0.0), coupled),
+            (weak, gamma, far, None),
+            (stiff, EXTERIOR_STIFFNESS, end & (exterior_ends > 0.0), coupled),
         )
-        for weight, greatest, of_soil, ends, only in kinds:
+        for weight, greatest, ends, only in kinds:
             some = np.flatnonzero(weight > 0.0)
             if len(some) == 0:
                 continue
@@ -275,7 +250,7 @@ def ghost_faces(
                     unit=unit,
                     weight=weight[some] * circumference[some],
                     free=free,
-                    modulus=of_soil[some],
+                    modulus=mean_modulus[some],
                     emptiness=weight[some] / greatest * circumference[some],
                 )
             )
@@ -327,7 +302,7 @@ class Ghost:
         self,
         soil: Soil,
         constrained: npt.NDArray[np.bool_],
-        exterior: ExteriorNodes | None = None,
+        exterior: tuple[Integers, Floats] | None = None,
     ) -> list[FaceCoupling]:
         """Returns the penalty on the stored displacement and on that of the step.
 

@@ -29,7 +29,6 @@ from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.quadrature import locate_in_cells
-from tilth.terms.ghost import ExteriorNodes
 from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
@@ -200,15 +199,14 @@ class ImplicitConstraints:
             )
         return parts
 
-    def exterior_nodes(self) -> ExteriorNodes:
-        """Returns the nodes near boundaries on their far side.
+    def exterior_nodes(self) -> tuple[Integers, Floats]:
+        """Returns the nodes near boundaries on their far side: sorted keys and relative stiffness.
 
-        The stiffness of the ghost penalty increases from 0 on the boundary to 1 a cell behind it
-        (to `STIFFNESS_RATIO_OF_BAND` with the band form), times the square of the normal's
-        component along each axis.
+        The stiffness [-] of the ghost penalty, shape (nodes, dim), increases from 0 on the boundary
+        to 1 a cell behind it (to `STIFFNESS_RATIO_OF_BAND` with the band form), times the square of
+        the normal's component along each axis.
         """
         keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
-        smooth = [np.zeros(0, dtype=bool)]
         bands = [part for part in self.parts if isinstance(part, BandConstraint)]
         others = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
         touching = [
@@ -221,20 +219,15 @@ class ImplicitConstraints:
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue
-            key, depth, point = _core.exterior_nodes(
+            key, depth = _core.exterior_nodes(
                 *concatenated_cells(parts), lattice, self.active.grid.cell_size
             )
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
-            of_part = [isinstance(each, SurfaceConstraint) and each.is_smooth for each in parts]
-            of_point = np.repeat(of_part, [len(each.chosen) for each in parts])
-            smooth.append(of_point[np.asarray(point)])
         key, number = np.unique(np.concatenate(keys), return_inverse=True)
         stiffness = np.zeros((len(key), self.active.grid.dim))
         np.maximum.at(stiffness, number, np.concatenate(depths))
-        behind_smooth = np.zeros(len(key), dtype=bool)
-        np.logical_or.at(behind_smooth, number, np.concatenate(smooth))
-        return ExteriorNodes(key, stiffness, behind_smooth)
+        return key, stiffness
 
     def warnings(self) -> list[tuple[str, str]]:
         """Returns warnings of probable mistakes: a key for each, and its text."""

@@ -130,14 +130,15 @@ def find_passage(
     """
     if boundary.declared.kind not in HOLDING_CONDITIONS:
         return None
-    path = moved - points.position
     samples = 1
     if not _is_infinite_plane(boundary):
-        farthest = np.abs(path / cell_size).max(initial=0.0)
+        farthest = np.abs((moved - points.position) / cell_size).max(initial=0.0)
         samples = min(max(math.ceil(farthest), 1), MAXIMUM_SAMPLES)
     for fraction in np.arange(1, samples + 1) / samples:
         time = before + fraction * (after - before)
-        position = moved if fraction == 1.0 else points.position + fraction * path
+        position = moved
+        if fraction < 1.0:
+            position = points.position + fraction * (moved - points.position)
         passage = _passage_at(boundary, points, position, before, time, cell_size)
         if passage is not None:
             return replace(passage, share=float(fraction) * passage.share)
