@@ -29,7 +29,6 @@ from tilth.solvers import (
 )
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
-from tilth.solvers.subdomain_correction import SubdomainCorrection
 from tilth.verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
@@ -367,51 +366,6 @@ def test_levels_kept_for_the_same_grid_give_the_same_bits() -> None:
     fresh.fill(system.blocks)
     found = [solver.solve(right, TOLERANCE).x.tobytes() for solver in (kept, fresh)]
     assert found[0] == found[1]
-
-
-def test_levels_of_a_similar_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They solve the next system to the tolerance; where they fail, new ones are tried."""
-    first, last = (systems_of(footing(), steps=steps)[-1] for steps in (1, 6))
-    filled: list[bool] = []
-    fill = Multigrid.fill
-
-    def watched(multigrid: Multigrid, *arguments: Any, keep_levels: bool = False) -> None:
-        filled.append(keep_levels)
-        fill(multigrid, *arguments, keep_levels=keep_levels)
-
-    monkeypatch.setattr(Multigrid, "fill", watched)
-    system, right = first
-    solver = LinearSolver(choose_solver("superlu"), 0).begin(system)
-    solver.solve(right, TOLERANCE)
-    solver.solve(right, TOLERANCE)
-    system.blocks[:], system.exact_nodes = last[0].blocks, last[0].exact_nodes
-    solver.renew(similar=True)
-    found = solver.solve(last[1], TOLERANCE)
-    free = np.where(system.constrained, 0.0, last[1])
-    rest = np.where(system.constrained, 0.0, free - system.times(found))
-    assert np.linalg.norm(rest) <= 2.0 * TOLERANCE * np.linalg.norm(free)
-    assert filled == [False, True]
-    monkeypatch.setattr(multigrid_module, "MAXIMUM_ITERATIONS", 1)
-    solver.renew(similar=True)
-    solver.solve(last[1], TOLERANCE)
-    assert filled == [False, True, True, False], "the direct solver is asked only then"
-
-
-def test_the_residual_that_a_symmetric_matrix_leaves() -> None:
-    system, right = systems_of(footing(), steps=6)[-1]
-    free = np.where(system.constrained, 0.0, right)
-    exact = SubdomainCorrection(
-        system.active, system.constrained, system.blocks, system.exact_nodes[0]
-    )
-    correction = exact.solve(free.ravel())
-    assert correction.any()
-    product = system.times(correction.reshape(free.shape))
-    expected = np.where(system.constrained, 0.0, free - product)
-    found = exact.remaining(free.ravel(), correction).reshape(free.shape)
-    scale = np.abs(free).max()
-    np.testing.assert_allclose(
-        found[~system.constrained], expected[~system.constrained], rtol=0, atol=1e-12 * scale
-    )
 
 
 def test_levels_are_rebuilt_only_for_another_grid(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,12 +19,10 @@
 
 namespace tilth::boundary {
 
-/// Points sorted by cell: point `order[i]` lies in cell `key[i]`. Cell `cell[c]` begins at
-/// `first[c]`; to look for it among the cells is quicker than among the points.
+/// Points sorted by cell: point `order[i]` lies in cell `key[i]`, and cell `cell[c]` begins at
+/// `first[c]`: to look for it among the cells is quicker than among the points.
 struct PointsByCell {
-  std::vector<std::int64_t> key;
-  std::vector<std::int64_t> order;
-  std::vector<std::int64_t> cell, first;
+  std::vector<std::int64_t> key, order, cell, first;
 
   /// Returns the first place in `order` whose cell has this or a larger key.
   std::int64_t place_of(std::int64_t wanted) const {
@@ -48,14 +46,11 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const dou
     pairs[p] = {cell_of<Dim>(position + Dim * p, origin, cell_size), p};
   if (!std::is_sorted(pairs.begin(), pairs.end())) std::sort(pairs.begin(), pairs.end());
   PointsByCell result;
-  result.key.resize(points);
-  result.order.resize(points);
-  for (std::int64_t i = 0; i < points; ++i) {
-    result.key[i] = pairs[i].first;
-    result.order[i] = pairs[i].second;
-    if (i > 0 && pairs[i].first == pairs[i - 1].first) continue;
-    result.cell.push_back(pairs[i].first);
-    result.first.push_back(i);
+  result.key.reserve(points), result.order.reserve(points);
+  for (const auto& [key, p] : pairs) {
+    if (result.key.empty() || key != result.key.back())
+      result.cell.push_back(key), result.first.push_back(std::ssize(result.key));
+    result.key.push_back(key), result.order.push_back(p);
   }
   result.first.push_back(points);
   return result;

@@ -115,7 +115,7 @@ def solve_step(
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
         prescribed = conditions.increment if moving else None
         shares = LINE_SEARCH if newton.line_search and not moving else (1.0,)
-        reuse = _reuse(residuals[begun:], reuse, newton)
+        reuse = reused(residuals[begun:], reuse, newton)
         try:
             correction = linearised.correction(now, prescribed, tolerance, reuse)
             now = _corrected(residual, now, correction, shares)
@@ -169,8 +169,8 @@ class Reuse(Enum):
     MATRIX = 2
 
 
-def _reuse(residuals: list[float], last: Reuse, newton: Newton) -> Reuse:
-    """Returns what the next iteration reuses (docs/decisions/0037-square-footing-time.md).
+def reused(residuals: list[float], last: Reuse, newton: Newton) -> Reuse:
+    """Returns what the next iteration takes over (docs/decisions/0037-square-footing-time.md).
 
     Where points begin or cease to yield the last matrix lowers the residual by a factor of about
     seven, however close it is to the solution. It is not kept twice in a row.
