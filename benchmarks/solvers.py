@@ -41,6 +41,9 @@ class Keeper(LinearSolver):
         keeper, solver = self, self._inner.begin(system)
 
         class Keeping(StepSolver):
+            def renew(self) -> None:
+                solver.renew()
+
             def solve(self, right_side: Floats, tolerance: float) -> Floats:
                 keeper.system, keeper.right_side = system, right_side.copy()
                 return solver.solve(right_side, tolerance)

@@ -398,6 +398,7 @@ def test_summary_tells_systems_and_iterations() -> None:
     counts = f"{(most + least) / 2:.1f} iterations each, at most {most}"
     assert solver.summary == f"2 by multigrid ({counts})"
     system.blocks[:] = np.nan
+    of_step.renew()
     with pytest.raises(SolveFailed):
         of_step.solve(right, TOLERANCE)
     assert solver.summary == f"2 by multigrid ({counts})"

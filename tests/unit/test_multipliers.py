@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -167,3 +168,32 @@ def test_a_mean_of_constant_vectors_is_their_component() -> None:
 def _across(constraints: ImplicitConstraints, vector: Floats) -> Floats:
     normal = constraints.parts[0].pose.normal
     return np.asarray(normal * np.einsum("ni,ni->n", normal, vector)[:, None])
+
+
+def averaged(part: SurfaceConstraint, traction: Floats, share: Floats) -> Floats:
+    """The tractions with which a step begins, for those stored and elastic shares of the soil."""
+    part.boundary.carried = np.zeros_like(part.boundary.carried)
+    part.boundary.carried[part.chosen] = traction
+    return replace(part, elastic_share=share).before
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tractions_are_averaged_over_the_flowing_part_of_a_patch(kind: str) -> None:
+    _, constraints = cut_by(kind, [implicit("cut", inclined(kind, 20.0))])
+    (part,) = constraints.parts
+    assert isinstance(part, SurfaceConstraint)
+    assert part.multipliers is not None
+    direction, patch = part.multipliers.direction[0], part.multipliers.owner[0]
+    random = np.random.default_rng(5)
+    traction = random.normal(size=(len(part.chosen), 1)) * direction
+    flows = random.uniform(size=len(part.chosen)) < 0.5
+    for share in (random.uniform(size=len(flows)), 1.0 - flows):
+        found = averaged(part, traction, share)
+        mean = part.multipliers.mean
+        np.testing.assert_allclose(mean(found), mean(traction), rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(found[~flows], traction[~flows])
+    along = np.einsum("ni,ni->n", found, direction)
+    for number in range(len(part.multipliers.area)):
+        own = along[flows & (patch == number)]
+        assert len(own) == 0 or np.ptp(own) < 1e-13
+    np.testing.assert_allclose(averaged(part, found, share), found, rtol=0, atol=1e-13)

@@ -120,6 +120,22 @@ def test_well_supported_nodes_keep_their_displacement() -> None:
     np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
 
 
+def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
+    """u(x - u) for a linear u, to the edge of the soil; also where the soil supports no node."""
+    simulation = pulled()
+    active = locate(simulation.points, simulation.grid, Buffers())
+    predictor, soil = simulation._predictor, simulation.soil_on(active)
+    position = active.position[find_keys(active.key, predictor.key)]
+    gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
+    predictor.displacement = np.array([0.004, -0.002]) + position @ gradient.T
+    held = ~well_supported(soil) | (np.arange(active.nodes) % 2 == 0)
+    guess = predictor.guess(soil, predictor.size, held)
+    assert guess is not None
+    own = predictor.displacement[find_keys(predictor.key, active.key)]
+    expected = np.where(held[:, None], own - own @ gradient.T, own)
+    np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
+
+
 @pytest.mark.parametrize(("share", "kept"), [(0.99, True), (1.01, False)])
 def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> None:
     simulation = pulled()
@@ -164,7 +180,7 @@ def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch)
     plain, misled = pulled(predictor=False), pulled()
     asked = 0
 
-    def huge(self: Predictor, soil: Soil, size: float) -> Floats:
+    def huge(self: Predictor, soil: Soil, *arguments: object) -> Floats:
         nonlocal asked
         asked += 1
         return np.asarray(-3.0 * soil.active.position)

@@ -20,10 +20,15 @@
 
 namespace tilth::boundary {
 
-/// Points sorted by cell: point `order[i]` lies in cell `key[i]`.
+/// Points sorted by cell: point `order[i]` lies in cell `key[i]`, and cell `cell[c]` begins at
+/// `first[c]`: to look for it among the cells is quicker than among the points.
 struct PointsByCell {
-  std::vector<std::int64_t> key;
-  std::vector<std::int64_t> order;
+  std::vector<std::int64_t> key, order, cell, first;
+
+  /// Returns the first place in `order` whose cell has this or a larger key.
+  std::int64_t place_of(std::int64_t wanted) const {
+    return first[std::lower_bound(cell.begin(), cell.end(), wanted) - cell.begin()];
+  }
 };
 
 template <int Dim>
@@ -40,12 +45,13 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const Gri
   for (std::int64_t p = 0; p < points; ++p) pairs[p] = {cell_of<Dim>(position + Dim * p, grid), p};
   if (!std::is_sorted(pairs.begin(), pairs.end())) std::sort(pairs.begin(), pairs.end());
   PointsByCell result;
-  result.key.resize(points);
-  result.order.resize(points);
-  for (std::int64_t i = 0; i < points; ++i) {
-    result.key[i] = pairs[i].first;
-    result.order[i] = pairs[i].second;
+  result.key.reserve(points), result.order.reserve(points);
+  for (const auto& [key, p] : pairs) {
+    if (result.key.empty() || key != result.key.back())
+      result.cell.push_back(key), result.first.push_back(std::ssize(result.key));
+    result.key.push_back(key), result.order.push_back(p);
   }
+  result.first.push_back(points);
   return result;
 }
 
@@ -171,10 +177,8 @@ void for_points_around(const PointsByCell& sorted, const double* position, const
   for (std::int64_t k = low[2]; k <= high[2]; ++k)
     for (std::int64_t j = low[1]; j <= high[1]; ++j) {
       // the cells of a row along x have consecutive keys
-      const auto begin = std::lower_bound(sorted.key.begin(), sorted.key.end(),
-                                          pack({own[0] + low[0], own[1] + j, own[2] + k}));
       const std::int64_t last = pack({own[0] + high[0], own[1] + j, own[2] + k});
-      for (auto i = begin - sorted.key.begin();
+      for (auto i = sorted.place_of(pack({own[0] + low[0], own[1] + j, own[2] + k}));
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
         double offset[Dim];
@@ -207,9 +211,7 @@ bool is_surrounded(const PointsByCell& neighbours, const double* position, const
   for (std::int64_t k = low[2]; k <= high[2]; ++k)
     for (std::int64_t j = low[1]; j <= high[1]; ++j) {
       const std::int64_t last = pack({high[0], j, k});
-      auto at =
-          std::lower_bound(neighbours.key.begin(), neighbours.key.end(), pack({low[0], j, k})) -
-          neighbours.key.begin();
+      auto at = neighbours.place_of(pack({low[0], j, k}));
       for (; at < static_cast<std::ptrdiff_t>(neighbours.key.size()) && neighbours.key[at] <= last;
            ++at) {
         const double* other = points + Dim * neighbours.order[at];
@@ -294,7 +296,7 @@ void find_contact(std::int64_t boundaries, const std::int64_t* start, const doub
       if (nearest[q] >= 0) continue;
       const std::int64_t key = cell_of<Dim>(position + Dim * q, grid);
       const auto& neighbours = in_contact.by_cell;
-      if (std::binary_search(neighbours.key.begin(), neighbours.key.end(), key) &&
+      if (std::binary_search(neighbours.cell.begin(), neighbours.cell.end(), key) &&
           !is_surrounded<Dim>(neighbours, position + Dim * q, in_contact.position.data(), grid,
                               1.0))
         continue;

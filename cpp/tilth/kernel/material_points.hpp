@@ -17,11 +17,15 @@ template <class K>
 void elastic_moduli(std::int64_t points, const material::PointLaw& law, const double* deformation,
                     const double* state, std::int64_t state_width, double* bulk, double* shear,
                     double* young) {
+  const bool constant = law.constant_moduli();
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t p = 0; p < points; ++p) {
-    Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
-    for (double& value : s.value) value = 0.5 * std::log1p(value);
-    const auto m = law.moduli(p, s.value, state + state_width * p);
+    double strain[3] = {};
+    if (!constant) {
+      const Spectrum<double> s = spectrum<K::in_plane>(deformation + 6 * p);
+      for (int a = 0; a < 3; ++a) strain[a] = 0.5 * std::log1p(s.value[a]);
+    }
+    const auto m = law.moduli(p, strain, state + state_width * p);
     bulk[p] = m.bulk;
     shear[p] = m.shear;
     young[p] = 9.0 * m.bulk * m.shear / (3.0 * m.bulk + m.shear);

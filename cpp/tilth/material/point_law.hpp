@@ -3,9 +3,11 @@
 // the kernels are compiled once, whatever the number of laws.
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 
 #include "../lanes.hpp"
+#include "hencky_elasticity.hpp"
 #include "law.hpp"
 
 namespace tilth::material {
@@ -44,6 +46,9 @@ class PointLaw {
                               double* strain) const = 0;
   virtual double energy(std::int64_t p, const double* strain, const double* state) const = 0;
   virtual ElasticModuli moduli(std::int64_t p, const double* strain, const double* state) const = 0;
+
+  /// Whether the moduli depend on neither strain nor state.
+  virtual bool constant_moduli() const { return false; }
 };
 
 /// A law of the list with the same parameters for all points (`stride` 0) or a row for each.
@@ -76,6 +81,7 @@ class LawOf final : public PointLaw {
   ElasticModuli moduli(std::int64_t p, const double* strain, const double* state) const override {
     return at(p).moduli(strain, state);
   }
+  bool constant_moduli() const override { return std::derived_from<M, HenckyElasticity>; }
 
  private:
   const double* parameters_;

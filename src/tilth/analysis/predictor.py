@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers, require_table
+from tilth.arrays import Flags, Floats, Integers, require_table
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys, places_of_keys
+from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
 
@@ -34,6 +34,10 @@ class Predictor:
     nodes at the edge of the soil: their displacements are random within Newton's tolerance, and
     this error would grow from step to step.
 
+    Nodes that an implicit boundary holds never take the mean, for its penalty would make a large
+    force of the slip. They receive the displacement of the soil that is now at them, which was
+    upstream in the last step: the boundary moves on with it.
+
     Attributes:
         size: of the last load step [time]; 0 before the first one.
         origin: of its grid [length], shape (dim,).
@@ -48,11 +52,15 @@ class Predictor:
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.displacement: Floats = np.zeros((0, dim))
         self.rest = 0
+        self._axes = np.eye(dim, dtype=np.int64)
 
-    def guess(self, soil: Soil, size: float) -> Floats | None:
-        """Returns the nodal displacement of a step of this size [time], shape (nodes, dim).
+    def guess(self, soil: Soil, size: float, held: Flags | None = None) -> Floats | None:
+        """Returns the nodal displacement of a step, shape (nodes, dim).
 
         None before the first step, and while the predictor rests.
+
+        size: of the step [time]. held: nodes that an implicit boundary holds, shape (nodes,); none
+        if not given.
         """
         if self.size == 0.0 or self.rest > 0:
             return None
@@ -63,6 +71,9 @@ class Predictor:
             number = find_keys(self.key, active.key)
             kept = (number >= 0) & well_supported(soil)
             guess[kept] = self.displacement[number[kept]]
+            if held is not None:
+                held = held & (number >= 0)
+                guess[held] = self._upstream(number[held], active)
         return np.asarray(size / self.size * guess)
 
     def _motion_in_cells(self, active: ActiveGrid) -> float:
@@ -72,6 +83,27 @@ class Predictor:
             return float((np.abs(self.displacement).max(axis=0) / grid.cell_size).max())
         lattice, _ = places_of_keys(self.key, active.fields)
         return float(np.abs(self.displacement / grid.sizes(lattice[:, : grid.dim])).max())
+
+    def _upstream(self, node: Integers, active: ActiveGrid) -> Floats:
+        """Returns the last displacement u at x - u for nodes of the last step at x, (n, dim).
+
+        u is linear between a node and its neighbour upstream; where there is none, the slope is
+        that on the other side.
+        """
+        own, key = self.displacement[node], self.key[node]
+        found = own.copy()
+        lattice, grid = places_of_keys(key, active.fields)[0][:, : active.grid.dim], active.grid
+        corner, *ends = lattice_keys(np.vstack([np.zeros_like(self._axes[:1]), self._axes]))
+        for axis, end in enumerate(ends):
+            side = np.where(own[:, axis] < 0.0, 1, -1)
+            neighbour = find_keys(self.key, key + side * (end - corner))
+            alone = np.flatnonzero(neighbour < 0)
+            side[alone] *= -1
+            neighbour[alone] = find_keys(self.key, key[alone] + side[alone] * (end - corner))
+            slope = np.where(neighbour[:, None] < 0, 0.0, self.displacement[neighbour] - own)
+            cell = lattice - np.where(side < 0, 1, 0)[:, None]
+            found -= (own[:, axis] * side / grid.sizes(cell)[:, axis])[:, None] * slope
+        return found
 
     def misled(self) -> None:
         """Rests for `REST` steps: Newton's iteration failed with the guess of this step."""

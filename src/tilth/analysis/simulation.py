@@ -415,7 +415,7 @@ class Simulation:
             assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
         elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
-            guess = self._predictor.guess(soil, step.after - step.before)
+            guess = self._predictor.guess(soil, step.size, step.constraints.coupled_nodes())
         for newton, following in zip_longest(attempts, attempts[1:]):
             try:
                 return solve_step(

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 
@@ -23,6 +24,12 @@ FORCING_TERM = 1e-4
 
 LARGEST_FORCING_TERM = 1e-2
 """The same in an iteration after which Newton's tolerance is met in any case."""
+
+KEPT_MATRIX_RESIDUAL = 5.0
+"""Largest residual, relative to Newton's tolerance, with which the last matrix is kept."""
+
+KEPT_LEVELS_RATIO = 0.1
+"""Largest ratio of two residuals in a row with which multigrid keeps its levels."""
 
 LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
 """Shares of a correction that a line search tries, in this order."""
@@ -82,7 +89,7 @@ def solve_step(
     residual = Residual(balance, constrained)
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
-    begun = 0
+    begun, reuse = 0, Reuse.NOTHING
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
     while True:
         if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
@@ -108,8 +115,9 @@ def solve_step(
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
         prescribed = conditions.increment if moving else None
         shares = LINE_SEARCH if newton.line_search and not moving else (1.0,)
+        reuse = reused(residuals[begun:], reuse, newton)
         try:
-            correction = linearised.correction(now, prescribed, tolerance)
+            correction = linearised.correction(now, prescribed, tolerance, reuse)
             now = _corrected(residual, now, correction, shares)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
@@ -153,6 +161,31 @@ def _first_state(
         return residual.at(zero, unknowns), initial_reaction, moving
 
 
+class Reuse(Enum):
+    """What an iteration takes from the linear system of the last one; only multigrid keeps it."""
+
+    NOTHING = 0
+    LEVELS = 1
+    MATRIX = 2
+
+
+def reused(residuals: list[float], last: Reuse, newton: Newton) -> Reuse:
+    """Returns what the next iteration takes over (docs/decisions/0037-square-footing-time.md).
+
+    Where points begin or cease to yield the last matrix lowers the residual by a factor of about
+    seven, however close it is to the solution. It is not kept twice in a row.
+
+    residuals: relative residuals since the first guess. last: what the last iteration reused.
+    """
+    if len(residuals) < 2 or newton.line_search or newton.changes is Changes.CAREFUL:
+        return Reuse.NOTHING
+    before, now = residuals[-2:]
+    close = now <= min(KEPT_MATRIX_RESIDUAL * newton.tolerance, KEPT_LEVELS_RATIO * before)
+    if close and last is not Reuse.MATRIX:
+        return Reuse.MATRIX
+    return Reuse.LEVELS if now <= KEPT_LEVELS_RATIO * before else Reuse.NOTHING
+
+
 class Linearisation:
     """The linear systems of a step.
 
@@ -171,7 +204,11 @@ class Linearisation:
         self._begun: tuple[LinearSystem, StepSolver] | None = None
 
     def correction(
-        self, now: State, prescribed: Floats | None, tolerance: float
+        self,
+        now: State,
+        prescribed: Floats | None,
+        tolerance: float,
+        reuse: Reuse = Reuse.NOTHING,
     ) -> tuple[Floats, Floats]:
         """Returns corrections of displacement (nodes, dim) and global unknowns (m,).
 
@@ -179,11 +216,12 @@ class Linearisation:
             now: where the residual is linearised.
             prescribed: correction of the constrained degrees of freedom, (nodes, dim); None for 0.
             tolerance: relative residual that an iterative solver may leave.
+            reuse: what of the last linear system is used again.
 
         Raises:
             SolveFailed: the system is singular.
         """
-        system, solver = self._assembled(now)
+        system, solver = self._system(now, reuse)
         right_side, of_unknowns = -now.forces.residual, -now.forces.global_residual
         moved = np.zeros_like(right_side)
         if prescribed is not None:
@@ -195,7 +233,7 @@ class Linearisation:
             free, unknowns = solver.solve_bordered(right_side, of_unknowns, tolerance)
         return moved + free, unknowns
 
-    def _assembled(self, now: State) -> tuple[LinearSystem, StepSolver]:
+    def _system(self, now: State, reuse: Reuse) -> tuple[LinearSystem, StepSolver]:
         balance, active = self._balance, self._balance.active
         if self._begun is None:
             with self._timers.measure("assembly"):
@@ -204,6 +242,9 @@ class Linearisation:
                 system = LinearSystem(active, self._constrained, memory, balance.comm)
             self._begun = system, self._solver.begin(system)
         system, solver = self._begun
+        if reuse is Reuse.MATRIX and solver.by_multigrid:
+            return system, solver
+        solver.renew(similar=reuse is Reuse.LEVELS)
         balance.fill_stiffness(now.displacement, system.blocks)
         system.border = balance.border(now.displacement, now.unknowns)
         system.exact_nodes = balance.exact_nodes()

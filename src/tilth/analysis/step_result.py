@@ -113,6 +113,11 @@ class PreparedStep:
     constraints: ImplicitConstraints
 
     @property
+    def size(self) -> float:
+        """Its size [time]."""
+        return self.after - self.before
+
+    @property
     def conditions(self) -> Conditions:
         """All conditions on nodes."""
         return self.on_axis.conditions

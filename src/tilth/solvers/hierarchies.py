@@ -4,10 +4,10 @@
 Nodes of different fields lie at the same places. Each field has levels of its own, which leave out
 the blocks that couple it with the others, such as those of contact between bodies.
 
-Each level has twice the cell size of the one before. On a graded grid this is the size of its smallest
-cells: lines that are farther apart stay until the cells between the others have become as large.
-So cells that are long in one direction are first joined along the others, and point smoothing
-suffices (docs/theory/linear_solvers.md).
+Each level has twice the cell size of the one before. On a graded grid this is the size of its
+smallest cells: lines that are farther apart stay until the cells between the others have become as
+large. So cells that are long in one direction are first joined along the others, and smoothing by
+points suffices (docs/theory/linear_solvers.md).
 """
 
 from __future__ import annotations

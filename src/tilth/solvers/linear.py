@@ -106,7 +106,7 @@ class StepSolver:
 
     Args:
         owner: keeps what is used by several steps, and counts.
-        system: has the matrix; it is filled anew between two solutions.
+        system: has the matrix; `renew` says that it is a new one.
         direct: the direct solver.
         large: whether multigrid is tried first.
     """
@@ -116,6 +116,21 @@ class StepSolver:
     ) -> None:
         self._owner, self._system, self._direct, self._large = owner, system, direct, large
         self._levels: Multigrid | None = None
+        self._filled = False
+        self._similar = False  # whether the levels are those of an earlier matrix
+
+    @property
+    def by_multigrid(self) -> bool:
+        """Whether multigrid solves the next system."""
+        return self._large
+
+    def renew(self, similar: bool = False) -> None:
+        """Discards what was made of the last matrix: the system has another one.
+
+        similar: whether it is so close to the last one that the levels of multigrid may stay.
+        """
+        self._similar = similar and self._levels is not None
+        self._filled = False
 
     def solve(self, right_side: Floats, tolerance: float) -> Floats:
         """Returns the nodal solution of A x = r, shape (nodes, components), 0 where constrained.
@@ -187,11 +202,20 @@ class StepSolver:
         """Returns a function that solves A x = r for a right side and a tolerance."""
         if self._levels is None:
             self._levels = self._owner.levels(self._system)
-        multigrid = self._levels
-        multigrid.fill(self._system.blocks, self._system.exact_nodes)
+        multigrid, system = self._levels, self._system
+        if not self._filled:
+            multigrid.fill(system.blocks, system.exact_nodes, keep_levels=self._similar)
+            self._filled = True
 
         def solve(right_side: Floats, tolerance: float) -> Floats:
-            found = multigrid.solve(right_side, tolerance)
+            try:
+                found = multigrid.solve(right_side, tolerance)
+            except SolveFailed:
+                if not self._similar:
+                    raise
+                self._similar = False
+                multigrid.fill(system.blocks, system.exact_nodes)
+                found = multigrid.solve(right_side, tolerance)
             self._owner.iterations.append(found.iterations)
             return found.x.reshape(right_side.shape)
 

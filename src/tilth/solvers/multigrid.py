@@ -83,8 +83,12 @@ class Multigrid:
             self._limits = EXACT_UNKNOWNS
         return same
 
-    def fill(self, blocks: Floats, exact_nodes: Sequence[Flags] = ()) -> None:
+    def fill(
+        self, blocks: Floats, exact_nodes: Sequence[Flags] = (), keep_levels: bool = False
+    ) -> None:
         """Sets the node blocks of the matrix, (entries of the pattern, components, components).
+
+        keep_levels: whether the levels of the last matrix precondition this one, too.
 
         Before and after each cycle the equations of one set of nodes are solved directly. It is
         the first of the sets `exact_nodes`, shape (nodes,) each, from many to few, that is within
@@ -94,7 +98,8 @@ class Multigrid:
             SolveFailed: if the matrix has entries that are not numbers.
         """
         self._blocks = blocks
-        self._hierarchy.fill(blocks)
+        if not keep_levels:
+            self._hierarchy.fill(blocks)
         self._asymmetry = self._measure_asymmetry()
         if not math.isfinite(self._asymmetry):
             raise SolveFailed("the matrix has entries that are not numbers")
@@ -156,9 +161,12 @@ class Multigrid:
             self._hierarchy.cycle(residual, approximate)
             return
         correction = self._exact.solve(residual)
-        remaining = np.empty_like(residual)
-        self._product(correction, remaining)
-        _core.combine(1.0, residual, -1.0, remaining)
+        if self._asymmetry < SYMMETRY_TOLERANCE:
+            remaining = self._exact.remaining(residual, correction)
+        else:
+            remaining = np.empty_like(residual)
+            self._product(correction, remaining)
+            _core.combine(1.0, residual, -1.0, remaining)
         self._hierarchy.cycle(remaining, approximate)
         approximate += correction
         self._exact.improve(approximate, residual)

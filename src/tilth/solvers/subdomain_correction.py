@@ -46,6 +46,7 @@ class SubdomainCorrection:
         free = ~constrained.ravel()[unknown]
         self.unknown = unknown[free]
         self._rows = rows[free]
+        self._columns = self._rows.T  # shares its memory
         try:
             self._factors = splu(
                 sp.csc_matrix(self._rows[:, self.unknown]),
@@ -63,6 +64,13 @@ class SubdomainCorrection:
         correction = np.zeros_like(residual)
         correction[self.unknown] = self._factors.solve(residual[self.unknown])
         return correction
+
+    def remaining(self, residual: Floats, correction: Floats) -> Floats:
+        """Returns the residual that a correction of the selected nodes leaves, (unknowns,).
+
+        Only for a symmetric matrix: its columns are the rows of the selected nodes.
+        """
+        return np.asarray(residual - self._columns @ correction[self.unknown])
 
     def improve(self, approximate: Floats, residual: Floats) -> None:
         """Removes the residual of an approximate solution on the selected nodes, in place.

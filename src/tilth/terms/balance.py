@@ -193,12 +193,16 @@ class Balance:
         """Returns nodes whose equations an iterative solver may solve exactly, (nodes,) each.
 
         First the nodes of yielding material together with those that terms couple beyond their
-        cells, then the latter alone; an empty list if no material yields. With several displacement
-        fields the latter in any case: multigrid has levels for each field by itself.
+        cells, then the larger and the smaller of the two alone; an empty list if no material
+        yields. With several displacement fields those coupled in any case: multigrid has levels for
+        each field by itself.
         """
         yielding = union(self.active.nodes, (term.yielding_nodes() for term in self.terms))
         yields = count(self.comm, int(yielding.sum())) > 0
         if not yields and self.active.fields == 1:
             return []
         joined = union(self.active.nodes, (term.joined_nodes() for term in self.terms))
-        return [yielding | joined, joined] if yields else [joined]
+        if not yields:
+            return [joined]
+        alone = sorted([yielding, joined], key=lambda nodes: -count(self.comm, int(nodes.sum())))
+        return [yielding | joined, *alone]

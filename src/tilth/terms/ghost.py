@@ -36,8 +36,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers, Shorts, require_table
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.arrays import Flags, Floats, Integers, Shorts, require_table
+from tilth.mpm.grid import ActiveGrid, Grid, cell_corners
 from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
@@ -66,8 +66,7 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
         s, own = slice(body.start, body.stop), active.of_field(body.field)
         share = np.maximum(soil.points.elastic_share[s], LEAST_ELASTIC_SHARE)
         least_modulus = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
-        modulus = np.maximum(young[s] * share, least_modulus)
-        softness = 1.0 / modulus
+        softness = 1.0 / np.maximum(young[s] * share, least_modulus)
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * softness)):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
@@ -89,9 +88,10 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
 
 def _equivalent_stress(stress: Floats) -> Floats:
     """Returns von Mises' equivalent stress of Cauchy stresses (n, 6) [stress], shape (n,)."""
-    normal = stress[:, :3] - stress[:, :3].mean(axis=1)[:, None]
-    square = (normal**2).sum(axis=1) + 2.0 * (stress[:, 3:] ** 2).sum(axis=1)
-    return np.asarray(np.sqrt(1.5 * square))
+    xx, yy, zz, *shear = stress.T
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    square = 0.5 * normal + 3.0 * (shear[0] ** 2 + shear[1] ** 2 + shear[2] ** 2)
+    return np.asarray(np.sqrt(square))
 
 
 def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
@@ -223,9 +223,11 @@ def ghost_faces(
     if exterior is not None:
         number = find_keys(active.key, exterior[0])
         depth[number[number >= 0]] = exterior[1][number >= 0]
+    concerned = (emptiness > 0.0) | _cells_at(key, active.key[depth.any(axis=1)], dim)
     faces = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
+        cell = cell[concerned[cell] | concerned[neighbour[1, axis, cell]]]
         other = neighbour[1, axis, cell]
         size = active.grid.sizes(place[cell]), active.grid.sizes(place[other])
         offset, line = _two_cells(dim, axis)
@@ -275,6 +277,16 @@ def ghost_faces(
                 )
             )
     return faces
+
+
+def _cells_at(key: Integers, nodes: Integers, dim: int) -> Flags:
+    """Returns which of the cells with sorted keys have one of the nodes with these keys."""
+    found = np.zeros(len(key), dtype=bool)
+    offset = lattice_keys(cell_corners(dim))
+    for each in offset - offset[0]:
+        number = find_keys(key, nodes - each)
+        found[number[number >= 0]] = True
+    return found
 
 
 DECAY_MOTION = 0.1

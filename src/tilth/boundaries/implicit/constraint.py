@@ -119,14 +119,15 @@ class SurfaceConstraint(ImplicitConstraint):
         """As `ImplicitConstraint.before`, with averaged tractions where the soil yields.
 
         The distribution of the traction over a multiplier's support results from the soil's elastic
-        strain. The plastic part of it is replaced by its mean over the support, so that points
-        newly in contact have the same traction as the others. The force of each support does not
-        change.
+        strain. The plastic part of it is replaced by the mean of the support's plastic parts, so
+        that points newly in contact have the same traction as the others. The force of each support
+        does not change, and the tractions do not, once they are uniform where the soil yields.
         """
         assert self.multipliers is not None
         carried = rotated(self.boundary.carried[self.chosen], self.pose, 0)
-        plastic = (1.0 - self.elastic_share)[:, None] * carried
-        return carried - plastic + self.multipliers.distribute(self.multipliers.mean(plastic))
+        plastic = (1.0 - self.elastic_share)[:, None]
+        mean = self.multipliers.mean(carried, plastic[:, 0])
+        return carried + plastic * (self.multipliers.distribute(mean) - carried)
 
     def initial_slip(self) -> Floats:
         """Returns the mean slips at zero nodal displacement [length], shape (m,)."""

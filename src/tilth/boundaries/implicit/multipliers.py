@@ -57,12 +57,23 @@ class Multipliers:
     row: Floats
     vertex: Floats
 
-    def mean(self, vector: Floats) -> Floats:
-        """Returns the means of vectors (n, dim) along the constrained directions, shape (m,)."""
-        along = self.weight * np.einsum("rni,ni->rn", self.direction, vector)
-        total = np.bincount(self.owner.ravel(), along.ravel(), minlength=len(self.area))
+    def mean(self, vector: Floats, share: Floats | None = None) -> Floats:
+        """Returns the means of vectors (n, dim) along the constrained directions, shape (m,).
+
+        share: with which each point counts, >= 0, shape (n,); 1 if not given. 0 where none counts.
+        """
+        weight, area = self.weight, self.area
+        if share is not None:
+            weight = weight * share
+            area = self._sums(np.broadcast_to(weight, self.owner.shape))
+        total = self._sums(weight * np.einsum("rni,ni->rn", self.direction, vector))
         # on the axis of symmetry points have no weight
-        return np.asarray(total / np.where(self.area > 0.0, self.area, 1.0))
+        return np.asarray(total / np.where(area > 0.0, area, 1.0))
+
+    def _sums(self, values: Floats) -> Floats:
+        """Returns the sums of values of each direction of each point, (r, n), shape (m,)."""
+        found = np.bincount(self.owner.ravel(), values.ravel(), minlength=len(self.area))
+        return np.asarray(found, dtype=np.float64)
 
     def distribute(self, traction: Floats) -> Floats:
         """Returns the points' tractions [stress], (n, dim), for those of the multipliers, (m,)."""

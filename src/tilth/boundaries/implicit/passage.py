@@ -131,14 +131,15 @@ def find_passage(
     """
     if boundary.declared.kind not in HOLDING_CONDITIONS:
         return None
-    path = moved - points.position
     samples = 1
     if not _is_infinite_plane(boundary):
-        farthest = np.abs(path / grid.cell_size).max(initial=0.0)
+        farthest = np.abs((moved - points.position) / grid.cell_size).max(initial=0.0)
         samples = min(max(math.ceil(farthest), 1), MAXIMUM_SAMPLES)
     for fraction in np.arange(1, samples + 1) / samples:
         time = before + fraction * (after - before)
-        position = points.position + fraction * path
+        position = moved
+        if fraction < 1.0:
+            position = points.position + fraction * (moved - points.position)
         passage = _passage_at(boundary, points, position, before, time, grid)
         if passage is not None:
             return replace(passage, share=float(fraction) * passage.share)
@@ -155,9 +156,9 @@ def _passage_at(
 ) -> Passage | None:
     """Returns the soil behind a boundary with the points at `position`, (n, dim), or None."""
     tolerance = PASSAGE_TOLERANCE * float(grid.cell_size.min())
-    chosen, distance, normal = _distances(boundary, position, points, time, grid)
-    near = np.flatnonzero(distance < _largest_half_width(points))
-    chosen, distance, normal = chosen[near], distance[near], normal[near]
+    chosen, distance, normal = _distances(
+        boundary, position, points, time, grid, closer=_largest_half_width(points)
+    )
     depth = _half_width(points, chosen, normal) - distance
     deep = np.flatnonzero(depth > tolerance)
     if len(deep) == 0:
@@ -183,7 +184,7 @@ def depth_behind(boundary: Implicit, points: MaterialPoints, time: float, grid: 
     """
     if boundary.declared.kind not in IMPERMEABLE_CONDITIONS:
         return 0.0
-    _, distance, _ = _distances(boundary, points.position, points, time, grid)
+    _, distance, _ = _distances(boundary, points.position, points, time, grid, closer=0.0)
     return float(-distance.min(initial=0.0))
 
 
@@ -215,19 +216,21 @@ def _distances(
     time: float,
     grid: Grid,
     all_in_front: bool = True,
+    closer: float = np.inf,
 ) -> tuple[Integers, Floats, Floats]:
     """Returns the positions that face a boundary: numbers, distances from it, and its normals.
 
-    Numbers (k,), signed distances [length] (k,), < 0 behind the boundary, and normals (k, dim).
-    All positions face a plane. Those beside the edge of a finite or curved boundary do not; with
-    `points` given, neither do those more than two cells in front of it, nor those behind it by
-    more than two cells plus the points' greatest motion. Without `all_in_front`, those more than
-    two cells in front do not in any case.
+    Numbers (k,), signed distances [length] (k,), < 0 behind the boundary, and normals (k, dim), of
+    those at distances less than `closer`. All positions face a plane. Those beside the edge of a
+    finite or curved boundary do not; with `points` given, neither do those more than two cells in
+    front of it, nor those behind it by more than two cells plus the points' greatest motion.
+    Without `all_in_front`, those more than two cells in front do not in any case.
     """
     if _is_infinite_plane(boundary):
         reference = boundary.reference_position(position, time)
-        normal = boundary.geometry.gradient(reference)
-        return np.arange(len(position)), boundary.geometry.distance(reference), normal
+        distance = boundary.geometry.distance(reference)
+        near = np.flatnonzero(distance < closer)
+        return near, distance[near], boundary.geometry.gradient(reference[near])
     surface, normal, _ = boundary.surface_points(time)
     none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, position.shape[1]))
     if len(surface) == 0:
@@ -257,7 +260,9 @@ def _distances(
     candidates, nearest = candidates[facing], nearest[facing]
     if len(candidates) == 0:
         return none
-    return candidates, boundary.distance(position[candidates], time), normal[nearest]
+    distance = boundary.distance(position[candidates], time)
+    near = np.flatnonzero(distance < closer)
+    return candidates[near], distance[near], normal[nearest[near]]
 
 
 def _near_or_behind(tree: cKDTree, normal: Floats, position: Floats, near: float) -> Integers:
@@ -279,7 +284,8 @@ def _largest_half_width(points: MaterialPoints) -> float:
     """Returns an upper bound of half the width of the points' domains [length]."""
     if points.corner.shape[1] > 0:
         return np.inf
-    return float(np.sqrt((points.half_length**2).sum(axis=1).max(initial=0.0)))
+    square = np.einsum("ni,ni->n", points.half_length, points.half_length)
+    return float(np.sqrt(square.max(initial=0.0)))
 
 
 def _half_width(points: MaterialPoints, chosen: Integers, normal: Floats) -> Floats:
