@@ -225,9 +225,9 @@ def nested_dissection(lattice: Annotated[NDArray[numpy.int64], dict(order='C', d
 def connected_parts(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.int64]:
     """Number of the connected component of each row of a symmetric pattern."""
 
-def project(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], shift: float, known: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], tolerance: float, limit: int, right: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
+def project(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], shift: float, known: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], tolerance: float, limit: int, scale: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], right: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> bool:
     """
-    Replaces right sides (rows, 4, 8 or 12) by the solutions for a symmetric matrix, zero where known; returns whether conjugate gradients converged.
+    Replaces right sides (rows, 4, 8 or 12) by the solutions for a symmetric matrix, zero where known; returns whether conjugate gradients converged to the tolerance times scale.
     """
 
 def symmetric_product(row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:

@@ -260,7 +260,7 @@ def direct_calls() -> Iterator[Call]:
     pair = [x[:, None].repeat(2, axis=1) for _ in range(2)]
     yield Call("symmetric_product", [rows, column, value, *pair])
     known, right = np.zeros((2, 4), dtype=bool), np.ones((2, 4))
-    yield Call("project", [rows, column, value, 0.0, known, 1e-6, 20, right])
+    yield Call("project", [rows, column, value, 0.0, known, 1e-6, 20, right.copy(), right])
     line = np.array([[0, 0, 0], [1, 0, 0]])
     cycle = ("cycle", [vectors[0], vectors[1].copy()])
     rest = [("sizes", []), ("bytes", []), ("begin", [])]

@@ -43,7 +43,7 @@ def solved(
 ) -> tuple[bool, np.ndarray]:
     start, column = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32)
     x = right.copy()
-    return _core.project(start, column, matrix.data, 0.0, known, 1e-13, limit, x), x
+    return _core.project(start, column, matrix.data, 0.0, known, 1e-13, limit, right, x), x
 
 
 @pytest.mark.parametrize("columns", [4, 8, 12])

@@ -119,17 +119,18 @@ sparse::SymmetricMatrix symmetric(const ConstIntegers& row_start, const ConstSho
 }
 
 bool project(ConstIntegers row_start, ConstShorts column, ConstDoubles value, double shift,
-             ConstFlags known, double tolerance, int limit, Doubles right) {
+             ConstFlags known, double tolerance, int limit, ConstDoubles scale, Doubles right) {
   const auto matrix = symmetric(row_start, column, value);
   require(matrix.rows > 0, "row_start", "has no rows");
   const std::int64_t columns = size_of(right) / matrix.rows;
   require(columns == 4 || columns == 8 || columns == 12, "right", "has not 4, 8 or 12 columns");
   require_size(right, matrix.rows * columns, "right");
   require_size(known, matrix.rows * columns, "known");
+  require_size(scale, matrix.rows * columns, "scale");
   nb::gil_scoped_release release;
   const auto solve = [&]<int Width>() {
     return sparse::Projection<Width>(matrix, shift, known.data())
-        .solve(tolerance, limit, right.data());
+        .solve(tolerance, limit, scale.data(), right.data());
   };
   if (columns == 4) return solve.template operator()<1>();
   return columns == 8 ? solve.template operator()<2>() : solve.template operator()<3>();
@@ -167,9 +168,9 @@ void bind_sparse(nb::module_& module) {
              "Number of the connected component of each row of a symmetric pattern.");
   module.def(
       "project", &project, "row_start"_a, "column"_a, "value"_a, "shift"_a, "known"_a,
-      "tolerance"_a, "limit"_a, "right"_a,
+      "tolerance"_a, "limit"_a, "scale"_a, "right"_a,
       "Replaces right sides (rows, 4, 8 or 12) by the solutions for a symmetric matrix, zero "
-      "where known; returns whether conjugate gradients converged.");
+      "where known; returns whether conjugate gradients converged to the tolerance times scale.");
   module.def("symmetric_product", &symmetric_product, "row_start"_a, "column"_a, "value"_a, "x"_a,
              "product"_a, "Fills the product of a matrix with 2 or 3 columns x.");
   module.def("column_product", &column_product, "start"_a, "row"_a, "value"_a, "x"_a, "product"_a,

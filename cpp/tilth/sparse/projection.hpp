@@ -67,21 +67,23 @@ class Projection {
   }
 
   /// Replaces right sides (rows, columns) by the solutions. Returns whether all residuals became
-  /// smaller than `tolerance` times the right sides, in the preconditioner's norm, in `limit`
-  /// iterations.
-  bool solve(double tolerance, int limit, double* right) {
+  /// smaller than `tolerance` times the vectors `scale` (rows, columns), in the preconditioner's
+  /// norm, in `limit` iterations.
+  bool solve(double tolerance, int limit, const double* scale, double* right) {
     const std::int64_t n = matrix_.rows;
     std::vector<Row> r(n), p(n, Row{}), t(n), q(n), x(n, Row{});
-    Row r_r = sum_over_blocks([&](std::int64_t begin, std::int64_t end) {
-      Row sum{};
-      for (std::int64_t i = begin; i < end; ++i) {
-        r[i] = forward(i, r, load(right + i * columns, root_[i]));
-        add_square(r[i], sum);
-      }
-      return sum;
-    });
-    Row target, ratio{};
-    for (int w = 0; w < Width; ++w) target[w] = tolerance * tolerance * r_r[w];
+    const auto precondition = [&](const double* from) {
+      return sum_over_blocks([&](std::int64_t begin, std::int64_t end) {
+        Row sum{};
+        for (std::int64_t i = begin; i < end; ++i) {
+          r[i] = forward(i, r, load(from + i * columns, root_[i]));
+          add_square(r[i], sum);
+        }
+        return sum;
+      });
+    };
+    Row target = precondition(scale), r_r = precondition(right), ratio{};
+    for (int w = 0; w < Width; ++w) target[w] *= tolerance * tolerance;
     bool done = all_below(r_r, target);
     for (int iteration = 0; !done && iteration < limit; ++iteration) {
       for_blocks([&](std::int64_t begin, std::int64_t end) {

@@ -18,8 +18,8 @@ PROJECTION_TOLERANCE = 1e-11
 """Residual of the projection relative to the momentum [-]."""
 
 LEAST_EIGENVALUE = 1e-10
-"""Added to the mass matrix relative to its diagonal: where slivers of domains give nodes almost
-dependent masses, velocities that they cannot tell apart are zero."""
+"""Added to the mass matrix relative to its diagonal: where slivers of domains, or few points, give
+nodes almost dependent masses, velocities that they cannot tell apart are those of `lumped`."""
 
 MOST_ITERATIONS = 1000
 """Iterations of the projection after which it counts as failed."""
@@ -66,36 +66,42 @@ class ConsistentMass:
         _core.symmetric_product(pattern.row_start, pattern.column, self.blocks, nodal, product)
         return product
 
+    def lumped(self, momentum: Floats) -> Floats:
+        """Returns the nodal field of a momentum with the lumped mass of the points, (nodes, k).
+
+        Around a point that is alone it is constant; zero at nodes without mass.
+        """
+        mass = self._soil.scatter(self._mass[:, None])
+        return np.where(mass > 0.0, momentum / np.where(mass > 0.0, mass, 1.0), 0.0)
+
     def projected(self, quantity: Floats, known: Flags, value: Floats | None = None) -> Floats:
         """Returns the nodal field q with M q = sum_p S_ap m_p q_p, except where it is known.
 
         So it has the points' momentum, and their energy if it is a field of the grid's.
 
         Args:
-            quantity: of the points, such as a velocity, shape (n, k), k at most 12.
+            quantity: of the points, such as a velocity, shape (n, k), k at most 12 and a
+                multiple of the number of directions.
             known: which nodal components are given, shape (nodes, k).
-            value: these components, zero elsewhere, shape (nodes, k), k a multiple of the number
-                of directions; all are zero if None.
+            value: these components, shape (nodes, k); all are zero if None.
 
         Raises:
             StepFailed: the iteration does not converge.
         """
-        right = self._soil.scatter(self._mass[:, None] * quantity)
-        if value is not None:
-            dim = self._pattern.grid.dim
-            parts = np.hsplit(value, value.shape[1] // dim)
-            right -= np.hstack([self.times(np.ascontiguousarray(part)) for part in parts])
-        used = right.shape[1]
+        momentum = self._soil.scatter(self._mass[:, None] * quantity)
+        used, dim = momentum.shape[1], self._pattern.grid.dim
+        start = np.where(known, 0.0 if value is None else value, self.lumped(momentum))
+        parts = np.hsplit(start, used // dim)
+        right = momentum - np.hstack([self.times(np.ascontiguousarray(part)) for part in parts])
         columns = -(-used // 4) * 4  # the kernel works on four at once
-        padded = np.zeros((len(right), columns))
-        padded[:, :used] = right
+        scale, padded = np.zeros((2, len(right), columns))
+        scale[:, :used], padded[:, :used] = momentum, right
         zero = np.ones(padded.shape, dtype=bool)
         zero[:, :used] = known
         pattern = self._pattern
         if not _core.project(
             pattern.row_start, pattern.column, self.blocks, LEAST_EIGENVALUE, zero,
-            PROJECTION_TOLERANCE, MOST_ITERATIONS, padded,
+            PROJECTION_TOLERANCE, MOST_ITERATIONS, scale, padded,
         ):  # fmt: skip
             raise StepFailed(f"no projection of the velocities in {MOST_ITERATIONS} iterations")
-        found = padded[:, :used]
-        return found if value is None else found + value
+        return np.asarray(start + padded[:, :used])
