@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from contact_terms import next_balance
-from small_problems import AXES, SPACINGS
+from small_problems import AXES, SPACINGS, dimension
 
 from tilth import Model
 from tilth.analysis.dynamics import inertia_of
@@ -277,3 +277,39 @@ def test_the_spectral_radius_is_that_of_high_frequencies(radius: float) -> None:
     scale = np.array([1.0, 1.0 / h, omega**2, omega**2])  # balance
     values = np.abs(np.linalg.eigvals(matrix * (1.0 / scale)[:, None] * scale))
     assert values.max() == pytest.approx(radius, abs=2e-2)
+
+
+@pytest.mark.parametrize("basis", BASES)
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_a_grain_alone_flies_without_deforming(kind: str, basis: str) -> None:
+    """Its own mass does not determine the velocity of its nodes: what is left is constant."""
+    dim, steps = dimension(kind), 20
+    lower = np.array([2.3, 2.6, 2.15][:dim])
+    sand = {"model": "mohr_coulomb", "young_modulus": 1e6, "poisson_ratio": 0.3, "cohesion": 0.0}
+    sand |= {"friction_angle": 30.0, "dilation_angle": 0.0, "density": 1500.0, "separates": True}
+    box = {"type": "box", "lower": lower.tolist(), "upper": (lower + 0.5).tolist()}
+    body = {"name": "grain", "material": "sand", "shape": box, "basis": basis, "points": [1] * dim}
+    gravity = {"type": "body_force", "acceleration": [0.0] * (dim - 1) + [-GRAVITY]}
+    simulation = Simulation(
+        Model.from_dict(
+            {
+                "title": "Grain",
+                "units": {"time": "s"},
+                "analysis": {"kind": kind, "inertia": ALPHA | {"velocity_update": "pic"}},
+                "grid": {"cell_size": 1.0},
+                "materials": {"sand": sand},
+                "bodies": [body],
+                "initial": {"velocity": [{"body": "grain", "x": 7.0}]},
+                "loads": [{**gravity, "factor": [[0.0, 1.0], [1.0, 1.0]]}],
+                "schedule": {"end": 0.2, "steps": steps},
+            }
+        )
+    )
+    simulation.check()
+    for step in range(steps):
+        schedule = simulation.model.schedule
+        simulation.advance(schedule.regular_time(step), schedule.regular_time(step + 1))
+    gradient = simulation.points.deformation_gradient[0]
+    assert gradient == pytest.approx(np.eye(3), abs=1e-13)
+    velocity = [7.0] + [0.0] * (dim - 2) + [-0.2 * GRAVITY]
+    assert simulation.points.motion[0, 0] == pytest.approx(velocity, abs=1e-9)
