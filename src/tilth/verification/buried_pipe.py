@@ -28,6 +28,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     sizes = (COARSE, FINE) if long else (COARSE,)
     for h in sizes:
         yield from smooth(h)
+    yield from graded()
     rough = [lift("rough.toml", h) for h in sizes]
     exact = bearing_factor(1.0)
     for h, curve, tolerance in zip(sizes, rough, (0.11, 0.06), strict=False):
@@ -41,6 +42,23 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         quantity = f"order of the mean of F / (c D), rough, {at(COARSE)} and {at(FINE)}"
         yield at_least(quantity, math.log2(coarse / fine), 0.8, 0.0, "first order")
         yield from in_contact()
+
+
+def graded() -> Iterator[Comparison]:
+    """Cells of D/16 around the pipe that grow away from it, against smaller ones."""
+    coarse, fine = (lift("case.toml", graded_sizes(h)) for h in (FINE, FINE / 1.5))
+    flow, reference = (curve.after(FLOW_LIFT).force for curve in (coarse, fine))
+    quantity = f"greatest F / (c D) from 0.03 D on, smooth, graded, {at(FINE)}"
+    yield relative(quantity, flow.max(), reference.max(), 0.01, "graded, h D/24")
+    yield relative(quantity, flow.max(), 9.2, 0.1 / 9.2, "9.1 to 9.3")
+
+
+def graded_sizes(h: float) -> dict[str, list[list[float]]]:
+    """Returns cell sizes that grow from `h` within 0.9 D of the pipe's axis to 0.4 D."""
+    return {
+        "x": [[0.0, h], [0.9, h], [3.0, 0.4]],
+        "y": [[0.0, 0.4], [2.1, h], [3.9, h], [6.0, 0.4]],
+    }
 
 
 def in_contact() -> Iterator[Comparison]:
@@ -108,7 +126,7 @@ def bearing_factor(adhesion: float) -> float:
     return math.pi + 2.0 * delta + 4.0 * math.cos(angle) * fan
 
 
-def lift(file: str, h: float) -> Curve:
+def lift(file: str, h: float | Mapping[str, object]) -> Curve:
     """Lifts the pipe of a case file on cells of `h` [m]; returns F / (c D) against the lift."""
     model = varied(example(PROBLEM, file), {"grid.cell_size": h})
     curve = reaction_curve(model)

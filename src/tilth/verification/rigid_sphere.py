@@ -53,6 +53,11 @@ def three_dimensional() -> Iterator[Comparison]:
         yield same(quarter, press("case.toml", n), f"3D and axisymmetric, h D/{n}", 0.08)
         quantity = f"RMS of the second difference of the force over its mean, 3D, h D/{n}"
         yield vanishing(quantity, quarter.roughness(INCREMENTS, START), 0.01, "a smooth curve")
+    across = [[0.0, 0.125], [0.75, 0.125], [2.5, 0.5]]
+    sizes = {"x": across, "y": across, "z": [[0.0, 0.5], [1.5, 0.125], [2.5, 0.125]]}
+    model = varied(example(PROBLEM, "three_dimensional.toml"), {"grid.cell_size": sizes})
+    quarter = reaction_curve(model)
+    yield same(quarter, press("case.toml", 8), "3D, graded, and axisymmetric, h D/8", 0.04)
 
 
 def same(curve: Curve, reference: Curve, of: str, tolerance: float) -> Comparison:

@@ -81,6 +81,26 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield from von_mises(long)
     yield from assumed_strain(long)
     yield from every_basis(long)
+    yield from graded()
+
+
+def graded() -> Iterator[Comparison]:
+    """Cells twice as large at one end as at the other: errors and rate as on a uniform grid."""
+    for name in (GIMP, "CPDI1", "CPDI2"):
+        model = varied(example(PROBLEM), BASES[name])
+        uniform = {cells: solve(model, cells).stress_error for cells in (8, 64)}
+        for end, (low, high) in (("base", (0.7, 1.4)), ("top", (1.4, 0.7))):
+            errors = {}
+            for cells in (8, 64):
+                size = HEIGHT / cells
+                sizes = {"x": size, "y": [[0.0, low * size], [HEIGHT, high * size]]}
+                on_grid = varied(with_cells(model, cells), {"grid.cell_size": sizes})
+                errors[cells] = outcome_of(on_grid).stress_error
+            quantity = f"vertical stress error, {name}, 64 cells, small at the {end}"
+            yield within_factor(quantity, errors[64], uniform[64], 1.7, "equal cells")
+            rate, expected = (log_slope(e[8], e[64], 8.0) for e in (errors, uniform))
+            quantity = f"convergence rate, {name}, 8 to 64 cells, small at the {end}"
+            yield relative(quantity, rate, expected, 0.15, "equal cells")
 
 
 def stabilised(without: Outcome) -> Iterator[Comparison]:
@@ -207,7 +227,12 @@ def height(quantity: str, outcome: Outcome) -> Comparison:
 
 def solve(model: Model, cells: int) -> Outcome:
     """Returns the outcome of a column on this number of cells over its height, one wide."""
-    simulation = march(with_cells(model, cells))
+    return outcome_of(with_cells(model, cells))
+
+
+def outcome_of(model: Model) -> Outcome:
+    """Returns the outcome of a column as it is."""
+    simulation = march(model)
     points = simulation.points
     exact = closed_form(model)
     up = model.dimension - 1

@@ -59,6 +59,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield relative(quantity, implicit[-1], LIMIT, TOLERANCE, "2 + pi")
     for basis in BASES:
         yield from coarse_with(basis)
+    yield from graded()
     if long:
         for basis in BASES[1:]:  # the first one is that of the case
             yield from fine_with(basis)
@@ -78,6 +79,16 @@ def turned_copies(long: bool) -> Iterator[Comparison]:
             change = reaction_difference(reactions(turned(model, angle), angle), reference)
             at = f"turned by {angle:g} degrees"
             yield vanishing(f"{quantity}, {at}", change, tolerance, ALIGNED)
+
+
+def graded() -> Iterator[Comparison]:
+    """The limit load on cells of 12.5 mm at the footing's edge that grow away from it."""
+    sizes = {
+        "x": [[0.0, 0.08], [HALF_WIDTH, 0.0125], [1.0, 0.08], [5.0, 0.6]],
+        "y": [[0.0, 0.6], [4.0, 0.08], [5.0, 0.0125]],
+    }
+    curve = press("case.toml", {"grid.cell_size": sizes, **FEW_STEPS})
+    yield from limit_load("graded, h 0.0125 m at the edge", *curve, 0.01)
 
 
 def coarse_with(basis: str) -> Iterator[Comparison]:

@@ -78,7 +78,24 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         if straddling:
             for cells in (8, 32):
                 yield from solid_cylinder(basis, cells)
+        yield from on_a_graded_grid(basis, model)
     yield from widened_cylinder.comparisons(long)
+
+
+def on_a_graded_grid(basis: str, model: Model) -> Iterator[Comparison]:
+    """Cells twice as large outside as inside: no larger errors, and the same rates."""
+    grids, straddling = (16, 32), basis != "linear"
+    outcomes = [solve(graded(model, n, straddling), n, straddling) for n in grids]
+    for cells, outcome in zip(grids, outcomes, strict=True):
+        at, error = f"{basis}, {cells} graded cells", outcome.displacement_error
+        pair = (outcome.pressure, outcome.exact_pressure)
+        yield relative(f"inner pressure, {at}", *pair, 0.14 / cells**2, SOURCE, "Pa")
+        yield vanishing(f"displacement error, {at}", error, 0.12 / cells**2, SOURCE)
+        yield vanishing(f"stress error, {at}", outcome.stress_error, 0.64 / cells, SOURCE)
+    for name, order in (("displacement", 2.0), ("stress", 1.0)):
+        coarse, fine = (getattr(outcome, f"{name}_error") for outcome in outcomes)
+        quantity = f"convergence rate of the {name}, {basis}, 16 to 32 graded cells"
+        yield absolute(quantity, math.log2(coarse / fine), order, 0.15, "bilinear elements")
 
 
 def solid_cylinder(basis: str, cells: int) -> Iterator[Comparison]:
@@ -132,6 +149,8 @@ def rate_with_assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> 
 def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
     """Returns the outcome of the cylinder on this number of cells over its wall, one high.
 
+    A model with a graded grid is taken as it is.
+
     straddling: two cells high, with five points on two cells in both directions.
     """
     box, inner, material = model.bodies[0].shape, model.boundaries[0], model.materials["steel"]
@@ -146,7 +165,9 @@ def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
         height = simulation.grid.cell_size[1] * (2.0 if straddling else 1.0)
         pressure.append(result.resultant(inner.name)[0] / (2.0 * math.pi * a * height))
 
-    points = march(divided(model, a, b, cells, straddling), after_step).points
+    if isinstance(model.grid.cell_size, float):
+        model = divided(model, a, b, cells, straddling)
+    points = march(model, after_step).points
     exact = ThickCylinder(a, b, inner.displacement["x"], material)
     radius, volume = initial_position(points)[:, 0], points.initial_volume
     displacement, stress = exact.radial_displacement(radius), exact.stress(radius)
@@ -206,3 +227,11 @@ def divided(model: Model, inner: float, outer: float, cells: int, straddling: bo
     if straddling:
         changes |= {"bodies.0.points_per_cell": None, "bodies.0.points": [5 * cells // 2, 5]}
     return varied(model, changes)
+
+
+def graded(model: Model, cells: int, straddling: bool) -> Model:
+    """Returns the wall on this number of cells whose sizes grow from 0.7 to 1.4 of their mean."""
+    uniform = divided(model, 1.0, 2.0, cells, straddling)
+    size = 1.0 / cells
+    sizes = {"x": [[1.0, 0.7 * size], [2.0, 1.4 * size]], "y": size}
+    return varied(uniform, {"grid.cell_size": sizes})
