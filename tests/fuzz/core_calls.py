@@ -269,8 +269,8 @@ def direct_calls() -> Iterator[Call]:
     for corners in (corner, np.zeros((0, 4, 2))):
         at, normal = [2.0 * random.random((3, 2)) for _ in range(2)], np.tile([0.6, -0.8], (3, 1))
         yield Call("measure_gap", [
-            at[0], normal, np.full(3, 0.5), 1.5, at[1], half, corners, np.zeros(2), np.ones(2),
-            0.05,
+            at[0], normal, np.full(3, 0.5), 1.5, at[1], half, corners,
+            Grid(np.zeros(2), np.ones(2)), 0.05,
         ])  # fmt: skip
     yield Call("inner", [x, x.copy()])
     yield Call("two_inner", [x, x.copy(), x.copy()])
