@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_blocks import squeezed
-from small_problems import BASES, KINDS, block_entries, dimension, plane, rollers, weight
+from linear_systems import TOLERANCE, Systems, block, solve, systems_of, without_pattern
+from small_problems import BASES, KINDS, block_entries, dimension, plane, weight
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
@@ -24,66 +25,13 @@ from tilth.solvers import (
     LinearSystem,
     Multigrid,
     SolveFailed,
-    StepSolver,
     choose_solver,
 )
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
-from tilth.solvers.hierarchies import dyadic_steps
 from tilth.verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
-
-TOLERANCE = 1e-8
-
-
-class Systems(LinearSolver):
-    """A direct solver that keeps a copy of each system that it solves."""
-
-    def __init__(self) -> None:
-        super().__init__(choose_solver("superlu"))
-        self.kept: list[tuple[LinearSystem, Floats]] = []
-
-    def begin(self, system: LinearSystem) -> StepSolver:
-        kept = self.kept
-
-        class Keeping(StepSolver):
-            def solve(self, right_side: Floats, tolerance: float) -> Floats:
-                copy = LinearSystem(system.active, system.constrained)
-                copy.blocks[:] = system.blocks
-                copy.exact_nodes = system.exact_nodes
-                kept.append((copy, right_side.copy()))
-                return super().solve(right_side, tolerance)
-
-        return Keeping(self, system, self.direct, large=False)
-
-
-def systems_of(model: Model, steps: int = 1) -> list[tuple[LinearSystem, Floats]]:
-    """All linear systems of the last of some steps."""
-    simulation = Simulation(model)
-    for step in range(steps):
-        simulation._solver = solver = Systems()
-        simulation.advance(model.schedule.regular_time(step), model.schedule.regular_time(step + 1))
-    return solver.kept
-
-
-def without_pattern(system: LinearSystem, seed: int = 0) -> Floats:
-    """A right side that excites every mode."""
-    return np.random.default_rng(seed).normal(size=system.constrained.shape)
-
-
-def solve(system: LinearSystem, right: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, int]:
-    multigrid = Multigrid(system.active, system.constrained)
-    multigrid.fill(system.blocks, system.exact_nodes)
-    solution = multigrid.solve(right, tolerance)
-    x = solution.x.reshape(right.shape)
-    free = np.where(system.constrained, 0.0, right)
-    rest = np.where(system.constrained, 0.0, free - system.times(x))
-    true = np.linalg.norm(rest) / np.linalg.norm(free)
-    assert true == pytest.approx(solution.residual, rel=1e-3, abs=1e-14)
-    assert true <= 2.0 * tolerance
-    assert not x[system.constrained].any()
-    return x, solution.iterations
 
 
 def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
@@ -92,23 +40,6 @@ def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
     exact = LinearSolver(choose_solver("superlu")).begin(system).solve(right, 0.0)
     assert np.linalg.norm(x - exact) <= 1e-5 * np.linalg.norm(exact)
     assert iterations <= most
-
-
-def block(kind: str, basis: str, cells: int, **body: Any) -> Model:
-    """A block under its weight; `top` takes that share of a cell's height off it."""
-    entries = block_entries(kind, basis, cells=1, loads=[weight(kind, 2.0)])
-    entries["materials"]["soil"]["poisson_ratio"] = 0.48
-    dim, size = dimension(kind), 1.0 / cells
-    cut = body.pop("cut", 0.0) * size
-    entries["boundaries"] = rollers(kind, 1.0)
-    entries["grid"]["cell_size"] = size
-    upper = [1.0] * (dim - 1) + [1.0 - cut]
-    entries["bodies"][0]["shape"]["upper"] = upper
-    if cut:
-        del entries["bodies"][0]["points_per_cell"]
-        entries["bodies"][0]["points"] = [2 * cells] * dim
-    entries["bodies"][0].update(body)
-    return Model.from_dict(entries)
 
 
 CELLS = {"plane_strain": 20, "axisymmetric": 20, "3d": 7}
@@ -185,38 +116,6 @@ def test_iterations_do_not_grow_with_the_grid_in_3d() -> None:
         system, _ = systems_of(block("3d", "linear", cells, anti_locking="f_bar"))[0]
         counts.append(solve(system, without_pattern(system))[1])
     assert counts[1] <= counts[0] + 4
-
-
-def graded_block(kind: str, smallest: float, largest: float) -> Model:
-    """The block with cells that grow along every axis."""
-    uniform = block(kind, "linear", 10, anti_locking="f_bar")
-    axes = "xyz"[: dimension(kind)]
-    return varied(uniform, {"grid.cell_size": {k: [[0, smallest], [1, largest]] for k in axes}})
-
-
-@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
-def test_long_cells_of_a_graded_grid(kind: str) -> None:
-    """Sides 10 to 1, ratio of neighbours 1.2: half more iterations at most; 30 to 1: three times.
-
-    Beside a uniform grid with as many cells.
-    """
-    counts = []
-    for model in (
-        block(kind, "linear", 13, anti_locking="f_bar"),
-        graded_block(kind, 0.02, 0.2),
-        graded_block(kind, 0.01, 0.3),
-    ):
-        system, _ = systems_of(model)[0]
-        counts.append(solve(system, without_pattern(system))[1])
-    assert counts[1] <= 1.5 * counts[0]
-    assert counts[2] <= 3.0 * counts[0]
-
-
-def test_steps_of_the_lattice_by_size() -> None:
-    """Powers of two that divide the place at which they begin."""
-    ratio = np.array([1.0, 1.3, 1.7, 2.2, 2.9, 3.7, 4.8, 6.2, 8.1])
-    assert dyadic_steps(ratio).tolist() == [1, 1, 2, 2, 2, 4, 4, 8, 8]
-    assert dyadic_steps(ratio[::-1]).tolist() == [8, 8, 4, 4, 4, 2, 2, 1, 1]
 
 
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
