@@ -9,7 +9,7 @@ at one time with several bases, on the true domains. For the example of element 
 first picture of each of its case files, `picture.png` of case.toml.
 Of those in `HISTORIES` it draws tracked quantities over time.
 Of those in `SAFETY` it draws the mechanism at the factor of safety. Of `hertz` it draws the shear
-under the cylinder of cattaneo.toml as well, cattaneo.png.
+under the cylinder of cattaneo.toml as well, cattaneo.png; of `strip_footing` graded.toml as well.
 """
 
 import shutil
@@ -49,8 +49,8 @@ TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
 
 
-def make_picture(name: str) -> None:
-    model = tilth.load_case(EXAMPLES / name / "case.toml")
+def make_picture(name: str, case: str = "case", picture: str = "picture") -> None:
+    model = tilth.load_case(EXAMPLES / name / f"{case}.toml")
     with tempfile.TemporaryDirectory() as folder:
         result = tilth.run(model, Path(folder) / "results", quiet=True)
         results = read_results(result.folder / "results.vtkhdf")
@@ -62,7 +62,7 @@ def make_picture(name: str) -> None:
             initial=results.snapshot(0),
             water=read_setup(result.folder / SETUP, results.snapshot(0)).water_at,
         )
-        figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+        figure.savefig(EXAMPLES / name / f"{picture}.png", dpi=110)
 
 
 def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
@@ -299,3 +299,5 @@ if __name__ == "__main__":
             make_picture(name)
             if name == "hertz":
                 draw_shear(name)
+            if name == "strip_footing":
+                make_picture(name, "graded", "graded")
