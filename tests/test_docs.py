@@ -192,11 +192,11 @@ CHECK_BASIS = """
 int main() {
   using Spline = tilth::basis::QuadraticSpline;
   for (double x = -2.0; x < 2.0; x += 0.0625) {
-    const auto support = Spline::support(x, 0.0);
+    const auto support = Spline::support(x, x);
     double one = 0.0, linear = 0.0, slope = 0.0;
     for (int i = 0; i < support.count; ++i) {
       double value, derivative;
-      Spline::evaluate(x - (support.first + i), 0.0, value, derivative);
+      Spline::evaluate(x - (support.first + i), 0.0, 1.0, 1.0, value, derivative);
       one += value;
       linear += value * (support.first + i);
       slope += derivative * (support.first + i);
