@@ -66,6 +66,14 @@ def solve(system: LinearSystem, right: Floats, tolerance: float = TOLERANCE) -> 
     return x, solution.iterations
 
 
+def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
+    """Both solvers agree as far as the residual and the condition of the matrix allow."""
+    x, iterations = solve(system, right, 1e-11)
+    exact = LinearSolver(choose_solver("superlu")).begin(system).solve(right, 0.0)
+    assert np.linalg.norm(x - exact) <= 1e-5 * np.linalg.norm(exact)
+    assert iterations <= most
+
+
 def block(kind: str, basis: str, cells: int, **body: Any) -> Model:
     """A block under its weight; `top` takes that share of a cell's height off it."""
     entries = block_entries(kind, basis, cells=1, loads=[weight(kind, 2.0)])

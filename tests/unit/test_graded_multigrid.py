@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
-from linear_systems import block, solve, systems_of, without_pattern
+from linear_systems import (
+    block,
+    require_agreement,
+    solve,
+    systems_of,
+    without_pattern,
+)
 from small_problems import dimension
 
-from tilth import Model
+from tilth import Model, _core
 from tilth.solvers.hierarchies import dyadic_steps
 from tilth.verification.cases import varied
 
@@ -45,3 +53,29 @@ def test_steps_of_the_lattice_by_size() -> None:
     ratio = np.array([1.0, 1.3, 1.7, 2.2, 2.9, 3.7, 4.8, 6.2, 8.1])
     assert dyadic_steps(ratio).tolist() == [1, 1, 2, 2, 2, 4, 4, 8, 8]
     assert dyadic_steps(ratio[::-1]).tolist() == [8, 8, 4, 4, 4, 2, 2, 1, 1]
+
+
+@pytest.fixture
+def many_threads() -> Iterator[None]:
+    """Even small systems run on all threads."""
+    threads, points = _core.threads(), _core.parallel_from()
+    _core.set_parallel_from(0)
+    yield
+    _core.set_threads(threads)
+    _core.set_parallel_from(points)
+
+
+@pytest.mark.usefixtures("many_threads")
+def test_same_bits_for_any_number_of_threads() -> None:
+    """Nodes are coupled over many positions: coarse matrices are made by rows."""
+    system, _ = systems_of(graded_block("3d", 0.01, 0.3))[0]
+    solutions = []
+    for threads in (1, 2, 3):
+        _core.set_threads(threads)
+        solutions.append(solve(system, without_pattern(system))[0].tobytes())
+    assert len(set(solutions)) == 1
+
+
+def test_the_direct_solvers_solution() -> None:
+    system, right = systems_of(graded_block("3d", 0.02, 0.2))[0]
+    require_agreement(system, right, 30)

@@ -10,19 +10,26 @@ from typing import Any
 import numpy as np
 import pytest
 from implicit_blocks import squeezed
-from linear_systems import TOLERANCE, Systems, block, solve, systems_of, without_pattern
+from linear_systems import (
+    TOLERANCE,
+    Systems,
+    block,
+    require_agreement,
+    solve,
+    systems_of,
+    without_pattern,
+)
 from small_problems import BASES, KINDS, block_entries, dimension, plane, weight
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.arrays import Flags, Floats
+from tilth.arrays import Flags
 from tilth.comm import Communicator
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers import (
     LinearSolver,
-    LinearSystem,
     Multigrid,
     SolveFailed,
     choose_solver,
@@ -32,14 +39,6 @@ from tilth.solvers import multigrid as multigrid_module
 from tilth.verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
-
-
-def require_agreement(system: LinearSystem, right: Floats, most: int) -> None:
-    """Both solvers agree as far as the residual and the condition of the matrix allow."""
-    x, iterations = solve(system, right, 1e-11)
-    exact = LinearSolver(choose_solver("superlu")).begin(system).solve(right, 0.0)
-    assert np.linalg.norm(x - exact) <= 1e-5 * np.linalg.norm(exact)
-    assert iterations <= most
 
 
 CELLS = {"plane_strain": 20, "axisymmetric": 20, "3d": 7}
