@@ -42,9 +42,10 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         grids = f"h {sizes[-2]:g} and {sizes[-1]:g} m"
         quantity = f"q/s_u0, {at}, extrapolated from {grids} at first order"
         yield relative(quantity, extrapolated, limit, 0.05, SOURCE)
-    # F-bar smooths the volumetric strains within each layer, so that horizons have a small effect
+    # F-bar smooths the volumetric strains within each layer, so that horizons have a small effect.
+    # In the case file's 15 steps one may or may not be halved, by round-off.
     for anti_locking, tolerance in (("none", 1e-9), ("f_bar", 1e-6)):
-        formulation = {"bodies.0.anti_locking": anti_locking}
+        formulation = {"bodies.0.anti_locking": anti_locking, "schedule.steps": 20}
         layers = limit_pressure(1.0, 0.1, {**formulation, **layered()})
         change = layers / limit_pressure(1.0, 0.1, formulation) - 1.0
         quantity = f"change of q by four layers of that clay, anti_locking {anti_locking}, h 0.1 m"

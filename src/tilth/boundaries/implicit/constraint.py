@@ -28,6 +28,9 @@ from tilth.mpm.quadrature import PointsInCells
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit, Pose
 
+LARGE_MOTION = 5e-4
+"""Motion of soil in a step [cells] with which it has moved past a boundary's points."""
+
 
 @dataclass(frozen=True)
 class PointsNearSoil:
@@ -70,9 +73,11 @@ class ImplicitConstraint(PointsNearSoil, ABC):
 
     Attributes:
         boundary: the boundary.
+        moved: motion of the soil in the last step [cells], shape (n,).
     """
 
     boundary: Implicit
+    moved: Floats
 
     @cached_property
     def before(self) -> Floats:
@@ -119,15 +124,16 @@ class SurfaceConstraint(ImplicitConstraint):
         """As `ImplicitConstraint.before`, with averaged tractions where the soil yields.
 
         The distribution of the traction over a multiplier's support results from the soil's elastic
-        strain. The plastic part of it is replaced by the mean of the support's plastic parts, so
-        that points newly in contact have the same traction as the others. The force of each support
-        does not change, and the tractions do not, once they are uniform where the soil yields.
+        strain. The plastic part of it is shared among the points whose soil yields, so that points
+        newly in contact have the same traction as the others, and as far as soil moves past the
+        boundary also among those where it is elastic. The force of each support does not change,
+        and in soil that hardly moves tractions do not, once they are uniform where it yields.
         """
         assert self.multipliers is not None
         carried = rotated(self.boundary.carried[self.chosen], self.pose, 0)
-        plastic = (1.0 - self.elastic_share)[:, None]
-        mean = self.multipliers.mean(carried, plastic[:, 0])
-        return carried + plastic * (self.multipliers.distribute(mean) - carried)
+        plastic = 1.0 - self.elastic_share
+        takes = plastic + self.elastic_share * np.minimum(self.moved / LARGE_MOTION, 1.0)
+        return (1.0 - plastic)[:, None] * carried + self.multipliers.shared(carried, plastic, takes)
 
     def initial_slip(self) -> Floats:
         """Returns the mean slips at zero nodal displacement [length], shape (m,)."""

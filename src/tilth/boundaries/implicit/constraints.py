@@ -172,6 +172,7 @@ class ImplicitConstraints:
             np.concatenate(tributary),
             box,
         )
+        moved = np.abs(points.last_displacement / active.grid.sizes_at(points.position)).max(axis=1)
         parts: list[ImplicitConstraint] = []
         for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.quadrature is not None
@@ -197,6 +198,7 @@ class ImplicitConstraints:
                     moduli=moduli[point[chosen]],
                     axisymmetric=kind == "axisymmetric",
                     elastic_share=points.elastic_share[point[chosen]],
+                    moved=moved[point[chosen]],
                     square=boundary.quadrature.square[chosen],
                 )
             )

@@ -57,18 +57,23 @@ class Multipliers:
     row: Floats
     vertex: Floats
 
-    def mean(self, vector: Floats, share: Floats | None = None) -> Floats:
-        """Returns the means of vectors (n, dim) along the constrained directions, shape (m,).
-
-        share: with which each point counts, >= 0, shape (n,); 1 if not given. 0 where none counts.
-        """
-        weight, area = self.weight, self.area
-        if share is not None:
-            weight = weight * share
-            area = self._sums(np.broadcast_to(weight, self.owner.shape))
-        total = self._sums(weight * np.einsum("rni,ni->rn", self.direction, vector))
+    def mean(self, vector: Floats) -> Floats:
+        """Returns the means of vectors (n, dim) along the constrained directions, shape (m,)."""
+        along = self.weight * np.einsum("rni,ni->rn", self.direction, vector)
         # on the axis of symmetry points have no weight
-        return np.asarray(total / np.where(area > 0.0, area, 1.0))
+        return np.asarray(self._sums(along) / np.where(self.area > 0.0, self.area, 1.0))
+
+    def shared(self, vector: Floats, gives: Floats, takes: Floats) -> Floats:
+        """Returns the vectors (n, dim) of points that share what they give, shape (n, dim).
+
+        gives, takes: shares of each point, shape (n,). The sum over each support is that of
+        `gives` times the vectors along the constrained directions.
+        """
+        along = np.einsum("rni,ni->rn", self.direction, vector)
+        given = self._sums(self.weight * gives * along)
+        taken = self._sums(np.broadcast_to(self.weight * takes, self.owner.shape))
+        each = given / np.where(taken > 0.0, taken, 1.0)
+        return np.asarray(takes[:, None] * self.distribute(each))
 
     def _sums(self, values: Floats) -> Floats:
         """Returns the sums of values of each direction of each point, (r, n), shape (m,)."""
