@@ -4,8 +4,7 @@
 Four limit loads in clay whose answers are known: a smooth strip footing (2 + pi), a smooth square
 footing (5.25, graded finite elements), a smooth pipe lifted in deep clay (bounds 9.19 and 9.25)
 and a smooth sphere pressed in by 0.3 of its diameter (its axisymmetric value). Prints cell, points,
-value, error and processor time of the run; with --picture draws the figure of
-docs/howto/grade_the_grid.md.
+value, error and processor time of the run; --picture draws error against time.
 """
 
 from __future__ import annotations
