@@ -188,6 +188,7 @@ def draw(path: Path, found: Mapping[str, list[Point]]) -> None:
     """Draws error against processor time, a panel for each problem."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     figure = Figure(figsize=(3.0 * len(found), 3.0), layout="constrained")
     for axes, (name, points) in zip(
@@ -198,6 +199,8 @@ def draw(path: Path, found: Mapping[str, list[Point]]) -> None:
             axes.loglog(
                 [p.seconds for p in own], [100.0 * p.error for p in own], style, label=label
             )
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_formatter(NullFormatter())
         axes.set_title(name)
         axes.set_xlabel("processor time [s]")
         axes.set_ylabel("error [%]")
