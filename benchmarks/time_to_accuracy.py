@@ -22,7 +22,7 @@ from measure import machine
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification import square_footing, strip_footing
+from tilth.verification import buried_pipe, rigid_sphere, square_footing, strip_footing
 from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
@@ -98,24 +98,10 @@ def pipe(cells: Any) -> Model:
     return varied(example("buried_pipe"), changes)
 
 
-def pipe_grid(h: float) -> dict[str, list[list[float]]]:
-    """Fine within 0.9 diameters of its axis."""
-    return {
-        "x": [[0.0, h], [0.9, h], [3.0, 0.4]],
-        "y": [[0.0, 0.4], [2.1, h], [3.9, h], [6.0, 0.4]],
-    }
-
-
 def sphere(cells: Any) -> Model:
     """A quarter of the smooth sphere."""
     changes = {"grid.cell_size": cells, "schedule.outputs": 1}
     return varied(example("rigid_sphere", "three_dimensional.toml"), changes)
-
-
-def sphere_grid(h: float) -> dict[str, list[list[float]]]:
-    """Fine within 0.75 diameters of its path."""
-    across = [[0.0, h], [0.75, h], [2.5, 0.5]]
-    return {"x": across, "y": across, "z": [[0.0, 0.5], [1.5, h], [2.5, h]]}
 
 
 SHEAR_STRENGTH = 848.7e3 / np.sqrt(3.0)
@@ -131,11 +117,11 @@ PROBLEMS = {
         "footing", 2, -1.0 / (0.25 * SHEAR_STRENGTH),
     ),
     "deep pipe": Problem(
-        9.22, (0.25, 0.125, 0.0625), (0.125, 0.0625, 1.0 / 24.0), pipe_grid, pipe,
+        9.22, (0.25, 0.125, 0.0625), (0.125, 0.0625, 1.0 / 24.0), buried_pipe.graded_sizes, pipe,
         "pipe", 1, 2.0 / 1e4,
     ),
     "sphere in 3D": Problem(
-        32.0e3, (0.25, 0.125), (0.25, 0.125, 0.1), sphere_grid, sphere,
+        32.0e3, (0.25, 0.125), (0.25, 0.125, 0.1), rigid_sphere.graded_sizes, sphere,
         "sphere", 2, -4.0,
     ),
 }  # fmt: skip

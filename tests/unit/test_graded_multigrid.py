@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from linear_systems import (
@@ -55,17 +53,7 @@ def test_steps_of_the_lattice_by_size() -> None:
     assert dyadic_steps(ratio[::-1]).tolist() == [8, 8, 4, 4, 4, 2, 2, 1, 1]
 
 
-@pytest.fixture
-def many_threads() -> Iterator[None]:
-    """Even small systems run on all threads."""
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
-
-
-@pytest.mark.usefixtures("many_threads")
+@pytest.mark.usefixtures("every_loop_in_parallel")
 def test_same_bits_for_any_number_of_threads() -> None:
     """Nodes are coupled over many positions: coarse matrices are made by rows."""
     system, _ = systems_of(graded_block("3d", 0.01, 0.3))[0]

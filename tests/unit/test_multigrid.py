@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -208,16 +207,7 @@ def test_whole_run_gives_the_direct_solvers_result() -> None:
     np.testing.assert_allclose(found["multigrid"], found["superlu"], atol=1e-6 * largest)
 
 
-@pytest.fixture
-def _threaded() -> Iterator[None]:
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
-
-
-@pytest.mark.usefixtures("_threaded")
+@pytest.mark.usefixtures("every_loop_in_parallel")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
 def test_same_bits_for_any_number_of_threads(kind: str, anti_locking: str) -> None:

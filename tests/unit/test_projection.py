@@ -3,23 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from tilth import _core
-
-
-@pytest.fixture
-def many_threads() -> Iterator[None]:
-    """Even small systems run on all threads."""
-    threads, points = _core.threads(), _core.parallel_from()
-    _core.set_parallel_from(0)
-    yield
-    _core.set_threads(threads)
-    _core.set_parallel_from(points)
 
 
 def mass_matrix(n: int) -> sp.csr_array:
@@ -61,7 +49,7 @@ def test_solution_with_known_components(n: int, columns: int) -> None:
     assert np.abs(rest).max() <= 1e-11 * np.abs(right).max()
 
 
-@pytest.mark.usefixtures("many_threads")
+@pytest.mark.usefixtures("every_loop_in_parallel")
 def test_the_same_for_any_number_of_threads() -> None:
     matrix = mass_matrix(80)
     right = np.random.default_rng(0).normal(size=(matrix.shape[0], 4))

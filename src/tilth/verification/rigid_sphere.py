@@ -53,11 +53,16 @@ def three_dimensional() -> Iterator[Comparison]:
         yield same(quarter, press("case.toml", n), f"3D and axisymmetric, h D/{n}", 0.08)
         quantity = f"RMS of the second difference of the force over its mean, 3D, h D/{n}"
         yield vanishing(quantity, quarter.roughness(INCREMENTS, START), 0.01, "a smooth curve")
-    across = [[0.0, 0.125], [0.75, 0.125], [2.5, 0.5]]
-    sizes = {"x": across, "y": across, "z": [[0.0, 0.5], [1.5, 0.125], [2.5, 0.125]]}
+    sizes = graded_sizes(DIAMETER / 8)
     model = varied(example(PROBLEM, "three_dimensional.toml"), {"grid.cell_size": sizes})
     quarter = reaction_curve(model)
     yield same(quarter, press("case.toml", 8), "3D, graded, and axisymmetric, h D/8", 0.04)
+
+
+def graded_sizes(h: float) -> dict[str, list[list[float]]]:
+    """Returns cell sizes that grow from `h` within 0.75 D of the sphere's path to 0.5 D."""
+    across = [[0.0, h], [0.75, h], [2.5, 0.5]]
+    return {"x": across, "y": across, "z": [[0.0, 0.5], [1.5, h], [2.5, h]]}
 
 
 def same(curve: Curve, reference: Curve, of: str, tolerance: float) -> Comparison:

@@ -85,7 +85,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
 def on_a_graded_grid(basis: str, model: Model) -> Iterator[Comparison]:
     """Cells twice as large outside as inside: no larger errors, and the same rates."""
     grids, straddling = (16, 32), basis != "linear"
-    outcomes = [solve(graded(model, n, straddling), n, straddling) for n in grids]
+    outcomes = [outcome_of(graded(model, n, straddling), straddling) for n in grids]
     for cells, outcome in zip(grids, outcomes, strict=True):
         at, error = f"{basis}, {cells} graded cells", outcome.displacement_error
         pair = (outcome.pressure, outcome.exact_pressure)
@@ -149,10 +149,15 @@ def rate_with_assumed_strain(basis: str, model: Model, grids: Sequence[int]) -> 
 def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
     """Returns the outcome of the cylinder on this number of cells over its wall, one high.
 
-    A model with a graded grid is taken as it is.
-
     straddling: two cells high, with five points on two cells in both directions.
     """
+    box = model.bodies[0].shape
+    assert isinstance(box, Box)
+    return outcome_of(divided(model, box.lower[0], box.upper[0], cells, straddling), straddling)
+
+
+def outcome_of(model: Model, straddling: bool = False) -> Outcome:
+    """Returns the outcome of the cylinder as it is; straddling: two cells high, not one."""
     box, inner, material = model.bodies[0].shape, model.boundaries[0], model.materials["steel"]
     assert isinstance(box, Box)
     assert isinstance(inner, PlaneBoundary)
@@ -165,8 +170,6 @@ def solve(model: Model, cells: int, straddling: bool = False) -> Outcome:
         height = simulation.grid.cell_size[1] * (2.0 if straddling else 1.0)
         pressure.append(result.resultant(inner.name)[0] / (2.0 * math.pi * a * height))
 
-    if isinstance(model.grid.cell_size, float):
-        model = divided(model, a, b, cells, straddling)
     points = march(model, after_step).points
     exact = ThickCylinder(a, b, inner.displacement["x"], material)
     radius, volume = initial_position(points)[:, 0], points.initial_volume

@@ -172,7 +172,6 @@ class ImplicitConstraints:
             np.concatenate(tributary),
             box,
         )
-        moved = np.abs(points.last_displacement / active.grid.sizes_at(points.position)).max(axis=1)
         parts: list[ImplicitConstraint] = []
         for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
             assert boundary.quadrature is not None
@@ -186,6 +185,9 @@ class ImplicitConstraints:
             order, at = locate_in_cells(active, boundary.positions(before, chosen), field)
             chosen = chosen[order]
             pose = boundary.pose(before, after, chosen)
+            touched = point[chosen]
+            moved = points.last_displacement[touched]
+            moved = np.abs(moved / active.grid.sizes_at(points.position[touched])).max(axis=1)
             in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
             areas[boundary.name] = float((boundary.weights(after, chosen) * in_contact).sum())
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
@@ -195,10 +197,10 @@ class ImplicitConstraints:
                     chosen=chosen,
                     at=at,
                     pose=replace(pose, weight=pose.weight * in_contact),
-                    moduli=moduli[point[chosen]],
+                    moduli=moduli[touched],
                     axisymmetric=kind == "axisymmetric",
-                    elastic_share=points.elastic_share[point[chosen]],
-                    moved=moved[point[chosen]],
+                    elastic_share=points.elastic_share[touched],
+                    moved=moved,
                     square=boundary.quadrature.square[chosen],
                 )
             )
