@@ -28,6 +28,7 @@ from tilth import Model, resume, run
 from tilth.analysis.predictor import LARGEST_MOTION, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import Buffers, locate
 from tilth.mpm.keys import find_keys
 from tilth.mpm.soil import Soil
@@ -102,7 +103,7 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
     moved = replace(simulation.grid, origin=simulation.grid.origin + 0.3)
     active = locate(points, moved, Buffers())
-    guess = simulation._predictor.guess(simulation.soil_on(active), 0.05)
+    guess = simulation._predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     expected = [0.002, -0.001] + 0.5 * active.position @ gradient.T
     assert guess is not None
     np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
@@ -113,11 +114,56 @@ def test_well_supported_nodes_keep_their_displacement() -> None:
     active = locate(simulation.points, simulation.grid, Buffers())
     last = simulation._predictor.displacement
     assert np.abs(last).max() > 1e-4
-    guess = simulation._predictor.guess(simulation.soil_on(active), 0.05)
+    guess = simulation._predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     assert guess is not None
     kept = well_supported(simulation.soil_on(active))
     assert 0 < kept.sum() < active.nodes
     np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("tables", "growth"),
+    [
+        ([[[0, 0], [1, 1], [2, 4]]], 3.0),
+        ([[[0, 0], [1, 1], [2, 4]], [[0, 0], [1, 2], [2, 8]], [[0, 1], [2, 1]]], 3.0),
+        ([[[0, 0], [1, 1], [2, 4]], [[0, 0], [1, 1], [2, 2]]], 1.0),  # not in proportion
+        ([[[0, 0], [1, 0], [2, 1]]], 1.0),  # begins
+        ([[[0, 0], [1, 1], [2, 1]]], 0.0),  # rests
+        ([[[0, 0], [1, 1], [2, 0]]], 0.0),  # turns back
+        ([], 1.0),
+    ],
+)
+def test_the_guess_grows_with_loads_and_motions(tables: Any, growth: float) -> None:
+    simulation = pulled()
+    predictor = Predictor(2, [LoadCurve(table) for table in tables])
+    predictor.restore(simulation._predictor.state() | {"size": np.array(1.0)})
+    active = locate(simulation.points, simulation.grid, Buffers())
+    guess = predictor.guess(simulation.soil_on(active), 1.0, 2.0)
+    assert guess is not None
+    kept = well_supported(simulation.soil_on(active))
+    np.testing.assert_allclose(guess[kept], growth * predictor.displacement[kept], rtol=1e-12)
+
+
+def test_larger_steps_of_a_flowing_footing_begin_near_their_end() -> None:
+    """Three times the settlement of the step before, at the limit load: as with equal steps."""
+    first = {}
+    for name, table in (
+        ("equal", [[0.0, 0.0], [4.0, 0.5], [8.0, 1.0]]),
+        ("larger", [[0.0, 0.0], [6.0, 0.5], [8.0, 1.0]]),
+    ):
+        changes = {
+            "grid.cell_size": 0.25,
+            "boundaries.3.factor": table,
+            "schedule.end": 8.0,
+            "schedule.steps": 8,
+        }
+        found: list[float] = []
+        march(
+            varied(example("strip_footing"), changes),
+            lambda _, result, __, into=found: into.append(result.equilibrium.residuals[0]),  # type: ignore[misc]
+        )
+        first[name] = found[6]
+    assert first["larger"] < 3.0 * first["equal"]
 
 
 def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
@@ -129,7 +175,7 @@ def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
     predictor.displacement = np.array([0.004, -0.002]) + position @ gradient.T
     held = ~well_supported(soil) | (np.arange(active.nodes) % 2 == 0)
-    guess = predictor.guess(soil, predictor.size, held)
+    guess = predictor.guess(soil, 0.1, 0.2, held)
     assert guess is not None
     own = predictor.displacement[find_keys(predictor.key, active.key)]
     expected = np.where(held[:, None], own - own @ gradient.T, own)
@@ -143,7 +189,7 @@ def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> No
     cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
     predictor.displacement = predictor.displacement * (share * LARGEST_MOTION / cells)
     active = locate(simulation.points, simulation.grid, Buffers())
-    guess = predictor.guess(simulation.soil_on(active), predictor.size)
+    guess = predictor.guess(simulation.soil_on(active), 0.1, 0.2)
     assert guess is not None
     well = well_supported(simulation.soil_on(active))
     same = (guess[well] == predictor.displacement[find_keys(predictor.key, active.key)[well]]).all()
@@ -168,7 +214,7 @@ def test_a_slender_body_that_moves_by_cells() -> None:
 def test_no_guess_without_a_predictor_or_a_step() -> None:
     simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0)
     active = locate(simulation.points, simulation.grid, Buffers())
-    assert simulation._predictor.guess(simulation.soil_on(active), 0.1) is None
+    assert simulation._predictor.guess(simulation.soil_on(active), 0.0, 0.1) is None
     asked = pulled(predictor=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Predictor, "guess", lambda *arguments: pytest.fail("it was asked for"))

@@ -52,9 +52,18 @@ auto cut_simplices(ConstDoubles corner, nb::handle grid_handle) {
 /// Cells around a position in which material points are sought are less than this.
 constexpr std::int64_t farthest_around = 1 << 12;
 
+/// Refuses points that reach more cells than memory has room for.
+void require_few_layers(const ConstDoubles& reach, const ConstDoubles& centre,
+                        const GridLines& grid, int dim) {
+  for (std::size_t i = 0; i < reach.size(); ++i) {
+    const auto ends = grid[static_cast<int>(i) % dim].around(centre.data()[i], reach.data()[i]);
+    require(ends.high - ends.low < farthest_around, "reach", "spans too many cells");
+  }
+}
+
 auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles normal,
                   ConstDoubles part, ConstDoubles centre, ConstDoubles half_length,
-                  ConstDoubles edge, ConstDoubles inverse, ConstIntegers around,
+                  ConstDoubles edge, ConstDoubles inverse, ConstIntegers around, ConstDoubles reach,
                   nb::handle grid_handle) {
   const std::int64_t points = rows_of(centre, 2, "centre");
   const int dim = dimension_of(centre, "centre");
@@ -71,6 +80,8 @@ auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles norma
   grid.require_in_cells(edge, "edge");
   require_size(around, dim, "around");
   require_indices(around, farthest_around, "around");
+  require_size(reach, reach.size() == 0 ? 0 : points * dim, "reach");
+  require_few_layers(reach, centre, grid, dim);
   require_size(normal, size_of(position), "normal");
   require_size(part, size_of(position) * dim, "part");
   grid.require_in_cells(part, "part");
@@ -79,12 +90,15 @@ auto find_contact(ConstIntegers start, ConstDoubles position, ConstDoubles norma
   with_dimension(dim, [&](auto kind) {
     constexpr int d = decltype(kind)::dim;
     const auto sorted = boundary::sort_by_cell<d>(points, centre.data(), grid);
+    const auto nearby = reach.size() == 0
+                            ? boundary::layers_around<d>(around.data(), grid)
+                            : boundary::layers_within<d>(points, centre.data(), reach.data(), grid);
     const auto find = [&](const auto& extent) {
       boundary::find_contact<d>(boundaries, start.data(), position.data(), normal.data(), sorted,
-                                centre.data(), extent, around.data(), grid, nearest.data());
+                                centre.data(), extent, nearby, grid, nearest.data());
       boundary::contact_fractions<d>(boundaries, start.data(), position.data(), normal.data(),
-                                     part.data(), sorted, centre.data(), extent, around.data(),
-                                     grid, nearest.data(), fraction.data());
+                                     part.data(), sorted, centre.data(), extent, nearby, grid,
+                                     nearest.data(), fraction.data());
     };
     if (boxes)
       find(boundary::Boxes<d>{half_length.data()});
@@ -118,7 +132,7 @@ void bind_implicit(nb::module_& module) {
              "Segments or triangles (n,dim,dim) cut at the grid: pieces, and the facet of each.");
   module.def(
       "find_contact", &find_contact, "start"_a, "position"_a, "normal"_a, "part"_a, "centre"_a,
-      "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "grid"_a,
+      "half_length"_a, "edge"_a, "inverse"_a, "around"_a, "reach"_a, "grid"_a,
       "Number of the nearest material point in contact with each quadrature point, -1 without "
       "contact, and the fraction of its tributary area in contact.");
   module.def("boundary_penalty", &boundary_penalty, "normal"_a, "projector"_a, "moduli"_a,

@@ -55,6 +55,68 @@ PointsByCell sort_by_cell(std::int64_t points, const double* position, const Gri
   return result;
 }
 
+/// Along each axis: which layers of cells have material points that reach a layer. On a uniform
+/// grid all those at most `around` layers away; with cells of different sizes as listed, from the
+/// layer `first` on.
+struct NearbyLayers {
+  struct Range {
+    std::int64_t low, high;
+  };
+  std::array<std::int64_t, 3> around{}, first{};
+  std::array<std::vector<Range>, 3> listed;
+  std::array<double, 3> farthest{};  // distance of the points from a position in the layer [length]
+
+  Range of(int axis, std::int64_t layer) const {
+    const auto& ranges = listed[axis];
+    if (ranges.empty()) return {layer - around[axis], layer + around[axis]};
+    const std::int64_t at = layer - first[axis];
+    return at < 0 || at >= std::ssize(ranges) ? Range{layer, layer - 1} : ranges[at];
+  }
+};
+
+/// Returns the layers at most `around` (Dim) cells away.
+template <int Dim>
+NearbyLayers layers_around(const std::int64_t* around, const GridLines& grid) {
+  NearbyLayers layers;
+  for (int k = 0; k < Dim; ++k) {
+    layers.around[k] = around[k];
+    layers.farthest[k] = static_cast<double>(around[k] + 1) * grid[k].largest_width();
+  }
+  return layers;
+}
+
+/// Returns the layers whose points, at `centre` (points, Dim), are at most `reach` (points, Dim)
+/// away from some position in the layer or in the ones next to it.
+template <int Dim>
+NearbyLayers layers_within(std::int64_t points, const double* centre, const double* reach,
+                           const GridLines& grid) {
+  NearbyLayers layers;
+  std::vector<std::int64_t> own(points), low(points), high(points);
+  for (int k = 0; k < Dim; ++k) {
+    double longest = 0.0;
+    std::int64_t lowest = 0, highest = -1;
+    for (std::int64_t p = 0; p < points; ++p) {
+      const double x = centre[Dim * p + k], length = reach[Dim * p + k] * (1.0 + 1e-6);
+      const auto ends = grid[k].around(x, length);
+      own[p] = static_cast<std::int64_t>(std::floor(grid[k].in_cells(x)));
+      low[p] = static_cast<std::int64_t>(std::floor(ends.low)) - 1;
+      high[p] = static_cast<std::int64_t>(std::floor(ends.high)) + 1;
+      longest = std::max(longest, length);
+      lowest = p == 0 ? low[p] : std::min(lowest, low[p]);
+      highest = p == 0 ? high[p] : std::max(highest, high[p]);
+    }
+    layers.first[k] = lowest, layers.farthest[k] = longest + 2.0 * grid[k].largest_width();
+    auto& ranges = layers.listed[k];
+    ranges.resize(highest - lowest + 1, {highest, lowest - 1});
+    for (std::int64_t p = 0; p < points; ++p)
+      for (std::int64_t layer = low[p]; layer <= high[p]; ++layer) {
+        auto& range = ranges[layer - lowest];
+        range.low = std::min(range.low, own[p]), range.high = std::max(range.high, own[p]);
+      }
+  }
+  return layers;
+}
+
 /// Boxes along the grid's axes, by half of their sides, (points, Dim).
 template <int Dim>
 struct Boxes {
@@ -158,27 +220,28 @@ bool adjacent(const Extent& extent, std::int64_t p, const double* offset, const 
          facing<Dim>(extent, p, offset, normal);
 }
 
-/// Calls `visit(p, offset, measure)` for the material points at most `around` cells and at most
-/// `within` [length] away from a position along each axis: `measure` is the square of the distance
-/// in units of the material point's domain.
+/// Calls `visit(p, offset, measure)` for the material points in the `nearby` layers of a position
+/// that are at most `within` [length] away from it along each axis: `measure` is the square of the
+/// distance in units of the material point's domain.
 template <int Dim, class Extent, class Visit>
 void for_points_around(const PointsByCell& sorted, const double* position, const double* within,
-                       const double* centre, const Extent& extent, const std::int64_t* around,
+                       const double* centre, const Extent& extent, const NearbyLayers& nearby,
                        const GridLines& grid, Visit&& visit) {
-  Lattice own{0, 0, 0}, low{0, 0, 0}, high{0, 0, 0};
+  Lattice low{0, 0, 0}, high{0, 0, 0};
   for (int axis = 0; axis < Dim; ++axis) {
     const auto reach = grid[axis].around(position[axis], within[axis] * (1.0 + 1e-6));
-    own[axis] = static_cast<std::int64_t>(std::floor(grid[axis].in_cells(position[axis])));
-    const auto below = static_cast<std::int64_t>(std::floor(reach.low - 1e-6)) - own[axis];
-    const auto above = static_cast<std::int64_t>(std::floor(reach.high + 1e-6)) - own[axis];
-    low[axis] = std::max(-around[axis], below);
-    high[axis] = std::min(around[axis], above);
+    const auto own = static_cast<std::int64_t>(std::floor(grid[axis].in_cells(position[axis])));
+    const auto below = static_cast<std::int64_t>(std::floor(reach.low - 1e-6));
+    const auto above = static_cast<std::int64_t>(std::floor(reach.high + 1e-6));
+    const auto layers = nearby.of(axis, own);
+    low[axis] = std::max(layers.low, below);
+    high[axis] = std::min(layers.high, above);
   }
   for (std::int64_t k = low[2]; k <= high[2]; ++k)
     for (std::int64_t j = low[1]; j <= high[1]; ++j) {
       // the cells of a row along x have consecutive keys
-      const std::int64_t last = pack({own[0] + high[0], own[1] + j, own[2] + k});
-      for (auto i = sorted.place_of(pack({own[0] + low[0], own[1] + j, own[2] + k}));
+      const std::int64_t last = pack({high[0], j, k});
+      for (auto i = sorted.place_of(pack({low[0], j, k}));
            i < static_cast<std::ptrdiff_t>(sorted.key.size()) && sorted.key[i] <= last; ++i) {
         const std::int64_t p = sorted.order[i];
         double offset[Dim];
@@ -262,27 +325,24 @@ std::array<double, Dim> longest_half_widths(std::int64_t points, const Extent& e
 }
 
 /// Fills `nearest` with the number of the material point in contact with each quadrature point, the
-/// nearest one in units of its domain, or -1 without contact. The search extends over `around`
-/// cells (Dim). Boundary b has the quadrature points `start[b]` to `start[b + 1]`. Where no
+/// nearest one in units of its domain, or -1 without contact. The search extends over the `nearby`
+/// layers. Boundary b has the quadrature points `start[b]` to `start[b + 1]`. Where no
 /// quadrature point in a cell lies in an ellipsoid, or a gap remains between those that do, the
 /// contact is with the adjacent domains (`adjacent`).
 template <int Dim, class Extent>
 void find_contact(std::int64_t boundaries, const std::int64_t* start, const double* position,
                   const double* normal, const PointsByCell& sorted, const double* centre,
-                  const Extent& extent, const std::int64_t* around, const GridLines& grid,
+                  const Extent& extent, const NearbyLayers& nearby, const GridLines& grid,
                   std::int64_t* nearest) {
   constexpr double limit = Dim * (1.0 + 1e-9), infinite = 1e300;
   const auto within = longest_half_widths<Dim>(sorted.order.size(), extent);
-  double all[Dim];
-  for (int k = 0; k < Dim; ++k)
-    all[k] = static_cast<double>(around[k] + 1) * grid[k].largest_width();
   for (std::int64_t b = 0; b < boundaries; ++b) {
     const std::int64_t begin = start[b], end = start[b + 1];
 #pragma omp parallel for schedule(static) if (8 * (end - begin) >= parallel_from)
     for (std::int64_t q = begin; q < end; ++q) {
       double least = infinite;
       nearest[q] = -1;
-      for_points_around<Dim>(sorted, position + Dim * q, within.data(), centre, extent, around,
+      for_points_around<Dim>(sorted, position + Dim * q, within.data(), centre, extent, nearby,
                              grid, [&](std::int64_t p, const double* offset, double measure) {
                                if (measure > limit || measure >= least) return;
                                if (!facing<Dim>(extent, p, offset, normal + Dim * q)) return;
@@ -301,7 +361,8 @@ void find_contact(std::int64_t boundaries, const std::int64_t* start, const doub
                               1.0))
         continue;
       double least = infinite;
-      for_points_around<Dim>(sorted, position + Dim * q, all, centre, extent, around, grid,
+      for_points_around<Dim>(sorted, position + Dim * q, nearby.farthest.data(), centre, extent,
+                             nearby, grid,
                              [&](std::int64_t p, const double* offset, double measure) {
                                if (measure >= least) return;
                                if (!adjacent<Dim>(extent, p, offset, normal + Dim * q)) return;
@@ -428,7 +489,7 @@ inline double integrate_union(std::vector<std::pair<double, double>>& intervals,
 template <int Dim, class Extent>
 void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const double* position,
                        const double* normal, const double* part, const PointsByCell& sorted,
-                       const double* centre, const Extent& extent, const std::int64_t* around,
+                       const double* centre, const Extent& extent, const NearbyLayers& nearby,
                        const GridLines& grid, std::int64_t* nearest, double* fraction) {
   constexpr int lines = Dim == 2 ? 1 : 4;  // in space, along the middles of strips of the part
   constexpr double infinite = 1e300, negligible = 0.1, complete = 1.0 - 1e-6;
@@ -465,7 +526,7 @@ void contact_fractions(std::int64_t boundaries, const std::int64_t* start, const
             limit[k] = within[k] + 0.5 * std::fabs(vector[k]);
           }
           intervals.clear();
-          for_points_around<Dim>(sorted, middle, limit, centre, extent, around, grid,
+          for_points_around<Dim>(sorted, middle, limit, centre, extent, nearby, grid,
                                  [&](std::int64_t p, const double* offset, double measure) {
                                    double begin_of[Dim];
                                    for (int k = 0; k < Dim; ++k)

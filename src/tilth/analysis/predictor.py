@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, require_table
+from tilth.model import Model
+from tilth.model.load_curve import LoadCurve
+from tilth.model.staging import moves
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
 from tilth.mpm.soil import Soil
@@ -24,8 +28,15 @@ REST = 10
 contact: yielding soil that slides along a body fails again."""
 
 
+ROUND_OFF = 1e-9
+"""Of increments of factors, relative to the factors."""
+
+
 class Predictor:
     """Extrapolates the displacement of the last load step.
+
+    It is scaled by the increment of the factors of loads and motions over that in the last step;
+    where these differ from curve to curve, by the sizes of the steps in time.
 
     If the grid is fixed and the soil moved by no more than `LARGEST_MOTION` in the last step, the
     guess of a node is its own displacement in that step. Otherwise it is the mean displacement of
@@ -38,6 +49,10 @@ class Predictor:
     force of the slip. They receive the displacement of the soil that is now at them, which was
     upstream in the last step: the boundary moves on with it.
 
+    Args:
+        dim: number of directions.
+        curves: load curves of all loads and motions.
+
     Attributes:
         size: of the last load step [time]; 0 before the first one.
         origin: of its grid [length], shape (dim,).
@@ -46,7 +61,8 @@ class Predictor:
         rest: number of further steps without a guess.
     """
 
-    def __init__(self, dim: int) -> None:
+    def __init__(self, dim: int, curves: Sequence[LoadCurve] = ()) -> None:
+        self._curves = curves
         self.size = 0.0
         self.origin: Floats = np.zeros(dim)
         self.key: Integers = np.zeros(0, dtype=np.int64)
@@ -54,13 +70,14 @@ class Predictor:
         self.rest = 0
         self._axes = np.eye(dim, dtype=np.int64)
 
-    def guess(self, soil: Soil, size: float, held: Flags | None = None) -> Floats | None:
-        """Returns the nodal displacement of a step, shape (nodes, dim).
+    def guess(
+        self, soil: Soil, before: float, after: float, held: Flags | None = None
+    ) -> Floats | None:
+        """Returns the nodal displacement of the step from `before` to `after` [length].
 
-        None before the first step, and while the predictor rests.
+        Shape (nodes, dim); None before the first step, and while the predictor rests.
 
-        size: of the step [time]. held: nodes that an implicit boundary holds, shape (nodes,); none
-        if not given.
+        held: nodes that an implicit boundary holds, shape (nodes,); none if not given.
         """
         if self.size == 0.0 or self.rest > 0:
             return None
@@ -74,7 +91,22 @@ class Predictor:
             if held is not None:
                 held = held & (number >= 0)
                 guess[held] = self._upstream(number[held], active)
-        return np.asarray(size / self.size * guess)
+        return np.asarray(self._growth(before, after) * guess)
+
+    def _growth(self, before: float, after: float) -> float:
+        """Returns the increment of loads and motions over that in the last step [-]."""
+        in_time = (after - before) / self.size
+        ratios = []
+        for curve in self._curves:
+            last, now, new = (curve.factor(t) for t in (before - self.size, before, after))
+            negligible = ROUND_OFF * max(abs(last), abs(now), abs(new))
+            if abs(now - last) > negligible:
+                ratios.append((new - now) / (now - last))
+            elif abs(new - now) > negligible:
+                return in_time
+        if not ratios or max(ratios) - min(ratios) > ROUND_OFF * max(map(abs, ratios)):
+            return in_time
+        return in_time if abs(ratios[0] - in_time) <= ROUND_OFF * in_time else max(ratios[0], 0.0)
 
     def _motion_in_cells(self, active: ActiveGrid) -> float:
         """Returns the largest motion of a node in the last step [cells]."""
@@ -133,6 +165,12 @@ class Predictor:
         self.size, self.origin = float(state["size"]), state["origin"]
         self.key, self.displacement = state["key"], state["displacement"]
         self.rest = int(state["rest"])
+
+
+def load_curves(model: Model) -> list[LoadCurve]:
+    """Returns the load curves of all loads and motions."""
+    moving = (each for each in chain(model.boundaries, model.rigid_bodies) if moves(each))
+    return [model.load_curve(each) for each in chain(model.loads, moving)]
 
 
 def _from_points(soil: Soil) -> Floats:

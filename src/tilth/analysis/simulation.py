@@ -16,7 +16,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact
-from tilth.analysis.predictor import Predictor
+from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
@@ -150,11 +150,10 @@ class Simulation:
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
         self._passage = PassageCheck()
-        self._predictor = Predictor(model.dimension)
+        self._predictor = Predictor(model.dimension, load_curves(model))
         stage = model.stage.declared
-        share = ((0.0, 0.0), (model.schedule.end, 1.0))
-        given = None if stage is None else stage.release
-        self.released = ReleasedForces(model.dimension, LoadCurve(given or share))
+        release = (None if stage is None else stage.release) or ((0, 0), (model.schedule.end, 1))
+        self.released = ReleasedForces(model.dimension, LoadCurve(release))
         self._buffers = Buffers()
         self.round_off = (
             ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(self.grid)
@@ -415,7 +414,8 @@ class Simulation:
             assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
         elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
-            guess = self._predictor.guess(soil, step.size, step.constraints.coupled_nodes())
+            held = step.constraints.coupled_nodes()
+            guess = self._predictor.guess(soil, step.before, step.after, held)
         for newton, following in zip_longest(attempts, attempts[1:]):
             try:
                 return solve_step(

@@ -24,11 +24,16 @@ from tilth.boundaries.implicit.quadrature import (
     surface_quadrature,
 )
 from tilth.errors import BadInput
+from tilth.geometry.footing import Footing
+from tilth.geometry.plane import Plane
 from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import Grid
+
+ROUND_OFF = 1e-9
+"""Of the components of a unit normal."""
 
 FLAT_FACET_LENGTH = 4.0
 """Length of the facets of a flat fixed boundary, in cells: longer facets need fewer points."""
@@ -166,18 +171,37 @@ class Implicit:
         within = (lower >= self._lower).all() and (upper <= self._upper).all()
         if self.quadrature is not None and (self.geometry.bounded or within):
             return self.quadrature
-        margin = 0.1 * (upper - lower) + 2.0 * self._grid.at_start.largest_size
-        self._lower = np.minimum(self._lower, lower - margin)
-        self._upper = np.maximum(self._upper, upper + margin)
+        margin = 0.1 * (upper - lower)
+        below, above = self._sizes_at(lower), self._sizes_at(upper)
+        self._lower = np.minimum(self._lower, lower - margin - 2.0 * below)
+        self._upper = np.maximum(self._upper, upper + margin + 2.0 * above)
         self._make_points()
         assert self.quadrature is not None
         return self.quadrature
 
+    @property
+    def _fixed(self) -> bool:
+        """Whether it stays where it is in the grid."""
+        return not self.declared.is_moving and not self._grid.grid_moves
+
+    def _sizes_at(self, position: Floats) -> Floats:
+        """Returns the sizes of the cells there [length]; of a moving boundary the largest."""
+        grid = self._grid.at_start
+        return grid.sizes_at(position) if self._fixed else grid.largest_size
+
+    def _smallest_edge(self) -> float:
+        """Returns that of the cells along the boundary [length], in all its positions."""
+        size = self._grid.at_start.cell_size
+        turns = self.declared.rotation is not None or self.declared.motion is not None
+        if self.body_name is None and not turns and isinstance(self.geometry, (Plane, Footing)):
+            across = np.abs(self.geometry.normal) > 1.0 - ROUND_OFF
+            return float(size[~across].min())
+        return float(size.min())
+
     def _make_points(self) -> None:
         before, carried = self.quadrature, self.carried
-        grid = self._grid.at_start
-        piece = facet = float(grid.cell_size.min()) / (3.0 if grid.dim == 2 else 2.0)
-        fixed = not self.declared.is_moving and not self._grid.grid_moves
+        grid, fixed = self._grid.at_start, self._fixed
+        piece = facet = self._smallest_edge() / (3.0 if grid.dim == 2 else 2.0)
         if fixed and self.geometry.flat:  # facets are cut at grid lines
             facet = (FLAT_FACET_LENGTH if grid.dim == 2 else 1.0) * float(grid.largest_size.min())
         points = make_quadrature(

@@ -26,7 +26,7 @@ from tilth.boundaries.implicit.multipliers import (
 )
 from tilth.geometry.flat import box_corners
 from tilth.mpm.domains import half_edges
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.quadrature import locate_in_cells
 from tilth.terms.linear import LinearElements
@@ -41,7 +41,6 @@ The exact modulus is unbounded for nu -> 1/2 and would impair the matrix's condi
 traction is carried from step to step, the value does not change the converged reaction.
 """
 
-ROUND_OFF = 1e-9
 """Excess of a reach over a number of cells, in cells, that is round-off."""
 
 STIFFNESS_RATIO_OF_BAND = 2.0
@@ -367,31 +366,23 @@ def _find_contact(
     if edge is None:
         edge = inverse = np.zeros((0, dim, dim))
         reach = 2.0 * points.half_length
-        around = np.ones(dim, dtype=np.int64)  # domains end at most half a cell from the point
     else:
         inverse = np.ascontiguousarray(np.linalg.inv(edge).transpose(0, 2, 1))
         reach = 2.0 * np.abs(edge).sum(axis=1)  # see soil_contact.hpp
-        around = np.ceil(reach.max(axis=0) / grid.cell_size).astype(np.int64)
+    around = np.ones(dim, dtype=np.int64)  # domains end at most half a cell from the point
     if grid.graded:
-        around = _cells_within(grid, points.position, reach)
+        farthest = reach.max(axis=0) + 2.0 * grid.largest_size
+    else:
+        if edge.size:
+            around = np.ceil(reach.max(axis=0) / grid.cell_size).astype(np.int64)
+        farthest, reach = around * grid.cell_size, np.zeros((0, dim))
     near = np.ones(len(surface), dtype=bool)
-    for x, low, high, margin in zip(surface.T, *box, around * grid.largest_size, strict=True):
+    for x, low, high, margin in zip(surface.T, *box, farthest, strict=True):
         near &= (x >= low - margin) & (x <= high + margin)
     nearest, fraction = np.full(len(surface), -1), np.zeros(len(surface))
     start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
     nearest[near], fraction[near] = _core.find_contact(
         start, surface[near], normal[near], part[near], points.position, points.half_length,
-        edge, inverse, around, grid,
+        edge, inverse, around, reach, grid,
     )  # fmt: skip
     return nearest, fraction
-
-
-def _cells_within(grid: Grid, position: Floats, reach: Floats) -> Integers:
-    """Returns the greatest number of cells within reach of positions along each axis, shape (dim,).
-
-    reach: [length], shape (n, dim).
-    """
-    middle = grid.in_cells(position)
-    ends = np.stack([grid.in_cells(position - reach), grid.in_cells(position + reach)])
-    farthest = np.asarray(np.abs(ends - middle).max(axis=(0, 1)))
-    return np.ceil(farthest - ROUND_OFF).astype(np.int64)

@@ -40,5 +40,18 @@ def grid_properties(model: Model) -> GridProperties:
     return GridProperties(
         at_start=background_grid(model),
         axisymmetric=model.analysis.kind == "axisymmetric",
-        grid_moves=model.grid.follow is not None,
+        grid_moves=_grid_moves(model),
     )
+
+
+def _grid_moves(model: Model) -> bool:
+    """Returns whether the grid can move: its boundary does, along an axis of `follow`."""
+    follow = model.grid.follow
+    if follow is None:
+        return False
+    leader = next(each for each in model.boundaries if each.name == follow.boundary)
+    assert isinstance(leader, ImplicitBoundary)
+    turns_or_grows = (leader.rotation, leader.radius_change, leader.volume_loss, leader.motion)
+    if model.stage.boundary_keys is not None or any(each is not None for each in turns_or_grows):
+        return True  # other stages may move it
+    return any((leader.displacement or {}).get(axis, 0.0) != 0.0 for axis in follow.axes)
