@@ -69,22 +69,28 @@ def strip_grid(h: float) -> dict[str, list[list[float]]]:
 
 
 def square(cells: Any) -> Model:
-    """The square footing in eight steps; the grid follows its edges."""
-    return varied(
-        example("square_footing"),
-        {
-            "grid.cell_size": cells,
-            "bodies.0.points": None,
-            "bodies.0.points_per_cell": 2,
-            **square_footing.FEW_STEPS,
-        },
-    )
+    """The square footing in eight steps; a line of a uniform grid follows its edges."""
+    if isinstance(cells, dict):
+        inside = -cells["x"][0][0]
+        changes = {"grid.cell_size": cells, "grid.follow.place": [inside, inside, 5.0]}
+        return varied(example("square_footing", square_footing.GRADED), changes)
+    changes = {
+        "grid.cell_size": cells,
+        "bodies.0.points": None,
+        "bodies.0.points_per_cell": 2,
+        **square_footing.FEW_STEPS,
+    }
+    return varied(example("square_footing"), changes)
 
 
 def square_grid(h: float) -> dict[str, list[list[float]]]:
-    """Fine at the footing's edges; places along x and y are relative to these."""
-    across = [[-0.5, 0.15], [0.0, h], [0.5, 0.15], [4.5, 1.0]]
-    return {"x": across, "y": across, "z": [[0.0, 1.0], [4.5, 0.15], [5.0, h]]}
+    """Fine at the footing's edges, which are 0.45 of a cell beyond a line, and under it.
+
+    Places along x and y are relative to this line.
+    """
+    inside, near = 0.5 - 0.45 * h, 1.5 * h
+    across = [[-inside, near], [0.0, h], [h, h], [1.0 - inside, near], [5.0 - inside, 1.6]]
+    return {"x": across, "y": across, "z": [[0.0, 1.6], [4.5, near], [5.0, 0.3 * h]]}
 
 
 def pipe(cells: Any) -> Model:
@@ -113,7 +119,7 @@ PROBLEMS = {
         "footing", 1, -1.0 / (0.5 * SHEAR_STRENGTH),
     ),
     "square footing": Problem(
-        5.25, (0.5, 0.25), (0.1, 0.05, 0.025), square_grid, square,
+        5.25, (0.5, 0.25), (0.2, 0.1, 0.07), square_grid, square,
         "footing", 2, -1.0 / (0.25 * SHEAR_STRENGTH),
     ),
     "deep pipe": Problem(

@@ -20,14 +20,17 @@ def _restore_threads():
     _core.set_parallel_from(points)
 
 
-def touching(place, position, half_length, normal=None, edge=None, around=1, part=None):
+def touching(
+    place, position, half_length, normal=None, edge=None, around=1, part=None, lines=(), reach=None
+):
     """Without normals the boxes themselves decide; `edge`: half edges in the rows.
 
-    With the parts that places stand for, also the shares of them that are touched.
+    With the parts that places stand for, also the shares of them that are touched. `lines`: of a
+    graded grid; `reach`: of the points, (points, dim), instead of `around`.
     """
     dim = place.shape[1]
     normal = np.zeros_like(place) if normal is None else normal
-    grid = Grid(ORIGIN[:dim].copy(), CELL[:dim].copy())
+    grid = Grid(ORIGIN[:dim].copy(), CELL[:dim].copy(), lines=lines)
     nearest, share = map(
         np.asarray,
         _core.find_contact(
@@ -40,6 +43,7 @@ def touching(place, position, half_length, normal=None, edge=None, around=1, par
             np.zeros((0, dim, dim)) if edge is None else edge,
             np.zeros((0, dim, dim)) if edge is None else inverse_of(edge),
             np.full(dim, around),
+            np.zeros((0, dim)) if reach is None else reach,
             grid,
         ),
     )
@@ -183,6 +187,29 @@ def test_slanted_domains_over_several_cells(dim):
     np.testing.assert_array_equal(found, expected)
     # one cell around a place is not enough
     assert (touching(place, position, half_length, normal, edge) != expected).any()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("slanted", [False, True])
+def test_points_that_reach_a_layer_of_cells_of_any_size_are_found(dim, slanted):
+    """On a graded grid, large points beside small cells: as if all cells were searched."""
+    rng = np.random.default_rng(20 + dim)
+    growth = np.cumsum(np.append(0.0, 1.4 ** np.arange(8)))
+    lines = tuple(h * np.append(growth[:-1], growth[-1] + growth) for h in CELL[:dim])
+    ends = np.array([line[-1] for line in lines])
+    position, place = (ORIGIN[:dim] + ends * rng.random((n, dim)) for n in (200, 2000))
+    grid = Grid(ORIGIN[:dim].copy(), CELL[:dim].copy(), lines=lines)
+    half_length = grid.sizes_at(position) * rng.choice([0.1, 0.25, 0.4], (200, dim))
+    normal, edge, half = directions(21, place.shape), None, half_length
+    if slanted:
+        edge = rng.normal(size=(200, dim, dim)) * half_length[:, None]
+        half = np.abs(edge).sum(axis=1)
+    # the foot in the domain, and at most twice its width away along any normal
+    reach = 2.0 * half + np.linalg.norm(half, axis=1)[:, None]
+    everywhere = touching(place, position, half_length, normal, edge, 40, None, lines)
+    found = touching(place, position, half_length, normal, edge, 0, None, lines, reach)
+    assert (everywhere >= 0).sum() > 100
+    np.testing.assert_array_equal(found, everywhere)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -15,6 +15,7 @@ from tilth import Model
 from tilth.analysis.memory import memory_of
 from tilth.analysis.model_warnings import _far_positions, _small_radii, _thin_or_sparse
 from tilth.analysis.run_warnings import RunWarnings
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.model.grading import line_of
 from tilth.mpm.background import background_grid
@@ -26,6 +27,7 @@ from tilth.report.setup_file import read_setup, write_setup
 from tilth.report.setup_view import _rectangles
 from tilth.report.stage_texts import changes
 from tilth.report.visible_points import exterior_points
+from tilth.verification.cases import example, varied
 
 X = line_of(((0.0, 0.5), (1.0, 0.5), (3.0, 1.2)))
 ROWS = [[0.0, 0.1], [1.0, 0.1], [5.0, 1.0]]
@@ -192,3 +194,22 @@ def test_a_radius_is_compared_with_the_cells_around_it() -> None:
         declared = model(boundaries=[base, pipe(x)], grid=finer)
         grid = background_grid(declared)
         assert bool(list(_small_radii(declared, initial_points(declared), grid))) == warned
+
+
+@pytest.mark.parametrize(("axis", "moves"), [("z", False), ("x", True)])
+def test_walls_of_a_grid_that_does_not_move_take_its_cells(axis: str, moves: bool) -> None:
+    """It follows a footing along x and y; far from it the walls' points are as far apart as cells.
+
+    In z alone the footing moves along the lines that follow it.
+    """
+    changes = {"boundaries.5.displacement": {axis: -0.002}}
+    simulation = Simulation(varied(example("square_footing", "graded.toml"), changes))
+    simulation.prepare(0.0, 1.0)
+    points = {}
+    for wall in simulation.implicit:
+        assert wall.quadrature is not None
+        points[wall.name] = len(wall.quadrature.weight)
+    assert (points["side x"] > 200_000) == moves
+    if not moves:
+        assert points["side x"] < 40_000
+        assert points["footing"] < 10_000  # the thin cells under it are no reason for more

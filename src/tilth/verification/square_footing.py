@@ -14,13 +14,14 @@ import numpy.typing as npt
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
+from tilth.model import Model
 from tilth.verification.cases import example, varied
 from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import initial_position, march
 from tilth.verification.reference import square_footing
 from tilth.verification.strip_footing import PLATEAU, SETTLEMENT, relative_slope
 
-PROBLEM = "square_footing"
+PROBLEM, GRADED = "square_footing", "graded.toml"
 SIDE = 5.0
 """Of the block of soil [m]."""
 REFERENCE_STEPS: Mapping[str, Any] = MappingProxyType(
@@ -57,15 +58,24 @@ class Press:
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Coarse cells with and without F-bar; long: elements' curves, 125,000 points, the edge."""
+    """Coarse cells with and without F-bar, graded ones; long: elements' curves, as published."""
     coarse = footing(0.5, 0.5, FEW_STEPS)
     yield from a_limit_load(coarse, "h 0.5 m")
     locked = footing(0.5, 0.5, FEW_STEPS, anti_locking="none")
     yield from no_limit_load(locked, coarse, "h 0.5 m", 1.1)
+    yield from graded()
     if long:
         yield from against_elements()
         yield from as_published()
         yield from edge_in_cell()
+
+
+def graded() -> Iterator[Comparison]:
+    """Small cells at the edges, in the middle of which these are."""
+    run = press(example(PROBLEM, GRADED), 0.5)
+    yield from a_limit_load(run, "graded")
+    pressure = float(run.pressure[-1])
+    yield relative("P / c at 2 mm, graded", pressure, LIMIT, 0.03, "graded elements")
 
 
 def against_elements() -> Iterator[Comparison]:
@@ -191,6 +201,11 @@ def footing(
             **changes,
         },
     )
+    return press(model, half_width)
+
+
+def press(model: Model, half_width: float) -> Press:
+    """Returns the run of a footing of this half width [m]."""
     plate = next(b for b in model.boundaries if b.name == "footing")
     shear_strength = model.materials["clay"].parameter("yield_stress") / np.sqrt(3.0)
     rows: list[tuple[float, float, int]] = []
