@@ -119,7 +119,7 @@ PROBLEMS = {
         "footing", 1, -1.0 / (0.5 * SHEAR_STRENGTH),
     ),
     "square footing": Problem(
-        5.25, (0.5, 0.25), (0.2, 0.1, 0.07), square_grid, square,
+        5.25, (0.5, 0.25), (0.15, 0.1, 0.07), square_grid, square,
         "footing", 2, -1.0 / (0.25 * SHEAR_STRENGTH),
     ),
     "deep pipe": Problem(
