@@ -15,8 +15,10 @@ from staged_problems import staged_entries
 from tilth import Model, resume, run
 from tilth.analysis.dynamics import WITHIN
 from tilth.analysis.simulation import Simulation
+from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
 from tilth.report.setup_file import read_setup
+from tilth.verification.cases import example, varied
 from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
@@ -157,3 +159,57 @@ def test_dynamic_steps_keep_the_limits_of_the_cells_of_each_point(size: Any) -> 
     points = simulation.points
     moved = np.abs(points.last_displacement / simulation.grid.sizes_at(points.position)).max()
     assert 0.0 < moved < 1.1 * limits["largest_motion"] / WITHIN
+
+
+def footing(length: float = 1.0, force: float = 1.0, steps: int = 6) -> Model:
+    """The graded strip footing with larger cells; length, force: units in m and N."""
+
+    def rows(*given: list[float]) -> list[list[float]]:
+        return [[value / length for value in row] for row in given]
+
+    stress = force / length**2
+    changes: dict[str, Any] = {
+        "grid.cell_size.x": rows([0.0, 0.1], [0.5, 0.05], [1.0, 0.1], [5.0, 0.6]),
+        "grid.cell_size.y": rows([0.0, 0.6], [4.0, 0.1], [5.0, 0.05]),
+        "materials.clay.young_modulus": 1e10 / stress,
+        "materials.clay.yield_stress": 848.7e3 / stress,
+        "bodies.0.shape.upper": [5.0 / length] * 2,
+        "boundaries.1.at": 5.0 / length,
+        "boundaries.3.at": 5.0 / length,
+        "boundaries.3.range": {"x": [0.0, 0.5 / length]},
+        "boundaries.3.displacement": {"y": -0.002 / length},
+        "boundaries.3.factor": None,
+        "schedule.steps": steps,
+        "schedule.outputs": 1,
+    }
+    return varied(example("strip_footing", "graded.toml"), changes)
+
+
+def pressed_in(model: Model) -> tuple[MaterialPoints, float]:
+    """The final points and the last load per length of the half footing."""
+    loads: list[float] = []
+    simulation = march(
+        model, lambda _, result, __: loads.append(-float(result.resultant("footing")[1]))
+    )
+    return simulation.points, loads[-1]
+
+
+def test_results_do_not_depend_on_the_units() -> None:
+    """In mm and kN, in steps that Newton's iteration takes without a line search."""
+    found = []
+    for length, force in ((1.0, 1.0), (1e-3, 1e3)):
+        changes = {
+            "boundaries.3.displacement": {"y": -0.0006 / length},
+            "analysis.tolerance": 1e-10,
+        }
+        found.append(pressed_in(varied(footing(length, force, steps=12), changes)))
+    (points, load), (other, in_kilonewton_per_mm) = found
+    assert load > 0.9 * 5.14 * 245e3  # most of the soil under the footing yields
+    np.testing.assert_allclose(1e-3 * other.position, points.position, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(1e9 * other.stress, points.stress, rtol=0, atol=1e-8 * 848.7e3)
+    assert in_kilonewton_per_mm * 1e6 == pytest.approx(load, rel=1e-9)
+
+
+def test_one_step_reaches_the_limit_load_of_many() -> None:
+    loads = [pressed_in(footing(steps=steps))[1] for steps in (1, 12)]
+    assert loads[0] == pytest.approx(loads[1], rel=0.02)
