@@ -23,7 +23,6 @@ from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries.contact.supports import is_sliver, without_small
-from tilth.boundaries.implicit.constraints import _cells_within
 from tilth.geometry.plane import Plane
 from tilth.geometry.quadrature import make_quadrature
 from tilth.mpm.domains import bound_domains
@@ -213,21 +212,6 @@ def test_pieces_of_a_line_are_as_long_as_the_cells_ask_for() -> None:
     assert found.weight.sum() == pytest.approx(everywhere.weight.sum(), rel=1e-12)
     number = np.floor(grid.in_cells(found.position)).reshape(-1, 3, 2)
     np.testing.assert_array_equal(number, number[:, :1].repeat(3, axis=1))
-
-
-@every_dim
-def test_cells_within_reach(dim: int) -> None:
-    """Against all cells that a box around each place overlaps."""
-    grid = graded(dim)
-    random = np.random.default_rng(6)
-    place = grid.position(random.uniform(-1.0, 5.0, (40, dim)))
-    reach = random.uniform(0.0, 1.0, (40, dim))
-    found = _cells_within(grid, place, reach)
-    own = np.floor(grid.in_cells(place))
-    ends = (np.floor(grid.in_cells(place + side * reach)) for side in (-1.0, 1.0))
-    farthest = max(np.abs(end - own).max(axis=0).tolist() for end in ends)
-    assert (found >= farthest).all()
-    assert (found <= np.array(farthest) + 1).all()
 
 
 def test_functions_at_places_reproduce_linear_fields() -> None:
