@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -203,6 +205,21 @@ for step in range(start + 1, 100000):
     writer.append(make_snapshot(step, points=2000))
     print(step, flush=True)
 """
+
+
+def test_reading_waits_for_a_program_that_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "results.vtkhdf"
+    write(path, range(2)).close()
+    with path.open("rb+") as file:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX)
+        threading.Timer(0.1, fcntl.flock, (file.fileno(), fcntl.LOCK_UN)).start()
+        assert len(read_results(path)) == 2
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX)
+        monkeypatch.setattr("tilth.output.vtkhdf.WAIT_FOR_WRITER", 0.0)
+        with pytest.raises(BadInput, match="locked by a program that writes it"):
+            read_results(path)
 
 
 def test_killed_at_any_moment_the_file_is_whole(tmp_path: Path) -> None:

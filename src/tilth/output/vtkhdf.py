@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -34,6 +35,9 @@ from tilth.output.vtkhdf_layout import (
     stored_names,
     whole_column,
 )
+
+WAIT_FOR_WRITER = 5.0
+"""How long reading waits for a program that writes an output [s]."""
 
 
 class ResultsWriter:
@@ -220,12 +224,20 @@ def read_results(path: Path | str) -> Results:
 def _opened(path: Path) -> Any:
     import h5py
 
-    try:
-        return h5py.File(path, "r")
-    except FileNotFoundError:
-        raise BadInput(f"{path} does not exist", "name the folder of a tilth run") from None
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read as HDF5: {reason_of(error)}", RESTORE) from error
+    deadline = time.monotonic() + WAIT_FOR_WRITER
+    while True:
+        try:
+            return h5py.File(path, "r")
+        except FileNotFoundError:
+            raise BadInput(f"{path} does not exist", "name the folder of a tilth run") from None
+        except BlockingIOError:  # a run locks its results while it writes an output
+            if time.monotonic() > deadline:
+                what = f"{path} is locked by a program that writes it"
+                raise BadInput(what, "read it again when that program has ended") from None
+            time.sleep(0.01)
+        except OSError as error:
+            what = f"{path} cannot be read as HDF5: {reason_of(error)}"
+            raise BadInput(what, RESTORE) from error
 
 
 def _damaged(path: Path, error: Exception) -> BadInput:

@@ -190,12 +190,14 @@ class Implicit:
         return grid.sizes_at(position) if self._fixed else grid.largest_size
 
     def _smallest_edge(self) -> float:
-        """Returns that of the cells along the boundary [length], in all its positions."""
-        size = self._grid.at_start.cell_size
+        """Returns that of the cells [length]; of a graded grid those along a flat boundary."""
+        grid = self._grid.at_start
+        size = grid.cell_size
         turns = self.declared.rotation is not None or self.declared.motion is not None
-        if self.body_name is None and not turns and isinstance(self.geometry, (Plane, Footing)):
-            across = np.abs(self.geometry.normal) > 1.0 - ROUND_OFF
-            return float(size[~across].min())
+        flat = self.body_name is None and not turns and isinstance(self.geometry, (Plane, Footing))
+        if grid.graded and flat:
+            assert isinstance(self.geometry, (Plane, Footing))
+            size = size[np.abs(self.geometry.normal) <= 1.0 - ROUND_OFF]
         return float(size.min())
 
     def _make_points(self) -> None:
