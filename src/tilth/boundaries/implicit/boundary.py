@@ -194,9 +194,8 @@ class Implicit:
         grid = self._grid.at_start
         size = grid.cell_size
         turns = self.declared.rotation is not None or self.declared.motion is not None
-        flat = self.body_name is None and not turns and isinstance(self.geometry, (Plane, Footing))
-        if grid.graded and flat:
-            assert isinstance(self.geometry, (Plane, Footing))
+        keeps_normal = self.body_name is None and not turns
+        if grid.graded and keeps_normal and isinstance(self.geometry, (Plane, Footing)):
             size = size[np.abs(self.geometry.normal) <= 1.0 - ROUND_OFF]
         return float(size.min())
 

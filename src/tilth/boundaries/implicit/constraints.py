@@ -41,8 +41,6 @@ The exact modulus is unbounded for nu -> 1/2 and would impair the matrix's condi
 traction is carried from step to step, the value does not change the converged reaction.
 """
 
-"""Excess of a reach over a number of cells, in cells, that is round-off."""
-
 STIFFNESS_RATIO_OF_BAND = 2.0
 """Stiffness of exterior nodes with the band form relative to that with the surface form."""
 
