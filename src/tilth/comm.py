@@ -1,36 +1,65 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reductions over all processes; the serial run is the run with one process.
+"""What the processes of a run tell each other; the serial run is the run with one process.
 
-Sums within a process are those of the core; they are identical for any number of threads.
+Sums within a process are those of the core; they are identical for any number of threads. Sums over
+the processes are taken in the order of their numbers, so that a run has the same bits each time.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.errors import TilthError
 
 Floats = npt.NDArray[np.float64]
+T = TypeVar("T")
 
 
 class Communicator(Protocol):
-    """Reductions over all processes that the algorithms use."""
+    """What the processes of a run tell each other; all of them call each method at the same place.
+
+    Attributes:
+        rank: number of this process, from 0.
+        size: number of processes.
+        sent: bytes that this process has sent to others in exchanges.
+    """
+
+    rank: int
+    size: int
+    sent: int
 
     def sum(self, value: float) -> float:
-        """Returns the sum of each process's `value`."""
+        """Returns the sum of each process's `value`, in the order of their numbers."""
         ...
 
     def max(self, value: float) -> float:
         """Returns the largest of the processes' `value`."""
         ...
 
+    def gathered(self, value: T) -> list[T]:
+        """Returns each process's `value`, in the order of their numbers, in all processes."""
+        ...
+
+    def gathered_first(self, value: T) -> list[T]:
+        """Returns the same in process 0; an empty list in the others."""
+        ...
+
+    def exchanged(self, values: Sequence[T]) -> list[T]:
+        """Sends `values[r]` to each process r; returns what the processes sent to this one."""
+        ...
+
 
 class Serial:
     """One process: every reduction returns its argument."""
+
+    rank, size, sent = 0, 1, 0
 
     def sum(self, value: float) -> float:
         """Returns `value`."""
@@ -40,9 +69,45 @@ class Serial:
         """Returns `value`."""
         return value
 
+    def gathered(self, value: T) -> list[T]:
+        """Returns `value` alone."""
+        return [value]
+
+    def gathered_first(self, value: T) -> list[T]:
+        """Returns `value` alone."""
+        return [value]
+
+    def exchanged(self, values: Sequence[T]) -> list[T]:
+        """Returns `values`."""
+        return list(values)
+
 
 SERIAL = Serial()
 """The communicator of a serial run."""
+
+
+@contextmanager
+def together(comm: Communicator) -> Iterator[None]:
+    """Raises an error of tilth that one process meets inside in all processes.
+
+    No process may wait for another one inside.
+    """
+    failure: TilthError | None = None
+    try:
+        yield
+    except TilthError as error:
+        if comm.size == 1:
+            raise
+        failure = error
+    if comm.size > 1:
+        found = [each for each in comm.gathered(failure) if each is not None]
+        if found:  # the same one in all, that of which the least of a step is possible
+            raise min(found, key=lambda each: getattr(each, "share", None) or 0.0)
+
+
+def total(comm: Communicator, array: Floats) -> Floats:
+    """Returns the sum of each process's `array`, in the order of their numbers."""
+    return np.asarray(np.sum(comm.gathered(array), axis=0)) if comm.size > 1 else array
 
 
 def inner(comm: Communicator, a: Floats, b: Floats) -> float:

@@ -26,7 +26,9 @@ ROOMS = [
     "case",
     "model",
     "grid_lines",
-    "arrays comm errors interrupt memory_errors timers",
+    "mpi",
+    "comm",
+    "arrays errors interrupt memory_errors timers",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.comm import norm
+from tilth.comm import norm, together
 from tilth.model import Analysis
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance, Forces
@@ -98,8 +98,9 @@ class Residual:
         Raises:
             StepFailed: a term has no force there.
         """
-        balance, comm, own = self._balance, self._balance.comm, slice(*self._balance.active.owned)
-        forces = balance.forces(displacement, unknowns)
+        balance, comm, own = self._balance, self._balance.comm, self._balance.active.owned
+        with together(comm):
+            forces = balance.forces(displacement, unknowns)
         free = norm(comm, np.where(self._constrained, 0.0, forces.residual)[own])
         if len(unknowns):  # each process has them all
             free = math.hypot(free, *(forces.global_residual / balance.global_scale))
@@ -120,11 +121,12 @@ class Residual:
 
     def worst_point(self, state: State) -> int:
         """Returns the number of the point nearest to the node with the largest residual force."""
-        comm, (first, last) = self._balance.comm, self._balance.active.owned
-        residual = np.where(self._constrained, 0.0, state.forces.residual)[first:last]
+        comm, active = self._balance.comm, self._balance.active
+        residual = np.where(self._constrained, 0.0, state.forces.residual)[active.owned]
         size = np.linalg.norm(residual, axis=1)
-        node, own = first + int(size.argmax()), float(size.max())
-        point = _nearest_point(self._balance.active, node) if own == comm.max(own) else -1
+        node, own = int(size.argmax()), float(size.max())
+        owned = np.arange(active.nodes)[active.owned]
+        point = _nearest_point(active, int(owned[node])) if own == comm.max(own) else -1
         return int(comm.max(float(point)))
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import zip_longest
@@ -12,7 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.acceptance import move_surfaces, require_acceptable, warn
 from tilth.analysis.checks import check_first_step
+from tilth.analysis.distributed import require_distributed
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact
@@ -42,17 +43,19 @@ from tilth.boundaries import (
     make_implicit,
 )
 from tilth.boundaries.axis import Axis
-from tilth.boundaries.contact.between_bodies import require_short_motion
-from tilth.boundaries.contact.checks import require_not_passed
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.contact.terms import contact_terms
+from tilth.boundaries.implicit.constraints import holding
+from tilth.boundaries.implicit.near_soil import find_near_soil, nodes_near
 from tilth.boundaries.implicit.passage import PassageCheck
+from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.background import largest_face
+from tilth.mpm.distribution import Distribution
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -61,7 +64,7 @@ from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface
 from tilth.output.snapshot import SurfaceShape
-from tilth.solvers import linear_solver
+from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.make import make_surfaces
 from tilth.terms.balance import Balance
@@ -99,6 +102,9 @@ class Simulation:
         body_contacts: surfaces of soil bodies in contact with other soil bodies.
         declared_dynamics: the inertia of the analysis; None if it is quasi-static.
         relaxation: of soil beyond a limit load; None if the analysis ends there.
+        passage: remembers where soil was in front of the boundaries.
+        is_forced: whether rigid bodies move freely.
+        distribution: which points this process owns, of those of all processes.
         kept_contact: the force of contact at the end of the last step; None without `inertia`.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
@@ -135,7 +141,7 @@ class Simulation:
                 initial.selected(present_points(model, initial)) if model.stage.name else initial
             )
         self.points = points
-        self._solver = linear_solver(
+        self._solver: LinearSolver | PetscSolver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
         self.waves = WaveBoundaries(model, self.boundaries, self.points.position)
@@ -144,12 +150,13 @@ class Simulation:
         self.axis = Axis(model, initial)
         self.surfaces = make_surfaces(model, initial)
         self.body_contacts = make_body_contacts(model, self.surfaces)
+        self.distribution = Distribution(SERIAL, self.points, self.grid)
         self._touching = TouchingSoil(
             self.surfaces, lambda points: shear_strength(points, self.model)
         )
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
-        self._passage = PassageCheck()
+        self.passage = PassageCheck()
         self._predictor = Predictor(model.dimension, load_curves(model))
         stage = model.stage.declared
         release = (None if stage is None else stage.release) or ((0, 0), (model.schedule.end, 1))
@@ -161,7 +168,7 @@ class Simulation:
         self.run_warnings.departures(model)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
-        self._is_forced = any(body.free.any() for body in self.bodies)
+        self.is_forced = any(body.free.any() for body in self.bodies)
         self._attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -195,20 +202,40 @@ class Simulation:
         own = self.declared_dynamics
         return None if own is None else own.step(before, after)
 
+    def distribute(self, comm: Communicator) -> None:
+        """Leaves this process its part of the points; all processes have them all before.
+
+        Raises:
+            BadInput: there are too many processes, or the model has what only one process computes.
+        """
+        if comm.size > 1:
+            require_distributed(self.model)
+            self.distribution = Distribution(comm, self.points, self.grid)
+            self.points = self.distribution.owned(self.points)
+            self.distribution.own = self.distribution.own[self.distribution.own]
+            self._solver = distributed_solver(
+                self.model.analysis.solver, self.run_warnings.fallback
+            )
+
+    @property
+    def comm(self) -> Communicator:
+        """The processes of the run."""
+        return self.distribution.comm
+
     @property
     def warnings(self) -> list[str]:
         """Texts not yet reported; the caller empties the list."""
         return self.run_warnings.texts
 
     @property
-    def _relaxes(self) -> bool:
+    def relaxes(self) -> bool:
         """Whether soil moves beyond a limit load."""
         return self.relaxation is not None and self.relaxation.active
 
     @property
     def dynamics(self) -> Dynamics | Relaxation | None:
         """The inertia that acts now; None in equilibrium."""
-        return self.relaxation if self._relaxes else self.declared_dynamics
+        return self.relaxation if self.relaxes else self.declared_dynamics
 
     @property
     def solved(self) -> str:
@@ -304,7 +331,10 @@ class Simulation:
         self.grid = self._grid_motion.at(time)
         if self.grid.graded and self._grid_motion.follows:  # smaller cells come to the points
             self.run_warnings.bounds(bound_domains(self.points, self.grid))
-        return locate(self.points, self.grid, self._buffers)
+        self.points = self.distribution.arranged(self.points, self.grid)
+        with together(self.comm):
+            active = locate(self.points, self.grid, self._buffers)
+        return self.distribution.located(active)
 
     def prepare(self, before: float, after: float) -> PreparedStep:
         """Locates the points and finds the conditions of the step from `before` to `after`.
@@ -318,15 +348,20 @@ class Simulation:
         time_step = self._time_step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
-        declared = Conditions.gather(self.boundaries, active, before, after)
-        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         implicit = self.implicit
         if time_step is None:
             implicit = [*implicit, *self.waves.surfaces()]
         with self.timers.measure("boundaries"):
+            near = find_near_soil(holding(implicit), self.points, active, before)
+            active = active.with_nodes(nodes_near(near, active))
+        with together(self.comm):
+            declared = Conditions.gather(self.boundaries, active, before, after)
+            on_axis = self.axis.constrain(active, declared, self.implicit, before)
+        on_axis = replace(on_axis, conditions=on_axis.conditions.of_owners(active))
+        with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self._touching, self.body_contacts,
+                on_axis.conditions.constrained, self._touching, self.body_contacts, near,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
@@ -360,27 +395,12 @@ class Simulation:
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
-            self.grid.require_inside(self.points.position + moved, self.points.point_id)
-            require_short_motion(self.body_contacts, self.points, moved)
-            balance.require_acceptable(displacement)
-            possible = math.inf
-            if self.dynamics is not None:
-                cells = self.grid.sizes_at(self.points.position)
-                possible = self.dynamics.possible_size(balance, displacement, moved, cells)
-                if not is_least:
-                    self.dynamics.require_accurate(possible)
-            if self.implicit and not is_least:
-                position, touching = self.points.position + moved, self.contact_surfaces
-                with self.timers.measure("boundaries"):
-                    self._passage.require_in_front(
-                        self.implicit, self.points, position, before, after, self.grid
-                    )
-                    contacts = step.constraints.contacts
-                    require_not_passed(touching, contacts, self.points, position, before, after)
+            with together(self.comm):
+                possible = require_acceptable(self, step, balance, displacement, moved, is_least)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
-        self._move_surfaces(balance.active, displacement, moved)
+        move_surfaces(self, balance.active, displacement, moved)
         with self.timers.measure("boundaries"):
             result = result_of(step, balance, equilibrium, self.kept_contact)
         balance.commit(displacement)
@@ -388,7 +408,7 @@ class Simulation:
         for pair in self.body_contacts:
             pair.begin()
         self._predictor.commit(balance.active, displacement, after - before)
-        self._warn(step, balance, equilibrium, moved)
+        warn(self, step, balance, equilibrium, moved)
         return replace(result, possible_size=possible)
 
     def solve(
@@ -410,12 +430,14 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
-        if self._relaxes or (self.declared_dynamics is not None and step.after > step.before):
+        if self.relaxes or (self.declared_dynamics is not None and step.after > step.before):
             assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
-        elif self.model.analysis.predictor and not self._is_forced:  # a free motion has no guess
+        elif self.model.analysis.predictor and not self.is_forced:  # a free motion has no guess
             held = step.constraints.coupled_nodes()
             guess = self._predictor.guess(soil, step.before, step.after, held)
+            if guess is not None:
+                guess = step.active.updated(guess)
         for newton, following in zip_longest(attempts, attempts[1:]):
             try:
                 return solve_step(
@@ -431,23 +453,6 @@ class Simulation:
                 if step.after > step.before:  # else a search for the starting state
                     self.run_warnings.line_search(failure.reason, step.after)
         raise AssertionError("a step is tried at least once")
-
-    def _warn(
-        self, step: PreparedStep, balance: Balance, equilibrium: Equilibrium, moved: Floats
-    ) -> None:
-        """Warns of probable mistakes in a committed step; moved: displacement of the points."""
-        warnings, grid = self.run_warnings, self.grid
-        warnings.bounds(bound_domains(self.points, grid))
-        if step.active.fields > 1:
-            warnings.unpaired(self.model, self.points, grid)
-        with self.timers.measure("boundaries"):
-            warnings.depths(self.implicit, self.points, step.after, grid)
-            free = self._is_forced or self._relaxes
-            if not free and np.array_equal(balance.load_before, equilibrium.load):
-                driven = np.abs(step.conditions.increment).max(
-                    initial=step.constraints.largest_increment()
-                )
-                warnings.jump(moved, float(driven), self.points, grid.cell_size, step.after)
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
         """Returns all terms of the balance of a step. New terms are added here."""
@@ -486,15 +491,3 @@ class Simulation:
             terms += self.dynamics.terms(step, soil, self.water, faces, self.waves)
         supported = union(active.nodes, (term.supported_nodes() for term in terms))
         return [*terms, WeakSprings.of(soil, supported)]
-
-    def _move_surfaces(self, active: ActiveGrid, displacement: Floats, moved_by: Floats) -> None:
-        """Moves tracked surfaces with the grid; moved_by: of the points in the step, (n, dim)."""
-        surfaces = list(self.surfaces.values())
-        if not surfaces:
-            return
-        position = self.points.position + moved_by
-        moved = [surface.moved(active, displacement, self.points, position) for surface in surfaces]
-        for surface, (state, warning) in zip(surfaces, moved, strict=True):
-            surface.commit(state)
-            if warning:
-                self.run_warnings.note(f"crossing of {surface.name}", warning)

@@ -14,7 +14,8 @@ from tilth.analysis.residual import Newton, Residual, State
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
-from tilth.solvers import LinearSolver, LinearSystem, SolveFailed, StepSolver
+from tilth.solvers import LinearSolver, LinearSystem, PetscSolver, SolveFailed, StepSolver
+from tilth.solvers.petsc import PetscStepSolver
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import Changes
 from tilth.timers import Timers
@@ -65,7 +66,7 @@ class Equilibrium:
 def solve_step(
     balance: Balance,
     conditions: Conditions,
-    solver: LinearSolver,
+    solver: LinearSolver | PetscSolver,
     newton: Newton,
     timers: Timers,
     guess: Floats | None = None,
@@ -197,11 +198,15 @@ class Linearisation:
     """
 
     def __init__(
-        self, balance: Balance, constrained: Flags, solver: LinearSolver, timers: Timers
+        self,
+        balance: Balance,
+        constrained: Flags,
+        solver: LinearSolver | PetscSolver,
+        timers: Timers,
     ) -> None:
         self._balance, self._constrained = balance, constrained
         self._solver, self._timers = solver, timers
-        self._begun: tuple[LinearSystem, StepSolver] | None = None
+        self._begun: tuple[LinearSystem, StepSolver | PetscStepSolver] | None = None
 
     def correction(
         self,
@@ -233,13 +238,15 @@ class Linearisation:
             free, unknowns = solver.solve_bordered(right_side, of_unknowns, tolerance)
         return moved + free, unknowns
 
-    def _system(self, now: State, reuse: Reuse) -> tuple[LinearSystem, StepSolver]:
+    def _system(
+        self, now: State, reuse: Reuse
+    ) -> tuple[LinearSystem, StepSolver | PetscStepSolver]:
         balance, active = self._balance, self._balance.active
         if self._begun is None:
             with self._timers.measure("assembly"):
                 entries = len(active.column) * self._constrained.shape[1] ** 2
                 memory = active.buffers.take("matrix", entries)
-                system = LinearSystem(active, self._constrained, memory, balance.comm)
+                system = LinearSystem(active, self._constrained, memory)
             self._begun = system, self._solver.begin(system)
         system, solver = self._begun
         if reuse is Reuse.MATRIX and solver.by_multigrid:

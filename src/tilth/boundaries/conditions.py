@@ -13,6 +13,7 @@ from tilth.arrays import Flags, Floats
 from tilth.boundaries.implicit.constraint import PointsNearSoil
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary
+from tilth.comm import count
 from tilth.errors import BadInput
 from tilth.mpm.grid import ActiveGrid
 
@@ -84,6 +85,19 @@ class Conditions:
         boundary = self.boundary.copy()
         boundary[on_axis & (boundary[:, 0] == UNCONSTRAINED), 0] = AXIS
         return replace(self, boundary=boundary)
+
+    def of_owners(self, active: ActiveGrid) -> Conditions:
+        """Returns these, at the nodes of other processes as these have them."""
+        if active.shared is None:
+            return self
+        base = self.base and (active.updated(self.base[0]), active.updated(self.base[1]))
+        return replace(
+            self,
+            boundary=active.updated(self.boundary),
+            increment=active.updated(self.increment),
+            has_nodes=[count(active.comm, int(each)) > 0 for each in self.has_nodes],
+            base=base,
+        )
 
     @property
     def constrained(self) -> Flags:

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts
+from tilth.comm import SERIAL, Communicator
 from tilth.errors import StepFailed
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
@@ -23,6 +25,7 @@ from tilth.mpm.keys import (
 )
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.shared_nodes import Number, SharedNodes
 from tilth.mpm.stencil import Stencil
 
 LEFT_LIMITS = "a point left the limits of the grid"
@@ -199,7 +202,7 @@ class ActiveGrid:
             its lowest node.
         buffers: memory that the steps reuse.
         couplings: further nodes that the matrix couples: see `with_couplings`.
-        owned: first and one past the last node that this process owns (all, in a serial run).
+        shared: the nodes that other processes have, too; None in a serial run.
         fields: number of displacement fields.
     """
 
@@ -210,13 +213,35 @@ class ActiveGrid:
     cell_keys: Integers
     buffers: Buffers
     couplings: Sequence[tuple[Integers, Shorts]] = ()
-    owned: tuple[int, int] = (0, 0)
+    shared: SharedNodes | None = None
     fields: int = 1
 
     @property
     def nodes(self) -> int:
         """Number of active nodes."""
         return len(self.key)
+
+    @property
+    def comm(self) -> Communicator:
+        """The processes that share the grid."""
+        return SERIAL if self.shared is None else self.shared.comm
+
+    @property
+    def owned(self) -> slice | Integers:
+        """The nodes that this process owns: each node has one owner."""
+        return slice(0, self.nodes) if self.shared is None else self.shared.owned
+
+    @property
+    def owned_nodes(self) -> int:
+        """Number of nodes that this process owns."""
+        return self.nodes if self.shared is None else len(self.shared.owned)
+
+    def updated(self, nodal: npt.NDArray[Number]) -> npt.NDArray[Number]:
+        """Returns nodal values (nodes, ...), those of other processes' nodes as they are there.
+
+        All processes call it; without others the array itself is returned.
+        """
+        return nodal if self.shared is None else self.shared.updated(nodal)
 
     @property
     def lattice(self) -> Integers:
@@ -269,6 +294,21 @@ class ActiveGrid:
         """
         return replace(self, couplings=couplings)
 
+    def with_nodes(self, key: Integers) -> ActiveGrid:
+        """Returns the same grid with further nodes of other processes, by their keys.
+
+        Terms couple them with nodes of this process. Without other processes they are there.
+        """
+        if self.shared is None:
+            return self
+        missing = np.setdiff1d(key, self.key)
+        new = np.union1d(self.key, missing)
+        number = np.searchsorted(new, self.key).astype(np.int32)
+        stencils = [replace(each, node=number[each.node]) for each in self.stencils]
+        extra = np.searchsorted(new, missing)
+        shared = SharedNodes(self.comm, self.shared.boxes, new, self.fields, extra)
+        return replace(self, key=new, stencils=stencils, shared=shared)
+
     @property
     def coupling_distance(self) -> int:
         """Largest number of cells between two nodes that the matrix couples."""
@@ -279,7 +319,11 @@ class ActiveGrid:
     @cached_property
     def _pattern(self) -> Pattern:
         groups = [(stencil.node_start, stencil.node) for stencil in self.stencils]
-        return self.buffers.pattern(self.key, groups, list(self.couplings), self.fields)
+        couplings = list(self.couplings)
+        if self.shared is not None:  # each node has a diagonal block
+            extra = self.shared.extra.astype(np.int32)
+            couplings.append((np.arange(len(extra) + 1), extra))
+        return self.buffers.pattern(self.key, groups, couplings, self.fields)
 
     @property
     def row_start(self) -> Integers:
@@ -372,7 +416,6 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
         points=points,
         cell_keys=cell_keys,
         buffers=buffers,
-        owned=(0, len(key)),
         fields=fields,
     )
 

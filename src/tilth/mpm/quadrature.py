@@ -74,24 +74,35 @@ def locate_in_cells(
 ) -> tuple[Integers, PointsInCells]:
     """Returns the order of points by cell, shape (n,), and the points in this order.
 
-    The cells of one displacement field follow those of another.
+    The cells of one displacement field follow those of another. Arguments as `find_cells`.
+    """
+    key, local = find_cells(active, position, field)
+    order = np.argsort(key, kind="stable")
+    return order, points_in_cells(active, key[order], local[order])
+
+
+def find_cells(
+    active: ActiveGrid, position: Floats, field: Integers | int = 0
+) -> tuple[Integers, Floats]:
+    """Returns the key of each point's cell, (n,), and its coordinates in the cell, (n, dim).
 
     position: [length], shape (n, dim); at most one cell away from a material point of the field.
     field: displacement field of the soil, one number or shape (n,).
     """
-    grid = active.grid
     position = np.ascontiguousarray(position)
-    if active.fields == 1:
-        found = _core.locate_in_cells(position, grid, active.cell_keys)
-        key, local = np.asarray(found[0]), np.asarray(found[1])
-    else:
-        key, local = _in_cells_of_fields(active, position, field)
-    order = np.argsort(key, kind="stable")
-    key, local = key[order], local[order]
+    if active.fields > 1:
+        return _in_cells_of_fields(active, position, field)
+    key, local = _core.locate_in_cells(position, active.grid, active.cell_keys)
+    return np.asarray(key), np.asarray(local)
+
+
+def points_in_cells(active: ActiveGrid, key: Integers, local: Floats) -> PointsInCells:
+    """Returns points ordered by the keys of their cells (n,), at coordinates in these (n, dim)."""
+    grid = active.grid
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     node = active.corners(np.asarray(_core.lattice(key[first])))
     size = grid.sizes(places_of_keys(key[first], active.fields)[0][:, : grid.dim])
-    return order, PointsInCells(np.append(first, len(key)), node, local, size)
+    return PointsInCells(np.append(first, len(key)), node, local, size)
 
 
 def _in_cells_of_fields(

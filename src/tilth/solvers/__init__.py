@@ -10,6 +10,7 @@ from tilth.solvers.banded import BandedLU
 from tilth.solvers.linear import LinearSolver, StepSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
+from tilth.solvers.petsc import OPTIONS, PetscSolver
 from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
@@ -25,11 +26,13 @@ __all__ = [
     "LinearSolver",
     "LinearSystem",
     "Multigrid",
+    "PetscSolver",
     "Solution",
     "SolveFailed",
     "Solver",
     "StepSolver",
     "choose_solver",
+    "distributed_solver",
     "linear_solver",
 ]
 
@@ -56,6 +59,22 @@ def linear_solver(
     if name == "auto":
         return LinearSolver(direct, MULTIGRID_FROM_UNKNOWNS[dimension], note, banded=BandedLU())
     return LinearSolver(direct, note=note)
+
+
+def distributed_solver(name: str, note: Callable[[str], None]) -> PetscSolver:
+    """Returns the linear solver of an analysis by several processes.
+
+    Raises:
+        BadInput: it is a solver of one process, or PETSc is not installed.
+    """
+    if name not in ("auto", *OPTIONS):
+        raise BadInput(
+            "several processes do not share this solver",
+            'choose solver = "auto"',
+            key="analysis.solver",
+            value=name,
+        )
+    return PetscSolver(name, note)
 
 
 def choose_solver(name: str, points: int = THREADED_FROM_POINTS) -> Solver:

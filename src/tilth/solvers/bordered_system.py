@@ -100,7 +100,7 @@ def solve_condensed(
     Raises:
         SolveFailed: A or the Schur complement is singular or nearly so.
     """
-    comm, own, free = system.comm, slice(*system.active.owned), ~system.constrained
+    comm, own, free = system.comm, system.active.owned, ~system.constrained
     solved = [solve(column, COLUMN_TOLERANCE) for column in border.columns]
 
     def size(nodal: Floats, of_border: Floats) -> float:

@@ -23,8 +23,7 @@ def mean_cross_section(system: LinearSystem) -> float:
     """Returns the mean number of active nodes in a slice across the grid's longest side."""
     comm, lattice = system.comm, system.active.lattice
     sides = [comm.max(float(k.max())) + comm.max(float(-k.min())) for k in lattice.T]
-    first, last = system.active.owned
-    return count(comm, last - first) / (max(sides) + 1.0)
+    return count(comm, system.active.owned_nodes) / (max(sides) + 1.0)
 
 
 def effective_size(system: LinearSystem) -> float:
@@ -34,8 +33,7 @@ def effective_size(system: LinearSystem) -> float:
     """
     dim = system.active.grid.dim
     thick = system.components * mean_cross_section(system) ** (dim / (dim - 1))
-    first, last = system.active.owned
-    return float(min(system.components * count(system.comm, last - first), thick))
+    return float(min(system.components * count(system.comm, system.active.owned_nodes), thick))
 
 
 class LinearSolver:
@@ -85,7 +83,7 @@ class LinearSolver:
         """Returns the levels of a step: the last step's if the active grid is the same."""
         if self._multigrid is None or not self._multigrid.begin(system.active, system.constrained):
             self._multigrid = None  # frees its memory before the new levels are made
-            self._multigrid = Multigrid(system.active, system.constrained, system.comm)
+            self._multigrid = Multigrid(system.active, system.constrained)
         return self._multigrid
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts
-from tilth.comm import SERIAL, Communicator, inner
+from tilth.comm import inner
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
@@ -26,11 +26,11 @@ class LinearSystem:
         active: the active grid, which owns the pattern.
         constrained: prescribed degrees of freedom, shape (nodes, components).
         memory: for the values, at least entries times components^2 numbers; allocated if not given.
-        comm: the processes that share the grid.
 
     Attributes:
         blocks: the values, shape (entries of the pattern, components, components).
-        active, constrained, comm: see above.
+        active, constrained: see above.
+        comm: the processes that share the grid.
         border: rows and columns of global unknowns; None without such unknowns.
         exact_nodes: sets of nodes, shape (nodes,) each, from many to few, whose equations an
             iterative solver may solve directly because it converges slowly there.
@@ -41,7 +41,6 @@ class LinearSystem:
         active: ActiveGrid,
         constrained: Flags,
         memory: Floats | None = None,
-        comm: Communicator = SERIAL,
     ) -> None:
         components = constrained.shape[1]
         size = len(active.column) * components**2
@@ -49,7 +48,7 @@ class LinearSystem:
         self.blocks: Floats = memory.reshape(-1, components, components)
         self.active = active
         self.constrained = constrained
-        self.comm = comm
+        self.comm = active.comm
         self.border: Border | None = None
         self.exact_nodes: list[Flags] = []
 
@@ -69,7 +68,7 @@ class LinearSystem:
 
     def inner_products(self, rows: Floats, vector: Floats) -> Floats:
         """Returns the products of rows (m, nodes, components) with a nodal vector, shape (m,)."""
-        own = slice(*self.active.owned)
+        own = self.active.owned
         return np.array([inner(self.comm, row[own], vector[own]) for row in rows])
 
     @property

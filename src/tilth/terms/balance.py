@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.comm import SERIAL, Communicator, count, norm
+from tilth.comm import count, norm
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.protocol import Changes, GlobalUnknowns, Role, Term, union
@@ -41,7 +41,6 @@ class Balance:
     Args:
         active: the grid of the step.
         terms: of the step, gathered on this grid.
-        comm: communicator of the processes that share the grid.
 
     Attributes:
         active: the grid of the step, with the pattern of all terms.
@@ -53,9 +52,7 @@ class Balance:
             (`Border.scale`), shape (m,).
     """
 
-    def __init__(
-        self, active: ActiveGrid, terms: Sequence[Term], comm: Communicator = SERIAL
-    ) -> None:
+    def __init__(self, active: ActiveGrid, terms: Sequence[Term]) -> None:
         coupled = [list(term.coupled) for term in terms]
         self.active = active.with_couplings([each for of_term in coupled for each in of_term])
         elements = iter(self.active.elements)
@@ -63,7 +60,7 @@ class Balance:
             term.assembled(self.active, [next(elements) for _ in of_term])
             for term, of_term in zip(terms, coupled, strict=True)
         ]
-        self.comm = comm
+        self.comm = active.comm
         self.load_before = self._sum(term.load_before() for term in self.terms)
         self.inertia_before = self._sum(term.inertia_before() for term in self.terms)
         scales = [t.scale if isinstance(t, GlobalUnknowns) else np.zeros(0) for t in self.terms]
@@ -186,7 +183,7 @@ class Balance:
     def round_off(self, displacement: Floats) -> float:
         """Returns the norm of the residual that round-off may cause in stiff terms [force]."""
         total = self._sum(term.magnitude(displacement) for term in self.terms)
-        own = slice(*self.active.owned)
+        own = self.active.owned
         return float(np.finfo(np.float64).eps * norm(self.comm, total[own]))
 
     def exact_nodes(self) -> list[Flags]:

@@ -79,7 +79,7 @@ class WeakSprings(Term):
         """
         size = _cell_size(soil.active)
         stiffness = _circumference(soil) * size.prod(axis=1) / size.max(axis=1) ** 2
-        stiffness *= soil.elastic_moduli.young.max()
+        stiffness *= soil.active.comm.max(float(soil.elastic_moduli.young.max(initial=0.0)))
         badly = ~well_supported(soil)
         if coupled is not None:
             badly &= ~coupled

@@ -24,22 +24,19 @@ from tilth.boundaries.implicit.multipliers import (
     concatenated_cells,
     multiplier_coupling,
 )
-from tilth.geometry.flat import box_corners
-from tilth.mpm.domains import half_edges
+from tilth.boundaries.implicit.near_soil import (
+    NearSoil,
+    capped_moduli,
+    extend_quadrature,
+    find_near_soil,
+    soil_box,
+)
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.points import ElasticModuli, MaterialPoints
-from tilth.mpm.quadrature import locate_in_cells
+from tilth.mpm.points import MaterialPoints
 from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit
-
-LARGEST_CONSTRAINED_MODULUS = 3.0
-"""Cap on the constrained modulus that scales the penalty, in units of Young's modulus.
-
-The exact modulus is unbounded for nu -> 1/2 and would impair the matrix's condition. Because the
-traction is carried from step to step, the value does not change the converged reaction.
-"""
 
 STIFFNESS_RATIO_OF_BAND = 2.0
 """Stiffness of exterior nodes with the band form relative to that with the surface form."""
@@ -76,20 +73,22 @@ class ImplicitConstraints:
         constrained: Flags | None = None,
         soil: TouchingSoil | None = None,
         pairs: Sequence[BodyContactSurface] = (),
+        near: Sequence[NearSoil] | None = None,
     ) -> ImplicitConstraints:
         """Returns the constraints in the step from time `before` to `after`.
 
         kind: of the analysis. constrained: components that other conditions prescribe at nodes,
         shape (nodes, dim); none if not given. soil: for contact; required with it. pairs: surfaces
-        of bodies in contact with each other.
+        of bodies in contact with each other. near: points near soil of those that hold it, see
+        `holding`; found if not given.
         """
         if not boundaries and not pairs:
             return cls(active, [], [])
-        moduli = _moduli(points.elastic_moduli())
+        moduli = capped_moduli(points.elastic_moduli())
         touching = [each for each in boundaries if isinstance(each, ContactSurface)]
-        boundaries = [each for each in boundaries if not isinstance(each, ContactSurface)]
+        boundaries = holding(boundaries)
         for surface in touching:
-            _extend_quadrature(surface, _box(points), before)
+            extend_quadrature(surface, soil_box(points, active.comm), before)
         contacts: list[ContactConstraint] = []
         if soil is not None:
             contacts = gather_contacts(touching, soil, points, active, moduli, kind, before, after)
@@ -98,9 +97,9 @@ class ImplicitConstraints:
             each for each in touching if each not in [part.boundary for part in contacts]
         ]
         areas = {boundary.name: 0.0 for boundary in boundaries}
-        parts = cls._held(
-            boundaries, points, active, moduli, kind, before, after, without_contact, areas
-        )
+        if near is None:
+            near = find_near_soil(boundaries, points, active, before)
+        parts = cls._held(boundaries, near, active, kind, before, after, without_contact, areas)
         if constrained is None:
             constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
         of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
@@ -131,15 +130,14 @@ class ImplicitConstraints:
         The arguments are those of `gather`.
         """
         areas = {boundary.name: 0.0 for boundary in boundaries}
-        moduli = _moduli(points.elastic_moduli())
-        return cls._held(boundaries, points, active, moduli, kind, before, after, [], areas)
+        near = find_near_soil(boundaries, points, active, before)
+        return cls._held(boundaries, near, active, kind, before, after, [], areas)
 
     @staticmethod
     def _held(
         boundaries: list[Implicit],
-        points: MaterialPoints,
+        near: Sequence[NearSoil],
         active: ActiveGrid,
-        moduli: Floats,
         kind: str,
         before: float,
         after: float,
@@ -150,54 +148,26 @@ class ImplicitConstraints:
 
         areas: by name, to which it adds those of the parts that touch soil.
         """
-        if not boundaries:
-            return []
-        surfaces, normals, tributary, box = [], [], [], _box(points)
-        for boundary in boundaries:
-            _extend_quadrature(boundary, box, before)
-            surface, normal, part = boundary.surface_points(before)
-            surfaces.append(surface)
-            normals.append(normal)
-            tributary.append(part)
-        ends = np.cumsum([len(surface) for surface in surfaces])
-        nearest, fraction = _find_contact(
-            points,
-            active,
-            ends,
-            np.concatenate(surfaces),
-            np.concatenate(normals),
-            np.concatenate(tributary),
-            box,
-        )
         parts: list[ImplicitConstraint] = []
-        for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
-            assert boundary.quadrature is not None
-            own = slice(end - len(surface), end)
-            point = nearest[own][boundary.quadrature.on_surface]
-            chosen = np.flatnonzero(point >= 0)
+        for boundary, found in zip(boundaries, near, strict=True):
+            chosen = found.chosen
             if len(chosen) == 0:
                 without_contact.append(boundary)
                 continue
-            field = points.fields_of(point[chosen])
-            order, at = locate_in_cells(active, boundary.positions(before, chosen), field)
-            chosen = chosen[order]
+            assert boundary.quadrature is not None
             pose = boundary.pose(before, after, chosen)
-            touched = point[chosen]
-            moved = points.last_displacement[touched]
-            moved = np.abs(moved / active.grid.sizes_at(points.position[touched])).max(axis=1)
-            in_contact = fraction[own][boundary.quadrature.on_surface[chosen]]
-            areas[boundary.name] = float((boundary.weights(after, chosen) * in_contact).sum())
+            areas[boundary.name] = float((boundary.weights(after, chosen) * found.fraction).sum())
             make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
             parts.append(
                 make(
                     boundary=boundary,
                     chosen=chosen,
-                    at=at,
-                    pose=replace(pose, weight=pose.weight * in_contact),
-                    moduli=moduli[touched],
+                    at=found.at(active),
+                    pose=replace(pose, weight=pose.weight * found.fraction),
+                    moduli=found.moduli,
                     axisymmetric=kind == "axisymmetric",
-                    elastic_share=points.elastic_share[touched],
-                    moved=moved,
+                    elastic_share=found.elastic_share,
+                    moved=found.moved,
                     square=boundary.quadrature.square[chosen],
                 )
             )
@@ -323,64 +293,6 @@ class ImplicitConstraints:
             boundary.leave()
 
 
-def _moduli(points: ElasticModuli) -> Floats:
-    """Returns the capped constrained and the shear modulus of points [stress], shape (n, 2)."""
-    capped = np.minimum(points.constrained, LARGEST_CONSTRAINED_MODULUS * points.young)
-    return np.stack([capped, points.shear], axis=1)
-
-
-def _box(points: MaterialPoints) -> Floats:
-    """Returns the lower and the upper corner of the box of all points' boxes, shape (2, dim)."""
-    corners = []
-    for x, half in zip(points.position.T, points.half_length.T, strict=True):  # fast by columns
-        corners.append((x.min() - half.max(), x.max() + half.max()))
-    return np.array(corners).T
-
-
-def _extend_quadrature(boundary: Implicit, box: Floats, time: float) -> None:
-    """Extends the quadrature points of a boundary to the soil's box at `time`, shape (2, dim)."""
-    reference = boundary.reference_position(box_corners(*box), time)
-    boundary.extend_quadrature(reference.min(axis=0), reference.max(axis=0))
-
-
-def _find_contact(
-    points: MaterialPoints,
-    active: ActiveGrid,
-    ends: Integers,
-    surface: Floats,
-    normal: Floats,
-    part: Floats,
-    box: Floats,
-) -> tuple[Integers, Floats]:
-    """Returns the material point in contact with each surface point and the fraction in contact.
-
-    The point's number, -1 without contact, and the fraction of the tributary part that is in
-    contact with soil, 0 to 1; shape (n,) each.
-    ends: end of each boundary's surface points. surface: positions [length], shape (n, dim).
-    part: tributary parts, shape (n, dim, dim).
-    """
-    dim, grid = surface.shape[1], active.grid
-    edge = half_edges(points)
-    if edge is None:
-        edge = inverse = np.zeros((0, dim, dim))
-        reach = 2.0 * points.half_length
-    else:
-        inverse = np.ascontiguousarray(np.linalg.inv(edge).transpose(0, 2, 1))
-        reach = 2.0 * np.abs(edge).sum(axis=1)  # see soil_contact.hpp
-    around = np.ones(dim, dtype=np.int64)  # domains end at most half a cell from the point
-    if grid.graded:
-        farthest = reach.max(axis=0) + 2.0 * grid.largest_size
-    else:
-        if edge.size:
-            around = np.ceil(reach.max(axis=0) / grid.cell_size).astype(np.int64)
-        farthest, reach = around * grid.cell_size, np.zeros((0, dim))
-    near = np.ones(len(surface), dtype=bool)
-    for x, low, high, margin in zip(surface.T, *box, farthest, strict=True):
-        near &= (x >= low - margin) & (x <= high + margin)
-    nearest, fraction = np.full(len(surface), -1), np.zeros(len(surface))
-    start = np.searchsorted(np.flatnonzero(near), np.append(0, ends))
-    nearest[near], fraction[near] = _core.find_contact(
-        start, surface[near], normal[near], part[near], points.position, points.half_length,
-        edge, inverse, around, reach, grid,
-    )  # fmt: skip
-    return nearest, fraction
+def holding(boundaries: Sequence[Implicit]) -> list[Implicit]:
+    """Returns the boundaries from which soil cannot separate."""
+    return [each for each in boundaries if not isinstance(each, ContactSurface)]

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What goes with the commitment of a converged step: checks, tracked surfaces, warnings."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import PreparedStep
+from tilth.arrays import Floats
+from tilth.boundaries.contact.between_bodies import require_short_motion
+from tilth.boundaries.contact.checks import require_not_passed
+from tilth.mpm.domains import bound_domains
+from tilth.mpm.grid import ActiveGrid
+from tilth.terms.balance import Balance
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
+
+
+def require_acceptable(
+    simulation: Simulation,
+    step: PreparedStep,
+    balance: Balance,
+    displacement: Floats,
+    moved: Floats,
+    is_least: bool,
+) -> float:
+    """Checks a converged step; returns how large it may be, see `StepResult.possible_size`.
+
+    Raises:
+        StepFailed: it cannot be committed.
+    """
+    points, before, after = simulation.points, step.before, step.after
+    position = points.position + moved
+    simulation.grid.require_inside(position, points.point_id)
+    require_short_motion(simulation.body_contacts, points, moved)
+    balance.require_acceptable(displacement)
+    possible = math.inf
+    if simulation.dynamics is not None:
+        cells = simulation.grid.sizes_at(points.position)
+        possible = simulation.dynamics.possible_size(balance, displacement, moved, cells)
+        if not is_least:
+            simulation.dynamics.require_accurate(possible)
+    if simulation.implicit and not is_least:
+        touching, contacts = simulation.contact_surfaces, step.constraints.contacts
+        with simulation.timers.measure("boundaries"):
+            simulation.passage.require_in_front(
+                simulation.implicit, points, position, before, after, simulation.grid
+            )
+            require_not_passed(touching, contacts, points, position, before, after)
+    return possible
+
+
+def warn(
+    simulation: Simulation,
+    step: PreparedStep,
+    balance: Balance,
+    equilibrium: Equilibrium,
+    moved: Floats,
+) -> None:
+    """Warns of probable mistakes in a committed step; moved: displacement of the points."""
+    warnings, grid = simulation.run_warnings, simulation.grid
+    warnings.bounds(bound_domains(simulation.points, grid))
+    if step.active.fields > 1:
+        warnings.unpaired(simulation.model, simulation.points, grid)
+    with simulation.timers.measure("boundaries"):
+        warnings.depths(simulation.implicit, simulation.points, step.after, grid)
+        free = simulation.is_forced or simulation.relaxes
+        if not free and np.array_equal(balance.load_before, equilibrium.load):
+            driven = np.abs(step.conditions.increment).max(
+                initial=step.constraints.largest_increment()
+            )
+            warnings.jump(moved, float(driven), simulation.points, grid.cell_size, step.after)
+
+
+def move_surfaces(
+    simulation: Simulation, active: ActiveGrid, displacement: Floats, moved_by: Floats
+) -> None:
+    """Moves tracked surfaces with the grid; moved_by: of the points in the step, (n, dim)."""
+    surfaces = list(simulation.surfaces.values())
+    if not surfaces:
+        return
+    position = simulation.points.position + moved_by
+    moved = [
+        surface.moved(active, displacement, simulation.points, position) for surface in surfaces
+    ]
+    for surface, (state, warning) in zip(surfaces, moved, strict=True):
+        surface.commit(state)
+        if warning:
+            simulation.run_warnings.note(f"crossing of {surface.name}", warning)

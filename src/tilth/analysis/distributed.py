@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What several processes compute together, and what only one process computes so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tilth.errors import BadInput, Problem
+from tilth.model import ImplicitBoundary, Model
+
+REMEDY = "run it in one process, without mpiexec (--threads uses the cores of one machine)"
+
+
+def require_distributed(model: Model) -> None:
+    """Checks that several processes can compute a model.
+
+    Raises:
+        BadInput: it has something that they cannot.
+    """
+    found = list(_not_distributed(model))
+    if found:
+        raise BadInput.of(found)
+
+
+def _not_distributed(model: Model) -> Iterator[Problem]:
+    """What of a model one process alone computes."""
+
+    def problem(key: str, what: str) -> Problem:
+        return Problem(key, f"{what} by several processes together", REMEDY)
+
+    for number, boundary in enumerate(model.boundaries):
+        key = f"boundaries[{number}]"
+        if isinstance(boundary, ImplicitBoundary) and boundary.contact is not None:
+            yield problem(f"{key}.contact", "contact is not computed")
+        if getattr(boundary, "type", "") == "absorbing":
+            yield problem(key, "absorbing boundaries are not computed")
+    if model.rigid_bodies:
+        yield problem("rigid_bodies", "rigid bodies are not computed")
+    if model.contact_pairs:
+        yield problem("contact_pairs", "contact between bodies is not computed")
+    if model.stages:
+        yield problem("stages", "stages are not computed")
+    if model.analysis.inertia is not None:
+        yield problem("analysis.inertia", "inertia is not computed")
+    if model.analysis.beyond_limit != "stop":
+        yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")
+    if model.initial.stress and model.initial.equilibrium:
+        yield problem("initial.equilibrium", "the equilibrium of the starting state is not found")
+    for number, body in enumerate(model.bodies):
+        if body.surface is not None:
+            yield problem(f"bodies[{number}].surface", "tracked surfaces are not moved")

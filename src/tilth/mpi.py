@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The processes that `mpiexec` starts, through mpi4py."""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import sys
+import traceback
+from collections.abc import Sequence
+from functools import cache
+from types import TracebackType
+from typing import Any, TypeVar
+
+from tilth.comm import SERIAL, Communicator
+from tilth.errors import BadInput
+
+T = TypeVar("T")
+
+SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
+"""Variables of the environment by which launchers tell a process how many there are."""
+
+INSTALL = "install mpi4py and petsc4py (docs/howto/many_machines.md), or run without mpiexec"
+
+
+@cache
+def world() -> Communicator:
+    """Returns the communicator of all processes of this run; the serial one without `mpiexec`.
+
+    Raises:
+        BadInput: `mpiexec` started several processes, but mpi4py is not installed.
+    """
+    if not any(int(os.environ.get(name) or 1) > 1 for name in SIZES):
+        return SERIAL
+    try:
+        from mpi4py import MPI
+    except ImportError as error:
+        raise BadInput(
+            f"mpiexec started several processes, but mpi4py cannot be imported ({error})", INSTALL
+        ) from error
+    if MPI.COMM_WORLD.size == 1:
+        what = "mpiexec is that of another MPI library than mpi4py's: each process is alone"
+        raise BadInput(what, "start the run with the mpiexec of the library that mpi4py uses")
+    sys.excepthook = _abort
+    return Processes(MPI.COMM_WORLD)
+
+
+def _abort(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Ends all processes where one ends by an unexpected error: the others would wait for it."""
+    from mpi4py import MPI
+
+    traceback.print_exception(kind, error, trace)
+    sys.stderr.flush()
+    MPI.COMM_WORLD.Abort(4)
+
+
+class Processes:
+    """The processes of an MPI communicator, see `Communicator`.
+
+    Arrays go as one message of bytes each, without a limit of 2 GiB for all together.
+
+    Attributes:
+        mpi: the communicator of mpi4py.
+    """
+
+    def __init__(self, mpi: Any) -> None:
+        self.mpi = mpi
+        self.rank: int = mpi.rank
+        self.size: int = mpi.size
+        self.sent = 0
+
+    def sum(self, value: float) -> float:
+        """As `Communicator.sum`; exact, so that it does not depend on the order."""
+        return math.fsum(self.mpi.allgather(value))
+
+    def max(self, value: float) -> float:
+        """As `Communicator.max`; a value that is not a number counts as the largest."""
+        values: list[float] = self.mpi.allgather(value)
+        return math.nan if any(map(math.isnan, values)) else max(values)
+
+    def gathered(self, value: T) -> list[T]:
+        """As `Communicator.gathered`."""
+        found: list[T] = self.mpi.allgather(value)
+        return found
+
+    def gathered_first(self, value: T) -> list[T]:
+        """As `Communicator.gathered_first`."""
+        packed = pickle.dumps(value, protocol=5)
+        if self.rank > 0:
+            self.mpi.send(packed, dest=0)
+            self.sent += len(packed)
+            return []
+        return [value, *(pickle.loads(self.mpi.recv(source=r)) for r in range(1, self.size))]
+
+    def exchanged(self, values: Sequence[T]) -> list[T]:
+        """As `Communicator.exchanged`; one message to each process that there is something for."""
+        packed = [
+            None if value is None or r == self.rank else pickle.dumps(value, protocol=5)
+            for r, value in enumerate(values)
+        ]
+        lengths = self.mpi.alltoall([0 if each is None else len(each) for each in packed])
+        self.sent += sum(len(each) for each in packed if each is not None)
+        waiting = [
+            self.mpi.Isend(each, dest=r) for r, each in enumerate(packed) if each is not None
+        ]
+        found: list[Any] = [None] * self.size
+        found[self.rank] = values[self.rank]
+        for r, length in enumerate(lengths):
+            if length:
+                buffer = bytearray(length)
+                self.mpi.Recv(buffer, source=r)
+                found[r] = pickle.loads(buffer)
+        for each in waiting:
+            each.Wait()
+        return found

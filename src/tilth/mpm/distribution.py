@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The material points over the processes: each owns those in its cells and copies those around.
+
+With the copies a process has all soil that acts on the nodes that it owns. It computes their forces
+and rows of the matrix as a serial run does, and nothing is summed over the processes but what all
+of them share (docs/theory/many_machines.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tilth.arrays import Flags, Integers
+from tilth.comm import SERIAL, Communicator, total
+from tilth.errors import BadInput
+from tilth.mpm.decomposition import Boxes, TooManyProcesses, bisected
+from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.shared_nodes import SharedNodes
+
+LAYERS = 3
+"""Layers of cells around a process' own whose points it copies, besides those that domains reach.
+
+A face of the ghost stabilisation reaches two cells from a node, and whether its cells are at the
+edge of the soil one more."""
+
+LARGEST_LOAD = 1.1
+"""Points of a process, relative to the mean, from which on the cells are shared out anew."""
+
+
+class Distribution:
+    """Which points this process owns, and of which it has copies.
+
+    Args:
+        comm: the processes.
+        points: all points, in all processes.
+        grid: of the first step.
+
+    Attributes:
+        comm: the processes.
+        boxes: the cells of each process.
+        own: which of this process' points it owns, in their order, shape (n,).
+        moved: number of points that have come from other processes since the start.
+
+    Raises:
+        BadInput: there are more processes than cells with points.
+    """
+
+    def __init__(self, comm: Communicator, points: MaterialPoints, grid: Grid) -> None:
+        self.comm = comm
+        self.own: Flags = np.ones(len(points), dtype=bool)
+        self.moved = 0
+        self._total = len(points)
+        self._least_load = 1.0  # after the cells were shared out; layers of cells stay together
+        self._bodies = points.bodies
+        self._varying = points.varying
+        dim = grid.dim
+        self.boxes = Boxes(0, dim)
+        if comm.size > 1:
+            cell = _cells(points, grid)
+            try:
+                self.boxes = bisected(SERIAL, comm.size, cell)
+            except TooManyProcesses:
+                raise BadInput(
+                    f"there are too few cells with soil for {comm.size} processes",
+                    "give mpiexec a smaller number of processes (-n)",
+                ) from None
+            owner = self.boxes.owner(cell)
+            self.own = owner == comm.rank
+            self._least_load = float(np.bincount(owner).max() * comm.size / len(points))
+
+    @property
+    def serial(self) -> bool:
+        """Whether there is only this process."""
+        return self.comm.size == 1
+
+    @property
+    def total(self) -> int:
+        """Number of points of all processes."""
+        return self._total
+
+    def owned(self, points: MaterialPoints) -> MaterialPoints:
+        """Returns the points without the copies of other processes' points."""
+        return points if self.serial else points.selected(self.own)
+
+    def arranged(self, points: MaterialPoints, grid: Grid) -> MaterialPoints:
+        """Returns the points of this process' cells at their present places, and the copies.
+
+        All processes call it at the start of a step; the copies of the last step are discarded.
+        """
+        if self.serial:
+            return points
+        own = self.owned(points)
+        self._share_out(own, grid)
+        owner = self.boxes.owner(_cells(own, grid))
+        comes = self._exchanged(own, [owner == r for r in range(self.comm.size)])
+        self.moved += sum(len(each) for r, each in enumerate(comes) if r != self.comm.rank)
+        mine = self._joined(comes)
+        found = self.comm.sum(float(len(mine)))
+        assert found == self._total, f"{found:.0f} of {self._total} points after their exchange"
+        cell, layers = _cells(mine, grid), LAYERS + _reach(self.comm, mine, grid)
+        copies = self._exchanged(
+            mine,
+            [
+                self.boxes.near(r, cell, layers) if r != self.comm.rank else None
+                for r in range(self.comm.size)
+            ],
+        )
+        copies[self.comm.rank] = mine
+        return self._joined(copies)
+
+    def located(self, active: ActiveGrid) -> ActiveGrid:
+        """Returns the grid of a step with what other processes have of it, too."""
+        if self.serial:
+            return active
+        rank = self.comm.rank
+        self.own = self.boxes.owner(_cells(active.points, active.grid)) == rank
+        shared = SharedNodes(self.comm, self.boxes, active.key, active.fields)
+        return replace(active, shared=shared)
+
+    def _share_out(self, own: MaterialPoints, grid: Grid) -> None:
+        """Shares the cells out anew if a process has too many points."""
+        load = max(self.comm.gathered(len(own))) * self.comm.size / self._total
+        if load > LARGEST_LOAD * max(self._least_load, 1.0):
+            self.boxes = bisected(self.comm, self.comm.size, _cells(own, grid))
+            owner = self.boxes.owner(_cells(own, grid))
+            owned = np.bincount(owner, minlength=self.comm.size).astype(float)
+            self._least_load = total(self.comm, owned).max() * self.comm.size / self._total
+
+    def _exchanged(
+        self, points: MaterialPoints, chosen: Sequence[Flags | None]
+    ) -> list[MaterialPoints]:
+        """Sends points, by flags (n,) for each process; returns what comes from each."""
+        values = []
+        for flags in chosen:
+            part = None if flags is None or not flags.any() else points.selected(flags)
+            values.append(
+                None
+                if part is None
+                else ([(b.body, b.layer, b.stop - b.start) for b in part.bodies], part.arrays())
+            )
+        none = points.selected(np.zeros(len(points), dtype=bool))
+        return [
+            none if each is None else self._points(*each) for each in self.comm.exchanged(values)
+        ]
+
+    def _points(
+        self, ranges: list[tuple[int, int, int]], arrays: dict[str, np.ndarray]
+    ) -> MaterialPoints:
+        known = {(body.body, body.layer): body for body in self._bodies}
+        bodies: list[PointRange] = []
+        start = 0
+        for number, layer, count in ranges:
+            body = known[number, layer]
+            bodies.append(replace(body, start=start, stop=start + count))
+            start += count
+        return MaterialPoints(bodies=bodies, varying=self._varying, **arrays)
+
+    def _joined(self, parts: list[MaterialPoints]) -> MaterialPoints:
+        """Returns the points of all parts, those of one range in the order of their numbers."""
+        arrays = {
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in MaterialPoints.array_names()
+        }
+        of_range = {(body.body, body.layer): i for i, body in enumerate(self._bodies)}
+        number = np.concatenate(
+            [
+                np.repeat(
+                    [of_range[b.body, b.layer] for b in part.bodies] or [0],
+                    [b.stop - b.start for b in part.bodies] or [0],
+                )
+                for part in parts
+            ]
+        )
+        order = np.lexsort((arrays["point_id"], number))
+        count = np.bincount(number, minlength=len(self._bodies))
+        bodies, start = [], 0
+        for body, size in zip(self._bodies, count.tolist(), strict=True):
+            if size:
+                bodies.append(replace(body, start=start, stop=start + size))
+                start += size
+        return MaterialPoints(
+            bodies=bodies,
+            varying=self._varying,
+            **{name: array[order] for name, array in arrays.items()},
+        )
+
+
+def _cells(points: MaterialPoints, grid: Grid) -> Integers:
+    """Returns the lattice indices of the points' cells, shape (n, dim)."""
+    return np.floor(grid.in_cells(points.position)).astype(np.int64)
+
+
+def _reach(comm: Communicator, points: MaterialPoints, grid: Grid) -> int:
+    """Returns how many cells the domains of the points reach beyond their own, at most."""
+    reach = 0.0
+    for body in points.bodies:
+        if body.basis != "linear":
+            half = points.half_length[body.points]
+            size = grid.sizes_at(points.position[body.points])
+            reach = max(reach, float(np.ceil((half / size).max())))
+    return int(comm.max(reach))
