@@ -44,5 +44,3 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         yield problem("analysis.inertia", "inertia is not computed")
     if model.analysis.beyond_limit != "stop":
         yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")
-    if model.initial.stress and model.initial.equilibrium:
-        yield problem("initial.equilibrium", "the equilibrium of the starting state is not found")
