@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,10 @@ import numpy.typing as npt
 
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.state import state_of
-from tilth.comm import Communicator
+from tilth.analysis.step_result import StepResult
+from tilth.arrays import Floats
+from tilth.comm import SERIAL, Communicator
+from tilth.mpm.distribution import Distribution
 from tilth.mpm.grid import ActiveGrid
 from tilth.output.snapshot import Snapshot
 
@@ -68,6 +72,51 @@ def gathered_snapshot(own: Snapshot, active: ActiveGrid) -> Snapshot:
         node_position=whole.position,
         cells=whole.cells(),
         node_fields={name: each[by_key] for name, each in nodal.items()},
+    )
+
+
+def whole_simulation(simulation: Simulation) -> Simulation:
+    """Returns a simulation that has the points of all processes, in each of them, for a look at it.
+
+    The simulation itself in a serial run.
+    """
+    distribution = simulation.distribution
+    if distribution.serial:
+        return simulation
+    whole = copy(simulation)
+    whole.points = distribution.whole(simulation.points)
+    whole.distribution = Distribution(SERIAL, whole.points, whole.grid)
+    return whole
+
+
+def whole_result(result: StepResult) -> StepResult:
+    """Returns the result of a step with the nodes of all processes, in each of them.
+
+    The result itself in a serial run.
+    """
+    active, shared = result.active, result.active.shared
+    if shared is None:
+        return result
+    key = np.concatenate(active.comm.gathered(active.key[shared.owned]))
+    order = np.argsort(key)
+    cells = np.concatenate(active.comm.gathered(active.cell_keys[shared.owns(active.cell_keys)]))
+
+    def nodal(own: Floats) -> Floats:
+        return np.concatenate(active.comm.gathered(own[shared.owned]))[order]
+
+    found = result.equilibrium
+    equilibrium = replace(
+        found,
+        displacement=nodal(found.displacement),
+        load=nodal(found.load),
+        reaction=nodal(found.reaction),
+        initial_reaction=nodal(found.initial_reaction),
+    )
+    return replace(
+        result,
+        active=replace(active, key=key[order], cell_keys=np.sort(cells), shared=None),
+        equilibrium=equilibrium,
+        forces={name: nodal(force) for name, force in result.forces.items()},
     )
 
 

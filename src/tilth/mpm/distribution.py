@@ -211,6 +211,24 @@ class Distribution:
         found.pop("range", None)
         return {name: array[order] for name, array in found.items()}
 
+    def whole(self, points: MaterialPoints) -> MaterialPoints:
+        """Returns the points of all processes in each of them."""
+        if self.serial:
+            return points
+        arrays = self.comm.gathered(self.gathered(points))[0]
+        own = np.bincount(self._ranges(points)[self.own], minlength=len(self._bodies))
+        counts = total(self.comm, own.astype(float)).astype(int)
+        return MaterialPoints(bodies=self._bodies_of(counts), varying=self._varying, **arrays)
+
+    def _bodies_of(self, counts: Integers) -> list[PointRange]:
+        """Returns ranges with these numbers of points that follow each other; no empty ones."""
+        ends = np.cumsum(counts).tolist()
+        return [
+            replace(body, start=end - count, stop=end)
+            for body, count, end in zip(self._bodies, counts.tolist(), ends, strict=True)
+            if count
+        ]
+
     def _exchanged(
         self, points: MaterialPoints, chosen: Sequence[Flags | None]
     ) -> list[MaterialPoints]:
@@ -246,12 +264,7 @@ class Distribution:
         }
         number = np.concatenate([self._ranges(part) for part in parts])
         order = np.lexsort((arrays["point_id"], number))
-        count = np.bincount(number, minlength=len(self._bodies))
-        bodies, start = [], 0
-        for body, size in zip(self._bodies, count.tolist(), strict=True):
-            if size:
-                bodies.append(replace(body, start=start, stop=start + size))
-                start += size
+        bodies = self._bodies_of(np.bincount(number, minlength=len(self._bodies)))
         return MaterialPoints(
             bodies=bodies,
             varying=self._varying,
