@@ -46,6 +46,3 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")
     if model.initial.stress and model.initial.equilibrium:
         yield problem("initial.equilibrium", "the equilibrium of the starting state is not found")
-    for number, body in enumerate(model.bodies):
-        if body.surface is not None:
-            yield problem(f"bodies[{number}].surface", "tracked surfaces are not moved")
