@@ -173,6 +173,6 @@ def result_of(
         radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
-    work = 0.5 * float((twice * equilibrium.displacement).sum())
+    work = 0.5 * balance.active.work(twice, equilibrium.displacement)
     forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
     return replace(result, forces=forces, work=work)

@@ -250,6 +250,14 @@ class ActiveGrid:
         """
         return nodal if self.shared is None else self.shared.updated(nodal)
 
+    def work(self, force: Floats, displacement: Floats) -> float:
+        """Returns the work of nodal forces over all nodes of all processes [force length].
+
+        force, displacement: shape (nodes, dim); those of other processes' nodes do not matter.
+        """
+        own = self.owned
+        return self.comm.sum(float((force[own] * displacement[own]).sum()))
+
     @property
     def lattice(self) -> Integers:
         """Lattice indices of the active nodes, shape (nodes, 3)."""
