@@ -40,7 +40,5 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         yield problem("contact_pairs", "contact between bodies is not computed")
     if model.stages:
         yield problem("stages", "stages are not computed")
-    if model.analysis.inertia is not None:
-        yield problem("analysis.inertia", "inertia is not computed")
     if model.analysis.beyond_limit != "stop":
         yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")

@@ -223,6 +223,11 @@ class Simulation:
         return self.distribution.comm
 
     @property
+    def owned_points(self) -> MaterialPoints:
+        """The points of this process without the copies of other processes' points."""
+        return self.distribution.owned(self.points)
+
+    @property
     def warnings(self) -> list[str]:
         """Texts not yet reported; the caller empties the list."""
         return self.run_warnings.texts
@@ -395,8 +400,7 @@ class Simulation:
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
-            with together(self.comm):
-                possible = require_acceptable(self, step, balance, displacement, moved, is_least)
+            possible = require_acceptable(self, step, balance, displacement, moved, is_least)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
