@@ -154,6 +154,9 @@ def all_positions(simulation: Simulation) -> Floats:
 def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: float = 1e-8) -> None:
     """Asserts that some processes find the serial run's forces and motion of the points.
 
+    Surfaces may differ by a hundred times as much: where they are beyond the points, the grid's
+    nodes are poorly supported.
+
     share: largest difference of a force relative to the largest one, and of a place relative to
         the size of all.
     """
@@ -166,4 +169,5 @@ def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: flo
     size = np.ptp(serial["position"], axis=0).max()
     np.testing.assert_allclose(found["position"], serial["position"], rtol=0, atol=share * size)
     for name, position in serial["surfaces"].items():
-        np.testing.assert_allclose(found["surfaces"][name], position, rtol=0, atol=share * size)
+        atol = 100.0 * share * size
+        np.testing.assert_allclose(found["surfaces"][name], position, rtol=0, atol=atol)

@@ -9,6 +9,7 @@ of them share (docs/theory/many_machines.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -120,6 +121,16 @@ class Distribution:
     def owned(self, points: MaterialPoints) -> MaterialPoints:
         """Returns the points without the copies of other processes' points."""
         return points if self.serial else points.selected(self.own)
+
+    def with_ranges(self, changed: Callable[[PointRange], PointRange]) -> Distribution:
+        """Returns the same for points whose ranges are others; it never shares the cells out anew.
+
+        changed: returns a range of the other points by that of these.
+        """
+        other = copy(self)
+        other._bodies = [changed(body) for body in self._bodies]
+        other._least_load = np.inf
+        return other
 
     def place(self, points: MaterialPoints, number: int) -> Floats:
         """Returns the position of the point with this number, wherever it is [length], (dim,).
