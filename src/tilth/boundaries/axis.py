@@ -196,10 +196,19 @@ class Axis:
         return found
 
     def commit(self, step: AxisConstraints, active: ActiveGrid, displacement: Floats) -> None:
-        """Stores the forces at the end of a converged step with a displacement (nodes, dim)."""
+        """Stores the forces at the end of a converged step with a displacement (nodes, dim).
+
+        All processes store those of all rows.
+        """
         slip = (step.value * displacement[step.node, 0]).sum(axis=1)
-        self.height, self.field = _height(active.grid, step.row), step.field
-        self.carried = step.before + step.stiffness * slip
+        rows = _height(active.grid, step.row), step.field, step.before + step.stiffness * slip
+        if active.shared is not None:
+            own = active.shared.owns(active.key[step.node[:, 0]])
+            parts = active.comm.gathered([each[own] for each in rows])
+            height, field, carried = (np.concatenate(each) for each in zip(*parts, strict=True))
+            order = np.lexsort((height, field))
+            rows = height[order], field[order], carried[order]
+        self.height, self.field, self.carried = rows
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
