@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Small problems that have all terms and boundaries between them, for tests on several processes."""
+"""Small problems that have all terms and boundaries, for tests on several processes."""
 
 from __future__ import annotations
 

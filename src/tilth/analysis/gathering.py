@@ -89,6 +89,25 @@ def whole_simulation(simulation: Simulation) -> Simulation:
     return whole
 
 
+def collected(simulation: Simulation) -> Simulation:
+    """Returns a simulation with the points and the state of all processes, in each of them.
+
+    The simulation itself in a serial run; otherwise it must not be used afterwards.
+    """
+    distribution, comm = simulation.distribution, simulation.comm
+    if distribution.serial:
+        return simulation
+    for each in simulation.owners().values():
+        if hasattr(each, "rows"):
+            (key, names), state = each.rows(), each.state()
+            own = distribution.owns(key)
+            parts = zip(*comm.gathered([state[name][own] for name in names]), strict=True)
+            arrays = [np.concatenate(part) for part in parts]
+            order = np.argsort(arrays[0], kind="stable")
+            each.restore(state | {n: a[order] for n, a in zip(names, arrays, strict=True)})
+    return whole_simulation(simulation)
+
+
 def whole_result(result: StepResult) -> StepResult:
     """Returns the result of a step with the nodes of all processes, in each of them.
 

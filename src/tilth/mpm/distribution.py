@@ -15,7 +15,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Flags, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import SERIAL, Communicator, total
 from tilth.errors import BadInput
 from tilth.mpm.decomposition import Boxes, TooManyProcesses, bisected
@@ -121,6 +121,15 @@ class Distribution:
     def owned(self, points: MaterialPoints) -> MaterialPoints:
         """Returns the points without the copies of other processes' points."""
         return points if self.serial else points.selected(self.own)
+
+    def place(self, points: MaterialPoints, number: int) -> Floats:
+        """Returns the position of the point with this number, wherever it is [length], (dim,).
+
+        All processes call it.
+        """
+        row = points.index_of(np.array([number]))[0]
+        found = self.comm.gathered(None if row < 0 else points.position[row].copy())
+        return next(each for each in found if each is not None)
 
     def arranged(self, points: MaterialPoints, grid: Grid) -> MaterialPoints:
         """Returns the points of this process' cells at their present places, and the copies.
