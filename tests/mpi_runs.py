@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs on several processes that `mpiexec` starts, to compare with the serial run.
 
-The environment variable TILTH_MPI_PYTHON names a Python that has mpi4py and petsc4py, if the one
-that runs the tests has not.
+The environment variable TILTH_MPI_PYTHON names a Python that has mpi4py, petsc4py and pytest, if
+the one that runs the tests has not. Tests are then never skipped.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ PYTHON = os.environ.get("TILTH_MPI_PYTHON") or sys.executable
 LIMIT = 300.0
 """Seconds after which a run counts as blocked."""
 
+SOURCES = [str(ROOT / "src")] if list((ROOT / "src" / "tilth").glob("_core*.so")) else []
+"""The sources if they have a compiled core; without it the runs take what is installed."""
+
 ENVIRONMENT = {
     "OMP_NUM_THREADS": "1",
     "OMP_WAIT_POLICY": "passive",
@@ -39,7 +42,7 @@ ENVIRONMENT = {
     "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     "OMPI_MCA_rmaps_base_oversubscribe": "1",
     "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
-    "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT / "tests")]),
+    "PYTHONPATH": os.pathsep.join([*SOURCES, str(ROOT / "tests")]),
 }
 """Variables of all runs: more processes than cores are good, also of the superuser."""
 
@@ -52,7 +55,7 @@ def missing() -> str:
     """What a run on several processes lacks here; an empty text if it lacks nothing."""
     if shutil.which("mpiexec") is None:
         return "needs mpiexec"
-    for module in ("mpi4py.MPI", "petsc4py.PETSc", "tilth._core"):
+    for module in ("mpi4py.MPI", "petsc4py.PETSc", "tilth._core", "pytest"):
         found = subprocess.run(
             [PYTHON, "-c", f"import {module}"], env={**os.environ, **ENVIRONMENT},
             capture_output=True, check=False,
@@ -63,9 +66,9 @@ def missing() -> str:
 
 
 def require_processes() -> None:
-    """Skips a test where several processes cannot run."""
+    """Skips a test where several processes cannot run; fails if TILTH_MPI_PYTHON says they can."""
     if reason := missing():
-        pytest.skip(reason)
+        (pytest.fail if "TILTH_MPI_PYTHON" in os.environ else pytest.skip)(reason)
 
 
 def run_python(source: str, processes: int) -> Any:

@@ -61,6 +61,9 @@ _OUT = click.option(
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
+SHARED = ("run", "resume", "verify")
+"""Commands that several processes carry out together; of others it is the first one alone."""
+
 PICTURES = (".png", ".pdf", ".svg")
 
 
@@ -73,7 +76,8 @@ def _picture(context: click.Context, option: click.Parameter, file: Path | None)
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="tilth", message="%(prog)s %(version)s")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Implicit material point method for large deformations of soil.
 
     Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk; 2 the
@@ -81,7 +85,8 @@ def cli() -> None:
     """
     from tilth.analysis.available_memory import require_memory_of_program
 
-    begin_together()
+    if not begin_together() and context.invoked_subcommand not in SHARED:
+        context.exit()
     require_memory_of_program()
 
 

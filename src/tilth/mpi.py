@@ -11,6 +11,7 @@ import sys
 import time
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from types import TracebackType
 from typing import Any, TypeVar
@@ -57,28 +58,37 @@ LONGEST_WAIT = 10.0
 """How long a process that ends by an error waits for the others to end, too [s]."""
 
 
-def begin_together() -> None:
-    """Connects the processes of a command; only process 0 prints anything.
+def begin_together() -> bool:
+    """Connects the processes of a command; returns whether this is the one that prints anything.
 
     Raises:
         BadInput: see `world`.
     """
-    if world().rank > 0:
-        sys.stdout = sys.stderr = io.StringIO()
+    if world().rank == 0:
+        return True
+    sys.stdout = sys.stderr = io.StringIO()
+    return False
 
 
 def leave_together(code: int) -> None:
-    """Ends the other processes where they wait for this one, which ends with an exit code.
+    """Waits for the other processes, which end with the same exit code or as they are.
 
-    Processes that end by the same error come here, too; one that does not is waiting in a message.
+    Where this one ends by an error and another does not come, it waits for a message of this one,
+    and all are ended.
     """
-    if code == 0 or not _several() or world().size == 1:
+    if not _several():
         return
+    with suppress(BadInput):  # there is no connection that could be ended
+        if world().size > 1:
+            _leave(code)
+
+
+def _leave(code: int) -> None:
     from mpi4py import MPI
 
     arrived, deadline = MPI.COMM_WORLD.Ibarrier(), time.monotonic() + LONGEST_WAIT
     while not arrived.Test():
-        if time.monotonic() > deadline:
+        if code != 0 and time.monotonic() > deadline:
             if isinstance(sys.stderr, io.StringIO):
                 print(sys.stderr.getvalue(), file=sys.__stderr__, flush=True)
             MPI.COMM_WORLD.Abort(code)

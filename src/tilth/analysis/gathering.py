@@ -15,7 +15,7 @@ from tilth.analysis.state import state_of
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
-from tilth.mpm.distribution import Distribution
+from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.grid import ActiveGrid
 from tilth.output.snapshot import Snapshot
 
@@ -31,7 +31,7 @@ def gathered_state(simulation: Simulation) -> dict[str, npt.NDArray[Any]]:
     found = distribution.gathered(simulation.points)
     for owner, each in simulation.owners().items():
         state = state_of({owner: each})
-        if hasattr(each, "rows"):
+        if isinstance(each, KeyedRows):
             key, names = each.rows()
             own = distribution.owns(key)
             parts = [_joined(simulation.comm, state[f"{owner}.{name}"][own]) for name in names]
