@@ -79,3 +79,26 @@ def test_the_factor_of_safety(processes: int) -> None:
         largest = np.abs(serial[name]).max()
         assert largest > 0.0
         np.testing.assert_allclose(found[name], serial[name], rtol=0, atol=1e-5 * largest)
+
+
+FAILURE = """
+from mpi_runs import computed
+from tilth import AnalysisFailed, Model
+try:
+    computed(Model.from_dict(ENTRIES), comm, 100)
+except AnalysisFailed as error:
+    result = str(error)
+"""
+
+
+def test_a_failed_step_is_told_as_by_the_serial_run() -> None:
+    """With the worst point, wherever it is, and the likely causes."""
+    failing = slope()
+    failing["materials"]["clay"]["undrained_shear_strength"] = 1.0
+    failing["analysis"]["maximum_iterations"] = 2
+    failing["schedule"] = {"steps": 2, "minimum_step": 0.05}
+    failing["loads"][0]["factor"] = [[0.0, 0.0], [1.0, 1.0]]
+    source = FAILURE.replace("ENTRIES", repr(failing))
+    serial = run_python(source, 1)
+    assert "worst point" in serial
+    assert run_python(source, 3) == serial
