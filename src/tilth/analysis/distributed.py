@@ -40,8 +40,6 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         yield problem("contact_pairs", "contact between bodies is not computed")
     if model.stages:
         yield problem("stages", "stages are not computed")
-    if model.analysis.beyond_limit != "stop":
-        yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")
     if model.initial.stress and model.initial.equilibrium:
         yield problem("initial.equilibrium", "the equilibrium of the starting state is not found")
     for number, body in enumerate(model.bodies):

@@ -19,6 +19,7 @@ from tilth.analysis.dynamics import SAFETY, WITHIN, inertia_of
 from tilth.analysis.step_result import PreparedStep, Relaxing, StepResult
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
+from tilth.comm import Communicator
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.mpm.soil import Soil
@@ -95,11 +96,14 @@ class Relaxation:
         The damping is critical for the slowest shear wave across the soil: pi c / L. The first step
         is as long as such a wave takes, so that what is driven in it is hardly a shock.
         """
-        points = simulation.points
-        mass = float(total_mass(points, simulation.water, time).sum())
-        speed = math.sqrt(float(points.elastic_moduli().shear @ points.volume) / mass)
-        edges = points.position - points.half_length, points.position + points.half_length
-        length = float((edges[1].max(axis=0) - edges[0].min(axis=0)).max())
+        points, comm = simulation.owned_points, simulation.comm
+        mass = comm.sum(float(total_mass(points, simulation.water, time).sum()))
+        stiffness = comm.sum(float(points.elastic_moduli().shear @ points.volume))
+        speed = math.sqrt(stiffness / mass)
+        lower = (points.position - points.half_length).min(axis=0, initial=math.inf)
+        upper = (points.position + points.half_length).max(axis=0, initial=-math.inf)
+        ends = np.max(comm.gathered(np.stack([upper, -lower])), axis=0)
+        length = float(ends.sum(axis=0).max())
         self.damping = math.pi * speed / length
         self.size = self.unit = length / speed
         self.peak = self.kinetic = self.work = 0.0
@@ -128,16 +132,16 @@ class Relaxation:
 
     def accept(self, simulation: Simulation, result: StepResult) -> Relaxing:
         """Records a step, the last one too; returns what is told of it."""
-        points = simulation.points
         if self.settling:
-            points.motion[:] = 0.0
+            simulation.points.motion[:] = 0.0
+        points, comm, own = simulation.owned_points, simulation.comm, result.active.owned
         mass = total_mass(points, simulation.water, result.time)
-        self.kinetic = points.kinetic_energy(mass)
+        self.kinetic = comm.sum(points.kinetic_energy(mass))
         self.peak = max(self.peak, self.kinetic)
         self.work += result.work
         self.steps += 1
-        held = max(np.linalg.norm(result.equilibrium.load), np.linalg.norm(result.reaction))
-        self.force = self._norm / max(float(held), 1e-300)
+        held = max(_norm(comm, force[own]) for force in (result.equilibrium.load, result.reaction))
+        self.force = self._norm / max(held, 1e-300)
         if not self.settling:
             self.size *= min(GROWTH, SAFETY * result.possible_size)
         self.active = not self.settling
@@ -179,8 +183,10 @@ class Relaxation:
     ) -> float:
         """As `Dynamics.possible_size`."""
         terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
-        self._norm = sum(float(np.linalg.norm(term.force(displacement))) for term in terms)
-        return LARGEST_MOTION / max(float(np.abs(moved / cell_size).max()), 1e-300)
+        comm, own = balance.comm, balance.active.owned
+        self._norm = sum(_norm(comm, term.force(displacement)[own]) for term in terms)
+        most = comm.max(float(np.abs(moved / cell_size).max()))
+        return LARGEST_MOTION / max(most, 1e-300)
 
     def require_accurate(self, share: float) -> None:
         """As `Dynamics.require_accurate`."""
@@ -202,6 +208,12 @@ class Relaxation:
         self.active, self.number, self.steps = bool(counts[0]), int(counts[1]), int(counts[2])
         for name, value in zip(_VALUES, values, strict=True):
             setattr(self, name, float(value))
+
+
+def _norm(comm: Communicator, force: Floats) -> float:
+    """Returns the norm of the forces on the nodes of all processes; those of this one (n, dim)."""
+    flat = force.ravel()
+    return math.sqrt(comm.sum(float(flat @ flat)))
 
 
 _VALUES = ("size", "unit", "damping", "peak", "kinetic", "work", "trial", "force")
