@@ -361,7 +361,7 @@ class Simulation:
             active = active.with_nodes(nodes_near(near, active))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
-            on_axis = self.axis.constrain(active, declared, self.implicit, before)
+        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         on_axis = replace(on_axis, conditions=on_axis.conditions.of_owners(active))
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(

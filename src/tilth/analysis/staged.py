@@ -14,6 +14,7 @@ from tilth.analysis.stage_change import checked_next_stage, points_of_stages
 from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
+from tilth.comm import Communicator
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model
 from tilth.mpm.frozen_points import require_reducible
@@ -97,6 +98,14 @@ class StagedAnalysis:
         analysis.simulation = Simulation.restored(analysis.models[number], arrays, initial)
         analysis.clock = analysis._clock(number, **clock)
         return analysis
+
+    def distribute(self, comm: Communicator) -> None:
+        """Leaves this process its part of the points; all processes have them all before.
+
+        Raises:
+            BadInput: see `Simulation.distribute`.
+        """
+        self.simulation.distribute(comm)
 
     @property
     def point_fields(self) -> PointFields:

@@ -236,6 +236,13 @@ class ActiveGrid:
         """Number of nodes that this process owns."""
         return self.nodes if self.shared is None else len(self.shared.owned)
 
+    @property
+    def owned_cells(self) -> int:
+        """Number of active cells that this process owns."""
+        if self.shared is None:
+            return len(self.cell_keys)
+        return int(self.shared.owns(self.cell_keys).sum())
+
     def updated(self, nodal: npt.NDArray[Number]) -> npt.NDArray[Number]:
         """Returns nodal values (nodes, ...), those of other processes' nodes as they are there.
 
