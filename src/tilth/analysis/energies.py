@@ -65,9 +65,7 @@ class Energies:
         points, comm = simulation.owned_points, simulation.comm
         stored = {"elastic": stored_energy(simulation), "kinetic": kinetic_energy(simulation, time)}
         lost = {
-            "plastic_dissipation": comm.sum(
-                float(points.plastic[:, 1] @ points.initial_volume)
-            ),
+            "plastic_dissipation": comm.sum(float(points.plastic[:, 1] @ points.initial_volume)),
             "friction_dissipation": self.friction,
             "damping_dissipation": self.damping,
             "radiation": self.radiated,

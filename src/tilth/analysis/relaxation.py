@@ -19,7 +19,6 @@ from tilth.analysis.dynamics import SAFETY, WITHIN, inertia_of
 from tilth.analysis.step_result import PreparedStep, Relaxing, StepResult
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
-from tilth.comm import Communicator
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.mpm.soil import Soil
@@ -134,13 +133,13 @@ class Relaxation:
         """Records a step, the last one too; returns what is told of it."""
         if self.settling:
             simulation.points.motion[:] = 0.0
-        points, comm, own = simulation.owned_points, simulation.comm, result.active.owned
+        points, active = simulation.owned_points, result.active
         mass = total_mass(points, simulation.water, result.time)
-        self.kinetic = comm.sum(points.kinetic_energy(mass))
+        self.kinetic = simulation.comm.sum(points.kinetic_energy(mass))
         self.peak = max(self.peak, self.kinetic)
         self.work += result.work
         self.steps += 1
-        held = max(_norm(comm, force[own]) for force in (result.equilibrium.load, result.reaction))
+        held = max(active.norm(result.equilibrium.load), active.norm(result.reaction))
         self.force = self._norm / max(held, 1e-300)
         if not self.settling:
             self.size *= min(GROWTH, SAFETY * result.possible_size)
@@ -183,9 +182,8 @@ class Relaxation:
     ) -> float:
         """As `Dynamics.possible_size`."""
         terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
-        comm, own = balance.comm, balance.active.owned
-        self._norm = sum(_norm(comm, term.force(displacement)[own]) for term in terms)
-        most = comm.max(float(np.abs(moved / cell_size).max()))
+        self._norm = sum(balance.active.norm(term.force(displacement)) for term in terms)
+        most = balance.comm.max(float(np.abs(moved / cell_size).max()))
         return LARGEST_MOTION / max(most, 1e-300)
 
     def require_accurate(self, share: float) -> None:
@@ -208,12 +206,6 @@ class Relaxation:
         self.active, self.number, self.steps = bool(counts[0]), int(counts[1]), int(counts[2])
         for name, value in zip(_VALUES, values, strict=True):
             setattr(self, name, float(value))
-
-
-def _norm(comm: Communicator, force: Floats) -> float:
-    """Returns the norm of the forces on the nodes of all processes; those of this one (n, dim)."""
-    flat = force.ravel()
-    return math.sqrt(comm.sum(float(flat @ flat)))
 
 
 _VALUES = ("size", "unit", "damping", "peak", "kinetic", "work", "trial", "force")
