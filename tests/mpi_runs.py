@@ -21,10 +21,9 @@ import numpy as np
 import pytest
 
 from tilth import Model
-from tilth.analysis.clock import Clock
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
-from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
 from tilth.comm import Communicator, total
 
@@ -118,22 +117,23 @@ def _run_model(entries: str, processes: int, steps: int) -> dict[str, Any]:
 
 def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
     """What `run_model` returns, as lists, in each process of a run."""
-    simulation = Simulation(model)
-    simulation.check()
-    simulation.distribute(comm)
+    analysis = StagedAnalysis(model)
+    analysis.check()
+    analysis.distribute(comm)
     start: list[float] = []
-    if has_initial_equilibrium(model):
-        told = find_initial_equilibrium(simulation)
+    if has_initial_equilibrium(analysis.simulation.model):
+        told = find_initial_equilibrium(analysis.simulation)
         start = [told.iterations, told.residual_before, told.change, told.largest, *told.place]
     forces: dict[str, list[list[float]]] = {}
     iterations = []
-    for _, result in load_steps(simulation, Clock(model.schedule), lambda number, residual: None):
+    for _, result in analysis.steps():
         for name, force in result.forces.items():
             whole = total(comm, force[result.active.owned].sum(axis=0))
             forces.setdefault(name, []).append(whole.tolist())
         iterations.append(result.equilibrium.iterations)
         if len(iterations) == steps:
             break
+    simulation = analysis.simulation
     return {
         "forces": forces,
         "position": all_positions(simulation).tolist(),

@@ -36,5 +36,3 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         yield problem("rigid_bodies", "rigid bodies are not computed")
     if model.contact_pairs:
         yield problem("contact_pairs", "contact between bodies is not computed")
-    if model.stages:
-        yield problem("stages", "stages are not computed")

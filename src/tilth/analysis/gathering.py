@@ -15,7 +15,7 @@ from tilth.analysis.state import state_of
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
-from tilth.mpm.distribution import Distribution
+from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.grid import ActiveGrid
 from tilth.output.snapshot import Snapshot
 
@@ -31,7 +31,7 @@ def gathered_state(simulation: Simulation) -> dict[str, npt.NDArray[Any]]:
     found = distribution.gathered(simulation.points)
     for owner, each in simulation.owners().items():
         state = state_of({owner: each})
-        if hasattr(each, "rows"):
+        if isinstance(each, KeyedRows):
             key, names = each.rows()
             own = distribution.owns(key)
             parts = [_joined(simulation.comm, state[f"{owner}.{name}"][own]) for name in names]
@@ -87,6 +87,25 @@ def whole_simulation(simulation: Simulation) -> Simulation:
     whole.points = distribution.whole(simulation.points)
     whole.distribution = Distribution(SERIAL, whole.points, whole.grid)
     return whole
+
+
+def collected(simulation: Simulation) -> Simulation:
+    """Returns a simulation with the points and the state of all processes, in each of them.
+
+    The simulation itself in a serial run; otherwise it must not be used afterwards.
+    """
+    distribution, comm = simulation.distribution, simulation.comm
+    if distribution.serial:
+        return simulation
+    for each in simulation.owners().values():
+        if hasattr(each, "rows"):
+            (key, names), state = each.rows(), each.state()
+            own = distribution.owns(key)
+            parts = zip(*comm.gathered([state[name][own] for name in names]), strict=True)
+            arrays = [np.concatenate(part) for part in parts]
+            order = np.argsort(arrays[0], kind="stable")
+            each.restore(state | {n: a[order] for n, a in zip(names, arrays, strict=True)})
+    return whole_simulation(simulation)
 
 
 def whole_result(result: StepResult) -> StepResult:

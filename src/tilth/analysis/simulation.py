@@ -55,7 +55,7 @@ from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.background import largest_face
-from tilth.mpm.distribution import Distribution
+from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -186,10 +186,8 @@ class Simulation:
         """
         initial = initial_points(model) if initial is None else initial
         simulation = cls(model, restored_points(initial, arrays, model.stage.name != ""), initial)
-        owners = simulation.owners()
-        restore_all(owners, arrays)
-        unknown = set(arrays) - set(simulation.arrays())
-        if unknown:
+        restore_all(simulation.owners(), arrays)
+        if unknown := set(arrays) - set(simulation.arrays()):
             raise WrongState(f"{min(unknown)!r} belongs to nothing in it")
         return simulation
 
@@ -210,12 +208,16 @@ class Simulation:
         """
         if comm.size > 1:
             require_distributed(self.model)
-            self.distribution = Distribution(comm, self.points, self.grid)
+            self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
             self.distribution.own = self.distribution.own[self.distribution.own]
             self._solver = distributed_solver(
                 self.model.analysis.solver, self.run_warnings.fallback
             )
+
+    def _keyed(self) -> list[KeyedRows]:
+        """Returns the owners whose variables belong to nodes or cells."""
+        return [each for each in self.owners().values() if isinstance(each, KeyedRows)]
 
     @property
     def comm(self) -> Communicator:

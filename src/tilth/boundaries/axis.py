@@ -211,20 +211,17 @@ class Axis:
     def commit(self, step: AxisConstraints, active: ActiveGrid, displacement: Floats) -> None:
         """Stores the forces at the end of a converged step with a displacement (nodes, dim).
 
-        All processes call it; each of them stores the forces on all rows.
+        All processes store those of all rows.
         """
         slip = (step.value * displacement[step.node, 0]).sum(axis=1)
-        self.height, self.field = _height(active.grid, step.row), step.field
-        self.carried = step.before + step.stiffness * slip
-        if active.comm.size > 1:
-            owned = np.zeros(active.nodes, dtype=bool)
-            owned[active.owned] = True
-            mine = owned[step.node[:, 0]]
-            rows = [each[mine] for each in (self.height, self.field, self.carried)]
-            parts = zip(*active.comm.gathered(rows), strict=True)
-            height, field, carried = (np.concatenate(each) for each in parts)
+        rows = _height(active.grid, step.row), step.field, step.before + step.stiffness * slip
+        if active.shared is not None:
+            own = active.shared.owns(active.key[step.node[:, 0]])
+            parts = active.comm.gathered([each[own] for each in rows])
+            height, field, carried = (np.concatenate(each) for each in zip(*parts, strict=True))
             order = np.lexsort((height, field))
-            self.height, self.field, self.carried = height[order], field[order], carried[order]
+            rows = height[order], field[order], carried[order]
+        self.height, self.field, self.carried = rows
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,7 @@ LARGEST_LOAD = 1.1
 """Points of a process, relative to the mean, from which on the cells are shared out anew."""
 
 
+@runtime_checkable
 class KeyedRows(Protocol):
     """A state from step to step, some of whose arrays have rows that belong to nodes or cells."""
 

@@ -28,9 +28,7 @@ from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
 from tilth.terms.protocol import AssembledTerm, Role, Term
 
 LAYERS = 2
-"""Layers of cells around a process' own from where forces act on its nodes.
-
-A place in a cell without soil belongs to the nearest one with soil."""
+"""Layers of cells around a process' own from where forces act on its nodes, see `SurfaceLoads`."""
 
 
 class ReleasedForces:
@@ -59,9 +57,8 @@ class ReleasedForces:
         own = np.arange(active.nodes)[active.owned]
         loaded = own[force[own].any(axis=1)]
         columns = active.key[loaded], active.position[loaded], force[loaded], active.field[loaded]
-        key, *found = (
-            np.concatenate(parts) for parts in zip(*active.comm.gathered(columns), strict=True)
-        )
+        gathered = zip(*active.comm.gathered(columns), strict=True)
+        key, *found = (np.concatenate(parts) for parts in gathered)
         order = np.argsort(key)
         self.position, self.force, self.field = (each[order] for each in found)
 
@@ -83,7 +80,8 @@ class ReleasedForces:
 class Release(Term, AssembledTerm):
     """The forces not yet released in a step, independent of the displacement.
 
-    A force more than a cell away from any soil is left out.
+    As far as they act on the nodes of this process. A force more than a cell away from any soil is
+    left out.
 
     Args:
         released: of the stage.
@@ -97,11 +95,10 @@ class Release(Term, AssembledTerm):
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float
     ) -> None:
         place, field = released.position, released.field
-        close = near_process(active, place, LAYERS)
-        near = np.flatnonzero(close & near_soil(active, place, field))
+        here = near_process(active, place, LAYERS)
+        near = np.flatnonzero(here)[near_soil(active, place[here], field[here])]
         order, self._at = locate_in_cells(active, place[near], field[near])
-        self._released, self._number = released, near[order]
-        self._active, self._mine = active, near_process(active, place)
+        self._released, self._number, self._active = released, near[order], active
         force = self._at.scatter(released.force[self._number], active.nodes)
         self._before = released.remaining(before) * force
         self._after = released.remaining(after) * force
@@ -122,8 +119,8 @@ class Release(Term, AssembledTerm):
         return self._before
 
     def commit(self, displacement: Floats) -> None:
-        """As `AssembledTerm.commit`: the forces move with the soil."""
+        """As `AssembledTerm.commit`: the forces move with the soil; all processes know them all."""
         position = self._released.position.copy()
+        mine = near_process(self._active, position)
         position[self._number] += self._at.interpolate(displacement)
-        mine = self._mine
         self._released.position = from_owners(self._active.comm, mine, position[mine])
