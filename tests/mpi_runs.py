@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 from tilth import Model
+from tilth.analysis.energies import Energies
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
@@ -95,7 +96,8 @@ def run_model(model: Model, processes: int, steps: int = 1000) -> dict[str, Any]
 
     Returns, as arrays: the forces of the boundaries by name, one step after the other (rows, dim),
     the positions of the points in the order of their numbers, the number of iterations of each
-    step, the positions of the tracked surfaces by name, and what was done to find the equilibrium
+    step, the positions of the tracked surfaces by name, all energies after each step (rows, kinds;
+    see `Energies`), and what was done to find the equilibrium
     of the starting state (iterations, residual before, change, largest stress, place).
     """
     return _run_model(json.dumps(model.to_dict()), processes, steps)
@@ -114,6 +116,7 @@ def _run_model(entries: str, processes: int, steps: int) -> dict[str, Any]:
         "position": np.array(found["position"]),
         "iterations": found["iterations"],
         "surfaces": {name: np.array(each) for name, each in found["surfaces"].items()},
+        "energies": np.array(found["energies"]),
         "start": np.array(found["start"]),
     }
 
@@ -128,12 +131,15 @@ def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
         told = find_initial_equilibrium(analysis.simulation)
         start = [told.iterations, told.residual_before, told.change, told.largest, *told.place]
     forces: dict[str, list[list[float]]] = {}
-    iterations = []
+    iterations, energies = [], []
+    sums = Energies.at_start(analysis.simulation)
     for _, result in analysis.steps():
         for name, force in result.forces.items():
             whole = total(comm, force[result.active.owned].sum(axis=0))
             forces.setdefault(name, []).append(whole.tolist())
         iterations.append(result.equilibrium.iterations)
+        sums.add(result)
+        energies.append(list(sums.values(analysis.simulation, result.time).values()))
         if len(iterations) == steps:
             break
     simulation = analysis.simulation
@@ -141,6 +147,7 @@ def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
         "forces": forces,
         "position": all_positions(simulation).tolist(),
         "iterations": iterations,
+        "energies": energies,
         "surfaces": {each.name: each.position.tolist() for each in simulation.surface_shapes()},
         "start": start,
     }
@@ -155,13 +162,13 @@ def all_positions(simulation: Simulation) -> Floats:
 
 
 def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: float = 1e-8) -> None:
-    """Asserts that some processes find the serial run's forces and motion of the points.
+    """Asserts that some processes find the serial run's forces, energies and motion of the points.
 
     Surfaces may differ by a hundred times as much: where they are beyond the points, the grid's
     nodes are poorly supported.
 
-    share: largest difference of a force relative to the largest one, and of a place relative to
-        the size of all.
+    share: largest difference of a force and of an energy relative to the largest one, and of a
+        place relative to the size of all.
     """
     serial, found = run_model(model, 1, steps), run_model(model, processes, steps)
     assert len(found["iterations"]) == len(serial["iterations"])
@@ -171,6 +178,8 @@ def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: flo
         np.testing.assert_allclose(found["forces"][name], force, rtol=0, atol=share * largest)
     size = np.ptp(serial["position"], axis=0).max()
     np.testing.assert_allclose(found["position"], serial["position"], rtol=0, atol=share * size)
+    most = np.abs(serial["energies"]).max()
+    np.testing.assert_allclose(found["energies"], serial["energies"], rtol=0, atol=share * most)
     for name, position in serial["surfaces"].items():
         atol = 100.0 * share * size
         np.testing.assert_allclose(found["surfaces"][name], position, rtol=0, atol=atol)

@@ -355,12 +355,11 @@ class Simulation:
         time_step = self._time_step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
-        implicit = self.implicit
-        if time_step is None:
-            implicit = [*implicit, *self.waves.surfaces()]
+        implicit = self.implicit + (self.waves.surfaces() if time_step is None else [])
         with self.timers.measure("boundaries"):
             near = find_near_soil(holding(implicit), self.points, active, before)
-            active = active.with_nodes(nodes_near(near, active))
+            absorbing = self.waves.near(self.points, active, before) if time_step else []
+            active = active.with_nodes(nodes_near([*near, *absorbing], active))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared, self.implicit, before)
@@ -373,7 +372,7 @@ class Simulation:
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
         )
-        return PreparedStep(before, after, active, on_axis, constraints)
+        return PreparedStep(before, after, active, on_axis, constraints, absorbing)
 
     def advance(
         self,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.axis import AxisConstraints
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.state import ContactState
+from tilth.boundaries.implicit.near_soil import NearSoil
 from tilth.comm import total
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
@@ -105,6 +107,7 @@ class PreparedStep:
         active: the grid with the soil on it.
         on_axis: all conditions on nodes, and what else acts on the axis of symmetry.
         constraints: of the implicit boundaries.
+        absorbing: points of the absorbing boundaries near soil, in a step with inertia.
     """
 
     before: float
@@ -112,6 +115,7 @@ class PreparedStep:
     active: ActiveGrid
     on_axis: AxisConstraints
     constraints: ImplicitConstraints
+    absorbing: Sequence[NearSoil] = ()
 
     @property
     def size(self) -> float:

@@ -34,6 +34,8 @@ LAYERS = 2
 class ReleasedForces:
     """The forces out of balance at the start of a stage, which persist until they are released.
 
+    Every process has them all.
+
     Args:
         dim: number of directions.
         share: share that has been released, over the time of the stage.
@@ -51,10 +53,14 @@ class ReleasedForces:
         self.force: Floats = np.zeros((0, dim))
 
     def set(self, active: ActiveGrid, force: Floats) -> None:
-        """Sets the forces at the start of the stage, shape (nodes, dim)."""
-        loaded = np.flatnonzero(force.any(axis=1))
-        self.position, self.force = active.position[loaded].copy(), force[loaded]
-        self.field = active.field[loaded]
+        """Sets the forces at the start of the stage, shape (nodes, dim); all processes call it."""
+        own = np.arange(active.nodes)[active.owned]
+        loaded = own[force[own].any(axis=1)]
+        columns = active.key[loaded], active.position[loaded], force[loaded], active.field[loaded]
+        gathered = zip(*active.comm.gathered(columns), strict=True)
+        key, *found = (np.concatenate(parts) for parts in gathered)
+        order = np.argsort(key)
+        self.position, self.force, self.field = (each[order] for each in found)
 
     def remaining(self, time: float) -> float:
         """Returns the share of the forces that still acts at a time of the stage [-]."""
