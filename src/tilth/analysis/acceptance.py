@@ -11,7 +11,7 @@ import numpy as np
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
-from tilth.boundaries.contact.between_bodies import require_short_motion
+from tilth.boundaries.contact.between_bodies import Motions, require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid
@@ -27,9 +27,12 @@ def require_acceptable(
     balance: Balance,
     displacement: Floats,
     moved: Floats,
+    motions: Motions,
     is_least: bool,
 ) -> float:
     """Checks a converged step; returns how large it may be, see `StepResult.possible_size`.
+
+    moved: displacement of the points. motions: of the bodies with contact.
 
     Raises:
         StepFailed: it cannot be committed.
@@ -37,7 +40,7 @@ def require_acceptable(
     points, before, after = simulation.points, step.before, step.after
     position = points.position + moved
     simulation.grid.require_inside(position, points.point_id)
-    require_short_motion(simulation.body_contacts, points, moved)
+    require_short_motion(simulation.body_contacts, motions)
     balance.require_acceptable(displacement)
     possible = math.inf
     if simulation.dynamics is not None:

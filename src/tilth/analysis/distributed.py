@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from tilth.errors import BadInput, Problem
-from tilth.model import ImplicitBoundary, Model
+from tilth.model import Model
 
 REMEDY = "run it in one process, without mpiexec (--threads uses the cores of one machine)"
 
@@ -30,14 +30,8 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
 
     for number, boundary in enumerate(model.boundaries):
         key = f"boundaries[{number}]"
-        if isinstance(boundary, ImplicitBoundary) and boundary.contact is not None:
-            yield problem(f"{key}.contact", "contact is not computed")
         if getattr(boundary, "type", "") == "absorbing":
             yield problem(key, "absorbing boundaries are not computed")
-    if model.rigid_bodies:
-        yield problem("rigid_bodies", "rigid bodies are not computed")
-    if model.contact_pairs:
-        yield problem("contact_pairs", "contact between bodies is not computed")
     if model.stages:
         yield problem("stages", "stages are not computed")
     if model.analysis.inertia is not None:

@@ -43,12 +43,12 @@ from tilth.boundaries import (
     make_implicit,
 )
 from tilth.boundaries.axis import Axis
+from tilth.boundaries.contact.between_bodies import motions_of_bodies
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.contact.terms import contact_terms
-from tilth.boundaries.implicit.constraints import holding
-from tilth.boundaries.implicit.near_soil import find_near_soil, nodes_near
+from tilth.boundaries.implicit.constraints import FoundSoil
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import StepFailed
@@ -333,7 +333,7 @@ class Simulation:
             self.run_warnings.bounds(bound_domains(self.points, self.grid))
         self.points = self.distribution.arranged(self.points, self.grid)
         with together(self.comm):
-            active = locate(self.points, self.grid, self._buffers)
+            active = locate(self.points, self.grid, self._buffers, self.distribution.fields)
         return self.distribution.located(active)
 
     def prepare(self, before: float, after: float) -> PreparedStep:
@@ -352,8 +352,10 @@ class Simulation:
         if time_step is None:
             implicit = [*implicit, *self.waves.surfaces()]
         with self.timers.measure("boundaries"):
-            near = find_near_soil(holding(implicit), self.points, active, before)
-            active = active.with_nodes(nodes_near(near, active))
+            near = FoundSoil.find(
+                implicit, self.points, active, before, self._touching, self.body_contacts
+            )
+            active = active.with_nodes(near.nodes(active))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
             on_axis = self.axis.constrain(active, declared, self.implicit, before)
@@ -361,7 +363,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self._touching, self.body_contacts, near,
+                on_axis.conditions.constrained, near,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
@@ -394,9 +396,12 @@ class Simulation:
         equilibrium = self.solve(step, soil, balance, on_iteration)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
+        motions = motions_of_bodies(self.body_contacts, self.points, moved, self.comm)
         try:
             with together(self.comm):
-                possible = require_acceptable(self, step, balance, displacement, moved, is_least)
+                possible = require_acceptable(
+                    self, step, balance, displacement, moved, motions, is_least
+                )
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Runs on several processes that `mpiexec` starts, to compare with the serial run.
+
+The environment variable TILTH_MPI_PYTHON names a Python that has mpi4py and petsc4py, if the one
+that runs the tests has not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tilth import Model
+from tilth.analysis.clock import Clock
+from tilth.analysis.load_steps import load_steps
+from tilth.analysis.simulation import Simulation
+from tilth.arrays import Floats
+from tilth.comm import Communicator, total
+
+ROOT = Path(__file__).parents[1]
+PYTHON = os.environ.get("TILTH_MPI_PYTHON") or sys.executable
+LIMIT = 300.0
+"""Seconds after which a run counts as blocked."""
+
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OMP_WAIT_POLICY": "passive",
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT / "tests")]),
+}
+"""Variables of all runs: more processes than cores are good, also of the superuser."""
+
+BEGIN = "import json, sys\nfrom tilth.mpi import world\ncomm = world()\nresult = None\n"
+END = "\nif comm.rank == 0:\n    json.dump(result, open(sys.argv[1], 'w'))\n"
+
+
+@cache
+def missing() -> str:
+    """What a run on several processes lacks here; an empty text if it lacks nothing."""
+    if shutil.which("mpiexec") is None:
+        return "needs mpiexec"
+    for module in ("mpi4py.MPI", "petsc4py.PETSc", "tilth._core"):
+        found = subprocess.run(
+            [PYTHON, "-c", f"import {module}"], env={**os.environ, **ENVIRONMENT},
+            capture_output=True, check=False,
+        )  # fmt: skip
+        if found.returncode:
+            return f"{module} cannot be imported in {PYTHON} (see TILTH_MPI_PYTHON)"
+    return ""
+
+
+def require_processes() -> None:
+    """Skips a test where several processes cannot run."""
+    if reason := missing():
+        pytest.skip(reason)
+
+
+def run_python(source: str, processes: int) -> Any:
+    """Runs Python text on some processes; returns what it left in `result` in process 0.
+
+    In it, `comm` is the communicator of all processes. `result` must be of the types of JSON. With
+    one process it runs without `mpiexec`. A test is skipped where several processes cannot run.
+    """
+    require_processes()
+    with tempfile.TemporaryDirectory() as folder:
+        script, answer = Path(folder) / "script.py", Path(folder) / "answer.json"
+        script.write_text(BEGIN + source + END, encoding="utf-8")
+        start = ["mpiexec", "-n", str(processes)] if processes > 1 else []
+        done = subprocess.run(
+            [*start, PYTHON, str(script), str(answer)], env={**os.environ, **ENVIRONMENT},
+            capture_output=True, text=True, check=False, timeout=LIMIT, cwd=folder,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+        return json.loads(answer.read_text(encoding="utf-8"))
+
+
+def run_model(model: Model, processes: int, steps: int = 1000) -> dict[str, Any]:
+    """Computes the first steps of a model without stages on some processes.
+
+    Returns, as arrays: the forces of the boundaries by name (steps, dim), the positions of the
+    points in the order of their numbers, the number of iterations of each step, and the positions
+    of the tracked surfaces by name.
+    """
+    entries = model.to_dict()
+    source = (
+        "from mpi_runs import computed\nfrom tilth import Model\n"
+        f"model = Model.from_dict(json.loads({json.dumps(json.dumps(entries))}))\n"
+        f"result = computed(model, comm, {steps})\n"
+    )
+    found: dict[str, Any] = run_python(source, processes)
+    return {
+        "forces": {name: np.array(force) for name, force in found["forces"].items()},
+        "position": np.array(found["position"]),
+        "iterations": found["iterations"],
+        "surfaces": {name: np.array(each) for name, each in found["surfaces"].items()},
+    }
+
+
+def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
+    """What `run_model` returns, as lists, in each process of a run."""
+    simulation = Simulation(model)
+    simulation.check()
+    simulation.distribute(comm)
+    forces: dict[str, list[list[float]]] = {}
+    iterations = []
+    for _, result in load_steps(simulation, Clock(model.schedule), lambda number, residual: None):
+        for name, force in result.forces.items():
+            whole = total(comm, force[result.active.owned].sum(axis=0))
+            forces.setdefault(name, []).append(whole.tolist())
+        iterations.append(result.equilibrium.iterations)
+        if len(iterations) == steps:
+            break
+    return {
+        "forces": forces,
+        "position": all_positions(simulation).tolist(),
+        "iterations": iterations,
+        "surfaces": {each.name: each.position.tolist() for each in simulation.surface_shapes()},
+    }
+
+
+def all_positions(simulation: Simulation) -> Floats:
+    """The positions of the points of all processes, in the order of their numbers."""
+    own = simulation.distribution.owned(simulation.points)
+    parts = simulation.comm.gathered((own.point_id, own.position))
+    number = np.concatenate([each for each, _ in parts])
+    return np.asarray(np.concatenate([each for _, each in parts])[np.argsort(number)])
+
+
+def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: float = 1e-8) -> None:
+    """Asserts that some processes find the serial run's forces and motion of the points.
+
+    share: largest difference of a force relative to the largest one, and of a place relative to
+        the size of all.
+    """
+    serial, found = run_model(model, 1, steps), run_model(model, processes, steps)
+    assert len(found["iterations"]) == len(serial["iterations"])
+    largest = max((np.abs(force).max() for force in serial["forces"].values()), default=0.0)
+    for name, force in serial["forces"].items():
+        np.testing.assert_allclose(found["forces"][name], force, rtol=0, atol=share * largest)
+    size = np.ptp(serial["position"], axis=0).max()
+    np.testing.assert_allclose(found["position"], serial["position"], rtol=0, atol=share * size)
+    for name, position in serial["surfaces"].items():
+        np.testing.assert_allclose(found["surfaces"][name], position, rtol=0, atol=share * size)
