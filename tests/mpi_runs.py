@@ -21,9 +21,9 @@ import numpy as np
 import pytest
 
 from tilth import Model
-from tilth.analysis.clock import Clock
-from tilth.analysis.load_steps import load_steps
+from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
 from tilth.comm import Communicator, total
 
@@ -88,16 +88,21 @@ def run_python(source: str, processes: int) -> Any:
 
 
 def run_model(model: Model, processes: int, steps: int = 1000) -> dict[str, Any]:
-    """Computes the first steps of a model without stages on some processes.
+    """Computes the first steps of a model on some processes.
 
-    Returns, as arrays: the forces of the boundaries by name (steps, dim), the positions of the
-    points in the order of their numbers, the number of iterations of each step, and the positions
-    of the tracked surfaces by name.
+    Returns, as arrays: the forces of the boundaries by name, one step after the other (rows, dim),
+    the positions of the points in the order of their numbers, the number of iterations of each
+    step, the positions of the tracked surfaces by name, and what was done to find the equilibrium
+    of the starting state (iterations, residual before, change, largest stress, place).
     """
-    entries = model.to_dict()
+    return _run_model(json.dumps(model.to_dict()), processes, steps)
+
+
+@cache
+def _run_model(entries: str, processes: int, steps: int) -> dict[str, Any]:
     source = (
         "from mpi_runs import computed\nfrom tilth import Model\n"
-        f"model = Model.from_dict(json.loads({json.dumps(json.dumps(entries))}))\n"
+        f"model = Model.from_dict(json.loads({json.dumps(entries)}))\n"
         f"result = computed(model, comm, {steps})\n"
     )
     found: dict[str, Any] = run_python(source, processes)
@@ -106,28 +111,35 @@ def run_model(model: Model, processes: int, steps: int = 1000) -> dict[str, Any]
         "position": np.array(found["position"]),
         "iterations": found["iterations"],
         "surfaces": {name: np.array(each) for name, each in found["surfaces"].items()},
+        "start": np.array(found["start"]),
     }
 
 
 def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
     """What `run_model` returns, as lists, in each process of a run."""
-    simulation = Simulation(model)
-    simulation.check()
-    simulation.distribute(comm)
+    analysis = StagedAnalysis(model)
+    analysis.check()
+    analysis.distribute(comm)
+    start: list[float] = []
+    if has_initial_equilibrium(analysis.simulation.model):
+        told = find_initial_equilibrium(analysis.simulation)
+        start = [told.iterations, told.residual_before, told.change, told.largest, *told.place]
     forces: dict[str, list[list[float]]] = {}
     iterations = []
-    for _, result in load_steps(simulation, Clock(model.schedule), lambda number, residual: None):
+    for _, result in analysis.steps():
         for name, force in result.forces.items():
             whole = total(comm, force[result.active.owned].sum(axis=0))
             forces.setdefault(name, []).append(whole.tolist())
         iterations.append(result.equilibrium.iterations)
         if len(iterations) == steps:
             break
+    simulation = analysis.simulation
     return {
         "forces": forces,
         "position": all_positions(simulation).tolist(),
         "iterations": iterations,
         "surfaces": {each.name: each.position.tolist() for each in simulation.surface_shapes()},
+        "start": start,
     }
 
 
@@ -147,6 +159,7 @@ def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: flo
     """
     serial, found = run_model(model, 1, steps), run_model(model, processes, steps)
     assert len(found["iterations"]) == len(serial["iterations"])
+    np.testing.assert_allclose(found["start"], serial["start"], rtol=share)
     largest = max((np.abs(force).max() for force in serial["forces"].values()), default=0.0)
     for name, force in serial["forces"].items():
         np.testing.assert_allclose(found["forces"][name], force, rtol=0, atol=share * largest)

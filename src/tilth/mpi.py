@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import pickle
 import sys
+import time
 import traceback
 from collections.abc import Sequence
 from functools import cache
@@ -24,6 +26,11 @@ SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
 INSTALL = "install mpi4py and petsc4py (docs/howto/many_machines.md), or run without mpiexec"
 
 
+def _several() -> bool:
+    """Returns whether a launcher started several processes."""
+    return any(int(os.environ.get(name) or 1) > 1 for name in SIZES)
+
+
 @cache
 def world() -> Communicator:
     """Returns the communicator of all processes of this run; the serial one without `mpiexec`.
@@ -31,7 +38,7 @@ def world() -> Communicator:
     Raises:
         BadInput: `mpiexec` started several processes, but mpi4py is not installed.
     """
-    if not any(int(os.environ.get(name) or 1) > 1 for name in SIZES):
+    if not _several():
         return SERIAL
     try:
         from mpi4py import MPI
@@ -44,6 +51,38 @@ def world() -> Communicator:
         raise BadInput(what, "start the run with the mpiexec of the library that mpi4py uses")
     sys.excepthook = _abort
     return Processes(MPI.COMM_WORLD)
+
+
+LONGEST_WAIT = 10.0
+"""How long a process that ends by an error waits for the others to end, too [s]."""
+
+
+def begin_together() -> None:
+    """Connects the processes of a command; only process 0 prints anything.
+
+    Raises:
+        BadInput: see `world`.
+    """
+    if world().rank > 0:
+        sys.stdout = sys.stderr = io.StringIO()
+
+
+def leave_together(code: int) -> None:
+    """Ends the other processes where they wait for this one, which ends with an exit code.
+
+    Processes that end by the same error come here, too; one that does not is waiting in a message.
+    """
+    if code == 0 or not _several() or world().size == 1:
+        return
+    from mpi4py import MPI
+
+    arrived, deadline = MPI.COMM_WORLD.Ibarrier(), time.monotonic() + LONGEST_WAIT
+    while not arrived.Test():
+        if time.monotonic() > deadline:
+            if isinstance(sys.stderr, io.StringIO):
+                print(sys.stderr.getvalue(), file=sys.__stderr__, flush=True)
+            MPI.COMM_WORLD.Abort(code)
+        time.sleep(0.01)
 
 
 def _abort(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

@@ -11,8 +11,9 @@ import numpy as np
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
-from tilth.boundaries.contact.between_bodies import Motions, require_short_motion
+from tilth.boundaries.contact.between_bodies import motions_of_bodies, require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
+from tilth.comm import together
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
@@ -27,21 +28,20 @@ def require_acceptable(
     balance: Balance,
     displacement: Floats,
     moved: Floats,
-    motions: Motions,
     is_least: bool,
 ) -> float:
     """Checks a converged step; returns how large it may be, see `StepResult.possible_size`.
-
-    moved: displacement of the points. motions: of the bodies with contact.
 
     Raises:
         StepFailed: it cannot be committed.
     """
     points, before, after = simulation.points, step.before, step.after
     position = points.position + moved
-    simulation.grid.require_inside(position, points.point_id)
-    require_short_motion(simulation.body_contacts, motions)
-    balance.require_acceptable(displacement)
+    motions = motions_of_bodies(simulation.body_contacts, points, moved, simulation.comm)
+    with together(simulation.comm):
+        simulation.grid.require_inside(position, points.point_id)
+        require_short_motion(simulation.body_contacts, motions)
+        balance.require_acceptable(displacement)
     possible = math.inf
     if simulation.dynamics is not None:
         cells = simulation.grid.sizes_at(points.position)
@@ -50,7 +50,7 @@ def require_acceptable(
             simulation.dynamics.require_accurate(possible)
     if simulation.implicit and not is_least:
         touching, contacts = simulation.contact_surfaces, step.constraints.contacts
-        with simulation.timers.measure("boundaries"):
+        with simulation.timers.measure("boundaries"), together(simulation.comm):
             simulation.passage.require_in_front(
                 simulation.implicit, points, position, before, after, simulation.grid
             )

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.safety import SafetyResult
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.snapshots import snapshot, units_of
 from tilth.output import ResultsWriter, read_results
 from tilth.output.folder import safety_files
 from tilth.output.safety_files import SafetySummary, write_safety

@@ -43,7 +43,6 @@ from tilth.boundaries import (
     make_implicit,
 )
 from tilth.boundaries.axis import Axis
-from tilth.boundaries.contact.between_bodies import motions_of_bodies
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
@@ -55,7 +54,7 @@ from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.background import largest_face
-from tilth.mpm.distribution import Distribution
+from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -186,10 +185,8 @@ class Simulation:
         """
         initial = initial_points(model) if initial is None else initial
         simulation = cls(model, restored_points(initial, arrays, model.stage.name != ""), initial)
-        owners = simulation.owners()
-        restore_all(owners, arrays)
-        unknown = set(arrays) - set(simulation.arrays())
-        if unknown:
+        restore_all(simulation.owners(), arrays)
+        if unknown := set(arrays) - set(simulation.arrays()):
             raise WrongState(f"{min(unknown)!r} belongs to nothing in it")
         return simulation
 
@@ -210,17 +207,26 @@ class Simulation:
         """
         if comm.size > 1:
             require_distributed(self.model)
-            self.distribution = Distribution(comm, self.points, self.grid)
+            self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
             self.distribution.own = self.distribution.own[self.distribution.own]
             self._solver = distributed_solver(
                 self.model.analysis.solver, self.run_warnings.fallback
             )
 
+    def _keyed(self) -> list[KeyedRows]:
+        """Returns the owners whose variables belong to nodes or cells."""
+        return [each for each in self.owners().values() if isinstance(each, KeyedRows)]
+
     @property
     def comm(self) -> Communicator:
         """The processes of the run."""
         return self.distribution.comm
+
+    @property
+    def owned_points(self) -> MaterialPoints:
+        """The points of this process without the copies of other processes' points."""
+        return self.distribution.owned(self.points)
 
     @property
     def warnings(self) -> list[str]:
@@ -358,7 +364,7 @@ class Simulation:
             active = active.with_nodes(near.nodes(active))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
-            on_axis = self.axis.constrain(active, declared, self.implicit, before)
+        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         on_axis = replace(on_axis, conditions=on_axis.conditions.of_owners(active))
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
@@ -396,12 +402,8 @@ class Simulation:
         equilibrium = self.solve(step, soil, balance, on_iteration)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
-        motions = motions_of_bodies(self.body_contacts, self.points, moved, self.comm)
         try:
-            with together(self.comm):
-                possible = require_acceptable(
-                    self, step, balance, displacement, moved, motions, is_least
-                )
+            possible = require_acceptable(self, step, balance, displacement, moved, is_least)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

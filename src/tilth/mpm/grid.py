@@ -236,12 +236,27 @@ class ActiveGrid:
         """Number of nodes that this process owns."""
         return self.nodes if self.shared is None else len(self.shared.owned)
 
+    @property
+    def owned_cells(self) -> int:
+        """Number of active cells that this process owns."""
+        if self.shared is None:
+            return len(self.cell_keys)
+        return int(self.shared.owns(self.cell_keys).sum())
+
     def updated(self, nodal: npt.NDArray[Number]) -> npt.NDArray[Number]:
         """Returns nodal values (nodes, ...), those of other processes' nodes as they are there.
 
         All processes call it; without others the array itself is returned.
         """
         return nodal if self.shared is None else self.shared.updated(nodal)
+
+    def work(self, force: Floats, displacement: Floats) -> float:
+        """Returns the work of nodal forces over all nodes of all processes [force length].
+
+        force, displacement: shape (nodes, dim); those of other processes' nodes do not matter.
+        """
+        own = self.owned
+        return self.comm.sum(float((force[own] * displacement[own]).sum()))
 
     @property
     def lattice(self) -> Integers:
