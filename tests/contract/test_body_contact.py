@@ -11,7 +11,13 @@ from body_contacts import CELL, STRENGTH, simulation_of, two_blocks
 from contact_terms import LAWS, branches_compared, next_contact
 from small_problems import KINDS
 
-from tilth.boundaries.contact.between_bodies import BodyContact, require_short_motion
+from tilth.analysis.simulation import Simulation
+from tilth.boundaries.contact.between_bodies import (
+    BodyContact,
+    motions_of_bodies,
+    require_short_motion,
+)
+from tilth.comm import SERIAL
 from tilth.errors import StepFailed
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -162,9 +168,14 @@ def test_a_long_way_in_one_step_is_refused() -> None:
     points = simulation.points
     moved = np.zeros_like(points.position)
     moved[points.of_body("top"), 0] = 0.9 * CELL
-    require_short_motion(simulation.body_contacts, points, moved)
+    _require_short_motion(simulation, moved)
     moved[points.of_body("top"), 0] = 1.1 * CELL
     with pytest.raises(StepFailed, match=r"1\.1 cells relative to each other") as failure:
-        require_short_motion(simulation.body_contacts, points, moved)
+        _require_short_motion(simulation, moved)
     assert failure.value.share == pytest.approx(0.9 / 1.1)
-    require_short_motion(simulation.body_contacts, points, np.full_like(moved, 5.0 * CELL))
+    _require_short_motion(simulation, np.full_like(moved, 5.0 * CELL))
+
+
+def _require_short_motion(simulation: Simulation, moved: np.ndarray) -> None:
+    pairs = simulation.body_contacts
+    require_short_motion(pairs, motions_of_bodies(pairs, simulation.points, moved, SERIAL))

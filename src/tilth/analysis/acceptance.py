@@ -11,7 +11,7 @@ import numpy as np
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
-from tilth.boundaries.contact.between_bodies import require_short_motion
+from tilth.boundaries.contact.between_bodies import motions_of_bodies, require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
 from tilth.comm import together
 from tilth.mpm.domains import bound_domains
@@ -37,9 +37,10 @@ def require_acceptable(
     """
     points, before, after = simulation.points, step.before, step.after
     position = points.position + moved
+    motions = motions_of_bodies(simulation.body_contacts, points, moved, simulation.comm)
     with together(simulation.comm):
         simulation.grid.require_inside(position, points.point_id)
-        require_short_motion(simulation.body_contacts, points, moved)
+        require_short_motion(simulation.body_contacts, motions)
         balance.require_acceptable(displacement)
     possible = math.inf
     if simulation.dynamics is not None:

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from tilth.analysis.acceptance import move_surfaces, require_acceptable, warn
 from tilth.analysis.checks import check_first_step
-from tilth.analysis.distributed import require_distributed
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact
@@ -47,8 +46,7 @@ from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.contact.terms import contact_terms
-from tilth.boundaries.implicit.constraints import holding
-from tilth.boundaries.implicit.near_soil import find_near_soil, nodes_near
+from tilth.boundaries.implicit.constraints import FoundSoil
 from tilth.boundaries.implicit.passage import PassageCheck
 from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import StepFailed
@@ -204,10 +202,9 @@ class Simulation:
         """Leaves this process its part of the points; all processes have them all before.
 
         Raises:
-            BadInput: there are too many processes, or the model has what only one process computes.
+            BadInput: there are too many processes, or PETSc is missing.
         """
         if comm.size > 1:
-            require_distributed(self.model)
             self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
             self.distribution.own = self.distribution.own[self.distribution.own]
@@ -340,7 +337,7 @@ class Simulation:
             self.run_warnings.bounds(bound_domains(self.points, self.grid))
         self.points = self.distribution.arranged(self.points, self.grid)
         with together(self.comm):
-            active = locate(self.points, self.grid, self._buffers)
+            active = locate(self.points, self.grid, self._buffers, self.distribution.fields)
         return self.distribution.located(active)
 
     def prepare(self, before: float, after: float) -> PreparedStep:
@@ -357,9 +354,11 @@ class Simulation:
             body.begin(after, time_step)
         implicit = self.implicit + (self.waves.surfaces() if time_step is None else [])
         with self.timers.measure("boundaries"):
-            near = find_near_soil(holding(implicit), self.points, active, before)
+            near = FoundSoil.find(
+                implicit, self.points, active, before, self._touching, self.body_contacts
+            )
             absorbing = self.waves.near(self.points, active, before) if time_step else []
-            active = active.with_nodes(nodes_near([*near, *absorbing], active))
+            active = active.with_nodes(near.nodes(active, absorbing))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared, self.implicit, before)
@@ -367,7 +366,7 @@ class Simulation:
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 implicit, self.points, active, self.kind, before, after,
-                on_axis.conditions.constrained, self._touching, self.body_contacts, near,
+                on_axis.conditions.constrained, near,
             )  # fmt: skip
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before

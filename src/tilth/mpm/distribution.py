@@ -115,6 +115,11 @@ class Distribution:
         return self.comm.size == 1
 
     @property
+    def fields(self) -> int:
+        """Number of displacement fields of all processes' points."""
+        return max(body.field for body in self._bodies) + 1
+
+    @property
     def total(self) -> int:
         """Number of points of all processes."""
         return self._total

@@ -374,10 +374,14 @@ def cell_corners(dim: int) -> Integers:
     return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
 
 
-def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
+def locate(
+    points: MaterialPoints, grid: Grid, buffers: Buffers, fields: int | None = None
+) -> ActiveGrid:
     """Sorts the points by support and returns the active grid with all basis values.
 
     The basis values are in `buffers` and valid until these are used again.
+
+    fields: number of displacement fields; that of the points if not given.
 
     Raises:
         StepFailed: if a point is beyond the limits of the grid or the range of its keys, or its
@@ -386,7 +390,7 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     grid.require_inside(points.position, points.point_id)
     found = [group(points, body, grid) for body in points.bodies]
     field = [body.field for body in points.bodies]
-    fields = max(field) + 1
+    fields = max(field) + 1 if fields is None else fields
     if fields > 1 and max(groups.index_range() for groups in found) >= LARGEST_INDEX:
         raise StepFailed(
             f"a point is more than {LARGEST_INDEX:,} cells from the grid's origin along z, beyond "

@@ -13,7 +13,7 @@ The supports are selected in the cells of the second body.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,20 +23,34 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.body_surface import BodyContactSurface, frames_of, tributary_parts
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap, nearest_points
-from tilth.boundaries.contact.gather import REACH, TouchingSoil, near_cells, trace_of_soil
+from tilth.boundaries.contact.gather import (
+    REACH,
+    CellsNearSoil,
+    TouchingSoil,
+    near_cells,
+    trace_of_soil,
+)
+from tilth.boundaries.contact.law import ContactLaw
 from tilth.boundaries.contact.measure import (
     EVEN,
     SurfaceParts,
     measure,
     part_samples,
 )
-from tilth.boundaries.contact.surface import BEHIND
+from tilth.boundaries.contact.surface import BEHIND, Touch
 from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.boundaries.implicit.boundary import Pose
+from tilth.comm import Communicator
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
+from tilth.mpm.quadrature import (
+    PointsInCells,
+    find_cells,
+    near_soil,
+    points_in_cells,
+)
 from tilth.surface.quadrature import area_vector
 
 LEAST_COSINE = 0.2
@@ -83,22 +97,85 @@ class BodyContact(ContactConstraint):
         return [self, opposite]
 
 
-def gather_between_bodies(
+@dataclass(frozen=True)
+class NearBodies:
+    """The n points of the first body's surface that the second body can touch; in all processes.
+
+    Each process finds what is in its own cells.
+
+    Attributes:
+        boundary, chosen, cells, touch, gap, moduli, elastic_share, law: see `NearContact`.
+        trace: displacement of the second body less that of the first one, with keys of nodes.
+        own_cells: the points in the cells of the first body, in the order of its cells.
+        own_order: number of each of them among all, shape (n,).
+        position: [length], shape (n, dim).
+        frame: normal and tangents as columns, shape (n, dim, dim).
+        area: of the points' parts opposite soil [length^(dim - 1)], shape (n,).
+    """
+
+    boundary: BodyContactSurface
+    chosen: Integers
+    cells: CellsNearSoil
+    touch: Touch
+    trace: Trace
+    own_cells: CellsNearSoil
+    own_order: Integers
+    position: Floats
+    frame: Floats
+    area: Floats
+    gap: Floats
+    moduli: Floats
+    elastic_share: Floats
+    law: ContactLaw
+
+    def keys(self) -> tuple[Integers, Integers]:
+        """As `NearContact.keys`."""
+        return np.concatenate([self.cells.key, self.own_cells.key]), self.trace.node
+
+    def constraint(self, active: ActiveGrid, kind: str) -> BodyContact:
+        """As `NearContact.constraint`."""
+        surface, position, normal, area = (
+            self.boundary,
+            self.position,
+            self.frame[:, :, 0],
+            self.area,
+        )
+        if kind == "axisymmetric":
+            area = area * 2.0 * np.pi * np.abs(position[:, 0])
+        return BodyContact(
+            boundary=surface,
+            chosen=self.chosen,
+            at=self.cells.at(active),
+            pose=_pose(position, normal, area, surface.contact.tangential != "smooth"),
+            moduli=self.moduli,
+            axisymmetric=kind == "axisymmetric",
+            elastic_share=self.elastic_share,
+            square=np.full(len(position), surface.square),
+            touch=self.touch,
+            trace=self.trace.on(active),
+            measured=self.gap,
+            law=self.law,
+            turn=self.frame,
+            own=self.own_cells.at(active),
+            own_order=self.own_order,
+        )
+
+
+def find_between_bodies(
     surfaces: Sequence[BodyContactSurface],
     soil: TouchingSoil,
     points: MaterialPoints,
     active: ActiveGrid,
     moduli: Floats,
-    kind: str,
-) -> list[BodyContact]:
-    """Returns the contacts of bodies that are near each other, without multipliers.
+) -> list[NearBodies]:
+    """Returns the contacts of bodies that are near each other.
 
-    The arguments are those of `gather_contacts`.
+    The arguments are those of `find_contacts`.
     """
     if not surfaces:
         return []
     strength = np.stack(soil.strength(points))
-    found = [_contact(each, soil, points, active, moduli, strength, kind) for each in surfaces]
+    found = [_contact(each, soil, points, active, moduli, strength) for each in surfaces]
     return [each for each in found if each is not None]
 
 
@@ -109,17 +186,19 @@ def _contact(
     active: ActiveGrid,
     moduli: Floats,
     strength: Floats,
-    kind: str,
-) -> BodyContact | None:
+) -> NearBodies | None:
     """Returns the contact of one pair; None if the bodies are nowhere near each other."""
-    first, second = points.of_body(surface.first), points.of_body(surface.second)
-    if first.start == first.stop or second.start == second.stop:
+    first = points.of_body(surface.first)
+    there = [points.of_body(name).stop > 0 for name in (surface.first, surface.second)]
+    if not all(active.comm.max(float(each)) for each in there):
         return None
     quadrature = surface.quadrature()
     frame = frames_of(quadrature.edges)
     position, normal = quadrature.position, frame[:, :, 0]
     parts = SurfaceParts(position, normal, tributary_parts(quadrature.edges), whole=True)
+    places = OwnedPlaces.at(active, position)
     reach, behind = REACH * surface.cell, BEHIND * surface.cell
+    own_field = points.field_of_body(surface.first)
 
     def measure_gap_at(
         position: Floats, normal: Floats, widening: float
@@ -129,41 +208,54 @@ def _contact(
             surface.second,
         )  # fmt: skip
 
-    measured = measure(parts, measure_gap_at)
-    at, chosen, touch = near_cells(surface, parts, measured, points, active)
-    own_field = points.field_of_body(surface.first)
-    kept = near_soil(active, position[chosen], own_field)
-    kept &= _faces(points, active, surface.second, at, normal[chosen])
-    at, chosen, touch = at.of(kept), chosen[kept], touch.of(np.flatnonzero(kept))
+    def keeps(number: Integers, key: Integers, local: Floats) -> Flags:
+        order = np.argsort(key, kind="stable")
+        at = points_in_cells(active, key[order], local[order])
+        kept = near_soil(active, position[number], own_field)
+        kept[order] &= _faces(points, active, surface.second, at, normal[number[order]])
+        return kept
+
+    measured = measure(parts, measure_gap_at, places)
+    cells, chosen, touch = near_cells(surface, parts, measured, points, active, places, keeps=keeps)
     if len(chosen) == 0:
         return None
-    own_order, own = locate_in_cells(active, position[chosen], own_field)
-    here = nearest_points(points, first, position[chosen], np.ones(len(chosen), dtype=bool))
-    other = trace_of_soil(
-        surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
+    among = places.of(chosen)
+    own = chosen[among.own]
+    key, local = among.of_all(*find_cells(active, position[own], own_field))
+    own_order = np.argsort(key, kind="stable")
+    here = nearest_points(points, first, position[own], np.ones(len(own), dtype=bool))
+    opposite = measured.point[own]
+    weaker = np.minimum(strength[:, here], strength[:, opposite])
+    of_soil = among.of_all(
+        moduli[here] * moduli[opposite] / (moduli[here] + moduli[opposite]),
+        np.minimum(points.elastic_share[here], points.elastic_share[opposite]),
+        *surface.law(*weaker).columns(),
     )
-    trace = other.less(_own_trace(points, active, own, own_order, surface.first, parts.of(chosen)))
-    there = measured.point[chosen]
+    trace = trace_of_soil(
+        surface.cell, points, active, cells, parts.of(chosen), measured.of(chosen),
+        measure_gap_at, among,
+    )  # fmt: skip
+    if trace is None:
+        trace = trace_in_cells(cells.at(active, among.own)).at_keys(active, among)
+    order = np.argsort(key[among.own], kind="stable")
+    of_first = points_in_cells(active, key[among.own][order], local[among.own][order])
+    own_trace = _own_trace(points, active, of_first, order, surface.first, parts.of(own))
     area = np.linalg.norm(area_vector(quadrature.edges[chosen]), axis=1) * measured.share[chosen]
-    if kind == "axisymmetric":
-        area = area * 2.0 * np.pi * np.abs(position[chosen, 0])
-    weaker = np.minimum(strength[:, here], strength[:, there])
-    return BodyContact(
+    return NearBodies(
         boundary=surface,
         chosen=chosen,
-        at=at,
-        pose=_pose(position[chosen], normal[chosen], area, surface.contact.tangential != "smooth"),
-        moduli=moduli[here] * moduli[there] / (moduli[here] + moduli[there]),
-        axisymmetric=kind == "axisymmetric",
-        elastic_share=np.minimum(points.elastic_share[here], points.elastic_share[there]),
-        square=np.full(len(chosen), surface.square),
+        cells=cells,
         touch=touch,
-        trace=trace,
-        measured=measured.gap[chosen],
-        law=surface.law(*weaker),
-        turn=frame[chosen],
-        own=own,
+        trace=trace.less(own_trace.at_keys(active, among)),
+        own_cells=CellsNearSoil(key[own_order], local[own_order]),
         own_order=own_order,
+        position=position[chosen],
+        frame=frame[chosen],
+        area=area,
+        gap=measured.gap[chosen],
+        moduli=of_soil[0],
+        elastic_share=of_soil[1],
+        law=ContactLaw(*of_soil[2:]),
     )
 
 
@@ -232,40 +324,85 @@ def _pose(position: Floats, normal: Floats, weight: Floats, holds_along: bool) -
     )
 
 
-def require_short_motion(
-    surfaces: Sequence[BodyContactSurface], points: MaterialPoints, moved: Floats
-) -> None:
-    """Checks that no two bodies near each other move by more than contact can see in a step.
+@dataclass(frozen=True)
+class MotionOfBody:
+    """Where a body is in a step and how it moves, of all processes.
+
+    Attributes:
+        low, high: corners of its box before and after the step [length], shape (dim,).
+        least, most: displacements along the axes in the step [length], shape (dim,).
+        point: permanent number of one of its points.
+    """
+
+    low: Floats
+    high: Floats
+    least: Floats
+    most: Floats
+    point: int
+
+
+Motions = Mapping[str, MotionOfBody]
+"""Of those bodies that are there, by name."""
+
+
+def motions_of_bodies(
+    surfaces: Sequence[BodyContactSurface],
+    points: MaterialPoints,
+    moved: Floats,
+    comm: Communicator,
+) -> Motions:
+    """Returns the motions of bodies with contact; all processes call it.
 
     moved: displacements of the material points in the step [length], shape (n, dim).
+    """
+    found = {}
+    for name in dict.fromkeys(name for each in surfaces for name in (each.first, each.second)):
+        own = points.of_body(name)
+        here = _motion(points, moved, own) if own.stop > own.start else None
+        parts = [each for each in comm.gathered(here) if each is not None]
+        if parts:
+            found[name] = MotionOfBody(
+                np.min([each.low for each in parts], axis=0),
+                np.max([each.high for each in parts], axis=0),
+                np.min([each.least for each in parts], axis=0),
+                np.max([each.most for each in parts], axis=0),
+                parts[0].point,
+            )
+    return found
+
+
+def _motion(points: MaterialPoints, moved: Floats, own: slice) -> MotionOfBody:
+    """Returns the motion of the points `own` of a body."""
+    position, half = points.position[own], points.half_length[own]
+    low = np.minimum(position, position + moved[own]) - half
+    high = np.maximum(position, position + moved[own]) + half
+    return MotionOfBody(
+        low.min(axis=0),
+        high.max(axis=0),
+        moved[own].min(axis=0),
+        moved[own].max(axis=0),
+        int(points.point_id[own.start]),
+    )
+
+
+def require_short_motion(surfaces: Sequence[BodyContactSurface], motions: Motions) -> None:
+    """Checks that no two bodies near each other move by more than contact can see in a step.
 
     Raises:
         StepFailed: their greatest relative displacement along an axis exceeds a cell.
     """
     for surface in surfaces:
-        both = [points.of_body(name) for name in (surface.first, surface.second)]
-        if any(own.start == own.stop for own in both):
+        if surface.first not in motions or surface.second not in motions:
             continue
-        boxes = [_box(points, moved, own) for own in both]
+        one, other = motions[surface.first], motions[surface.second]
         reach = REACH * surface.cell
-        if (boxes[0][0] > boxes[1][1] + reach).any() or (boxes[1][0] > boxes[0][1] + reach).any():
+        if (one.low > other.high + reach).any() or (other.low > one.high + reach).any():
             continue
-        (low, high), (other_low, other_high) = (
-            (moved[own].min(axis=0), moved[own].max(axis=0)) for own in both
-        )
-        relative = float(np.maximum(high - other_low, other_high - low).max())
+        relative = float(np.maximum(one.most - other.least, other.most - one.least).max())
         if relative > reach:
             raise StepFailed(
                 f"the bodies of {surface.name!r} move by {relative / surface.cell:.3g} cells "
                 "relative to each other in one step",
-                point=int(points.point_id[both[0].start]),
+                point=one.point,
                 share=0.9 * reach / relative,
             )
-
-
-def _box(points: MaterialPoints, moved: Floats, own: slice) -> tuple[Floats, Floats]:
-    """Returns the corners of the box of a body before and after a step, shape (dim,) each."""
-    position, half = points.position[own], points.half_length[own]
-    low = np.minimum(position, position + moved[own]) - half
-    high = np.maximum(position, position + moved[own]) + half
-    return low.min(axis=0), high.max(axis=0)

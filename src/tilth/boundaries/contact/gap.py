@@ -67,6 +67,8 @@ def measure_gap(
     Raises:
         ValueError: wrong shapes, numbers that are not finite, a negative `behind`.
     """
+    if len(position) == 0:
+        return np.zeros(0), np.zeros(0, dtype=np.int64)
     position, normal = np.ascontiguousarray(position), np.ascontiguousarray(normal)
     window = Window(np.full(len(position), behind, dtype=np.float64), reach, widening)
     found = {name: soil_surface(surface) for name, surface in surfaces.items()}

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.contact.law import ContactLaw
 from tilth.boundaries.contact.measure import (
     DENSE,
     EVEN,
@@ -27,8 +28,9 @@ from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domai
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
+from tilth.mpm.quadrature import PointsInCells, find_cells, near_soil, points_in_cells
 from tilth.surface.protocol import BodySurface
 
 REACH = 1.0
@@ -52,20 +54,103 @@ class TouchingSoil:
     strength: Callable[[MaterialPoints], tuple[Floats, Floats]]
 
 
-def gather_contacts(
+@dataclass(frozen=True)
+class CellsNearSoil:
+    """The cells of n points of a surface near soil, ordered by cell; the same in all processes.
+
+    Attributes:
+        key: of the cell of each point, shape (n,).
+        local: coordinates in the cell, in cells, shape (n, dim).
+    """
+
+    key: Integers
+    local: Floats
+
+    def at(self, active: ActiveGrid, chosen: Integers | None = None) -> PointsInCells:
+        """Returns the points, or chosen ones in this order, on a grid with all their nodes."""
+        if chosen is None:
+            return points_in_cells(active, self.key, self.local)
+        return points_in_cells(active, self.key[chosen], self.local[chosen])
+
+
+@dataclass(frozen=True)
+class NearContact:
+    """The n points of a surface that soil can touch in a step, and this soil; in all processes.
+
+    Each process finds what is in its own cells.
+
+    Attributes:
+        boundary: the surface.
+        chosen: their numbers among all points of the surface, shape (n,).
+        cells: that the points are in, or would be at the end of their gap.
+        touch: their contact at the start of the step.
+        trace: of the soil, with keys of nodes; None if it is that in the cells.
+        gap: as measured [length], shape (n,).
+        share: of the points' parts that is opposite soil [-], 0 to 1, shape (n,).
+        moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
+        elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
+        law: of each point.
+        smooth: the soil's surface opposite to them where it is known.
+    """
+
+    boundary: ContactSurface
+    chosen: Integers
+    cells: CellsNearSoil
+    touch: Touch
+    trace: Trace | None
+    gap: Floats
+    share: Floats
+    moduli: Floats
+    elastic_share: Floats
+    law: ContactLaw
+    smooth: Smoothness | None
+
+    def keys(self) -> tuple[Integers, Integers]:
+        """Returns the keys of the cells and of the other nodes on which the contact acts."""
+        return self.cells.key, np.zeros(
+            0, dtype=np.int64
+        ) if self.trace is None else self.trace.node
+
+    def constraint(
+        self, active: ActiveGrid, kind: str, before: float, after: float
+    ) -> ContactConstraint:
+        """Returns the contact in the step from `before` to `after`, without multipliers.
+
+        active: the grid of the step, with all nodes of `keys`. kind: of the analysis.
+        """
+        surface, chosen, smooth = self.boundary, self.chosen, self.smooth
+        pose = _pose(surface, before, after, chosen)
+        if smooth is not None:
+            pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
+        at = self.cells.at(active)
+        return ContactConstraint(
+            boundary=surface,
+            chosen=chosen,
+            at=at,
+            trace=trace_in_cells(at) if self.trace is None else self.trace.on(active),
+            pose=replace(pose, weight=pose.weight * self.share),
+            moduli=self.moduli,
+            axisymmetric=kind == "axisymmetric",
+            elastic_share=self.elastic_share,
+            touch=self.touch,
+            measured=self.gap,
+            law=self.law,
+            square=surface.square(chosen),
+            turn=surface.turn(before, pose, chosen),
+        )
+
+
+def find_contacts(
     surfaces: Sequence[ContactSurface],
     soil: TouchingSoil,
     points: MaterialPoints,
     active: ActiveGrid,
     moduli: Floats,
-    kind: str,
     before: float,
-    after: float,
-) -> list[ContactConstraint]:
-    """Returns the surfaces near soil in a step from time `before` to `after`, without multipliers.
+) -> list[NearContact]:
+    """Returns the surfaces near soil at the time `before`, the start of a step.
 
     moduli: constrained and shear modulus of the material points [stress], shape (points, 2).
-    kind: of the analysis.
     """
     if not surfaces:
         return []
@@ -73,39 +158,44 @@ def gather_contacts(
     cohesion, slope = soil.strength(points)
     for surface in surfaces:
         parts = SurfaceParts(*surface.surface_points(before))
+        places = OwnedPlaces.at(active, parts.position)
         measure_gap_at = _measure_of(surface, soil, points, active)
-        measured = measure(parts, measure_gap_at)
+        measured = measure(parts, measure_gap_at, places)
         smooth = None
         if surface.has_inertia:
             smooth = smoothness(parts.position, parts.normal, measured.gap, surface.cell)
-        at, chosen, touch = near_cells(surface, parts, measured, points, active, smooth)
+        cells, chosen, touch = near_cells(surface, parts, measured, points, active, places, smooth)
         if len(chosen) == 0:
             continue
-        point = measured.point[chosen]
-        pose = _pose(surface, before, after, chosen)
-        if smooth is not None:
-            pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
+        here = places.of(chosen)
+        point = measured.point[chosen[here.own]]
+        law = surface.law(points, point, cohesion, slope)
+        of_soil = here.of_all(moduli[point], points.elastic_share[point], *law.columns())
         trace = trace_of_soil(
-            surface.cell, points, active, at, parts.of(chosen), measured.of(chosen), measure_gap_at
-        )
+            surface.cell, points, active, cells, parts.of(chosen), measured.of(chosen),
+            measure_gap_at, here,
+        )  # fmt: skip
         found.append(
-            ContactConstraint(
+            NearContact(
                 boundary=surface,
                 chosen=chosen,
-                at=at,
-                trace=trace,
-                pose=replace(pose, weight=pose.weight * measured.share[chosen]),
-                moduli=moduli[point],
-                axisymmetric=kind == "axisymmetric",
-                elastic_share=points.elastic_share[point],
+                cells=cells,
                 touch=touch,
-                measured=measured.gap[chosen],
-                law=surface.law(points, point, cohesion, slope),
-                square=surface.square(chosen),
-                turn=surface.turn(before, pose, chosen),
+                trace=trace,
+                gap=measured.gap[chosen],
+                share=measured.share[chosen],
+                moduli=of_soil[0],
+                elastic_share=of_soil[1],
+                law=ContactLaw(*of_soil[2:]),
+                smooth=smooth,
             )
         )
     return found
+
+
+Keeps = Callable[[Integers, Integers, Floats], Flags]
+"""Returns which points of a surface take part, (k,): by their numbers (k,), the keys of their
+cells (k,) and their coordinates in these (k, dim)."""
 
 
 def near_cells(
@@ -114,28 +204,38 @@ def near_cells(
     measured: Measured,
     points: MaterialPoints,
     active: ActiveGrid,
+    places: OwnedPlaces,
     smooth: Smoothness | None = None,
-) -> tuple[PointsInCells, Integers, Touch]:
+    keeps: Keeps = lambda number, key, local: np.ones(len(number), dtype=bool),
+) -> tuple[CellsNearSoil, Integers, Touch]:
     """Returns the n points of a surface near soil in its cells, their numbers, how they touch it.
 
     Points are where they touch the soil, or would at the end of their gap.
 
-    smooth: the soil's surface opposite to the surface's points where it is known.
+    places: the owners of the surface's points. smooth: the soil's surface opposite to the points
+    where it is known. keeps: of the points in the cells of this process.
     """
     near = np.flatnonzero(measured.point >= 0)
-    gap, point = measured.gap[near], measured.point[near]
-    position, normal = parts.position[near], parts.normal[near]
-    scatter = scatter_of(points, point, normal)
+    here = places.of(near)
+    gap, position, normal = measured.gap[near], parts.position[near], parts.normal[near]
+    own = here.own
+    point = measured.point[near[own]]
+    (scatter,) = here.of_all(scatter_of(points, point, normal[own]))
     if smooth is not None:
         scatter = np.minimum(scatter, smooth.inexact[near])
     touch = surface.touch(near, gap, scatter)
     apart = np.where(touch.closed, 0.0, np.maximum(touch.gap, 0.0))
-    foot = position + apart[:, None] * normal
-    field = np.broadcast_to(points.fields_of(point), len(near))
-    inside = np.flatnonzero(near_soil(active, foot, field))
-    order, at = locate_in_cells(active, foot[inside], field[inside])
-    order = inside[order]
-    return at, near[order], touch.of(order)
+    foot = (position + apart[:, None] * normal)[own]
+    field = np.broadcast_to(points.fields_of(point), len(own))
+    takes = near_soil(active, foot, field)
+    inside = np.flatnonzero(takes)
+    key, local = np.zeros(len(own), dtype=np.int64), np.zeros_like(foot)
+    key[inside], local[inside] = find_cells(active, foot[inside], field[inside])
+    takes[inside] = keeps(near[own[inside]], key[inside], local[inside])
+    takes, key, local = here.of_all(takes, key, local)
+    kept = np.flatnonzero(takes)
+    order = kept[np.argsort(key[kept], kind="stable")]
+    return CellsNearSoil(key[order], local[order]), near[order], touch.of(order)
 
 
 def _pose(surface: ContactSurface, before: float, after: float, chosen: Integers) -> Pose:
@@ -175,40 +275,49 @@ def trace_of_soil(
     cell: float,
     points: MaterialPoints,
     active: ActiveGrid,
-    at: PointsInCells,
+    cells: CellsNearSoil,
     parts: SurfaceParts,
     measured: Measured,
     measure_gap_at: Measure,
-) -> Trace:
-    """Returns the soil's displacement at the n points `at`, with their parts and what was measured.
+    places: OwnedPlaces,
+) -> Trace | None:
+    """Returns the soil's displacement at n points, with their parts and what was measured.
 
     On domains with corners it is the mean over samples of the points' parts, of many where only a
-    share of a part is opposite soil. cell: the smallest edge of a cell [length].
+    share of a part is opposite soil; the nodes have their keys for numbers. None without such
+    domains: it is then that in the points' cells.
+
+    cell: the smallest edge of a cell [length]. cells: of the points. places: their owners.
     """
+    own = places.own
     cornered = np.zeros(len(points), dtype=bool)
     for body in points.bodies:
         cornered[body.points] = body.has_corners
-    own = cornered[measured.point]
-    place, foot, point = [], [], []
+    (on_corners,) = places.of_all(cornered[measured.point[own]])
+    if not on_corners.any():
+        return None
+    partly = on_corners & (measured.share < 1.0)
+    of_dense = (np.cumsum(partly) - 1)[own]  # numbers among the points with many samples
+    here, has, whole = parts.of(own), on_corners[own], measured.share[own] == 1.0
+    place, point = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    foot = [np.zeros((0, active.grid.dim))]
     for chosen, coordinates in (
-        (np.flatnonzero(own & (measured.share == 1.0)), EVEN),
-        (np.flatnonzero(own & (measured.share < 1.0)), DENSE),
+        (np.flatnonzero(has & whole), EVEN),
+        (np.flatnonzero(partly[own]), DENSE),
     ):
-        if len(chosen) == 0:
-            continue
-        samples = sampled(parts.of(chosen), coordinates, measure_gap_at)
+        samples = sampled(here.of(chosen), coordinates, measure_gap_at, of_dense[chosen])
         of = chosen[samples.part]
-        near = np.abs(samples.gap - measured.gap[of]) < LOST * cell
+        near = np.abs(samples.gap - measured.gap[own[of]]) < LOST * cell
         near &= cornered[samples.point]
         of, gap = of[near], samples.gap[near]
         place.append(of)
-        foot.append(samples.position[near] + gap[:, None] * parts.normal[of])
+        foot.append(samples.position[near] + gap[:, None] * here.normal[of])
         point.append(samples.point[near])
-    if not place:
-        return trace_in_cells(at)
-    return trace_of_domains(
+    at = cells.at(active, own)
+    trace = trace_of_domains(
         active, points, at, np.concatenate(place), np.concatenate(foot), np.concatenate(point)
     )
+    return trace.at_keys(active, places)
 
 
 def _closed_on_plate(

@@ -52,6 +52,10 @@ class ContactLaw:
     tension: Floats
     bilateral: Flags
 
+    def columns(self) -> tuple[Floats, Floats, Floats, Floats, Flags]:
+        """Returns the parameters in the order of the arguments."""
+        return self.cohesion, self.friction, self.limit, self.tension, self.bilateral
+
     def of(self, chosen: Integers | Flags) -> ContactLaw:
         """Returns the parameters of the chosen ones."""
         return ContactLaw(

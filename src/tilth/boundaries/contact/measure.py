@@ -10,6 +10,8 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.gap import WIDENING
+from tilth.comm import SERIAL
+from tilth.mpm.owned_places import OwnedPlaces
 
 ROUND_OFF = 1e-6
 """Share by which domains are wider across lines that measure where the soil ends: the widening with
@@ -117,7 +119,8 @@ class Measured:
 
     Attributes:
         gap: [length], shape (n,), see `measure_gap`.
-        point: material point that owns the soil's surface there, -1 without soil, shape (n,).
+        point: material point that owns the soil's surface there, -1 without soil, shape (n,); its
+            index in the process that owns the place.
         share: of the point's tributary part that is opposite soil [-], 0 to 1, shape (n,).
     """
 
@@ -147,9 +150,14 @@ class Samples:
     point: Integers
 
 
-def sampled(parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure) -> Samples:
-    """Returns samples of each part, the same number on each: `EVEN` or `DENSE` ones."""
-    places = part_samples(parts, coordinates)
+def sampled(
+    parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure, turn: Integers
+) -> Samples:
+    """Returns samples of each part, the same number on each: `EVEN` or `DENSE` ones.
+
+    turn: number of each part, shape (n,), which says what variant it has.
+    """
+    places = part_samples(parts, coordinates, turn)
     count, samples, dim = places.shape
     normal = np.repeat(parts.normal, samples, axis=0)
     place = places.reshape(-1, dim)
@@ -158,29 +166,40 @@ def sampled(parts: SurfaceParts, coordinates: Coordinates, measure_gap: Measure)
     )
 
 
-def measure(parts: SurfaceParts, measure_gap: Measure) -> Measured:
+def measure(
+    parts: SurfaceParts, measure_gap: Measure, places: OwnedPlaces | None = None
+) -> Measured:
     """Returns the soil opposite to quadrature points of a surface.
 
     Where a point is opposite soil and a point near is not, or the reverse, its share is measured at
     several positions of its tributary part. Of a point that is not opposite soil itself, but in
     part, gap and material point are those of the nearest soil.
+
+    places: the points' owners, each of which measures; this process alone if not given.
     """
-    gap, point = measure_gap(parts.position, parts.normal, WIDENING)
+    if places is None:
+        places = OwnedPlaces(SERIAL, np.zeros(len(parts.position), dtype=np.int64))
+    here = parts.of(places.own)
+    gap, point = places.of_all(*measure_gap(here.position, here.normal, WIDENING))
     found = point >= 0
     share = found.astype(np.float64)
     edge = at_edge(parts.position, found)
     if len(edge) == 0:
         return Measured(gap, point, share)
-    samples = sampled(parts.of(edge), DENSE, measure_gap)
-    of_samples, owner = (each.reshape(len(edge), -1) for each in (samples.gap, samples.point))
-    share[edge] = covered(owner >= 0, parts.position.shape[1]).mean(axis=1)
+    at_edges = places.of(edge)
+    turn = at_edges.own
+    own = edge[turn]
+    samples = sampled(parts.of(own), DENSE, measure_gap, turn)
+    shape = (len(own), DENSE[parts.shape].shape[1])
+    of_samples, owner = (each.reshape(shape) for each in (samples.gap, samples.point))
+    own_share = covered(owner >= 0, parts.position.shape[1]).mean(axis=1)
     nearest = np.where(owner >= 0, of_samples, np.inf).argmin(axis=1)
-    rows = np.arange(len(edge))
-    partly = ~found[edge] & (share[edge] > 0.0)
-    gap[edge[partly]] = of_samples[rows, nearest][partly]
-    point[edge[partly]] = owner[rows, nearest][partly]
-    nothing = found[edge] & (share[edge] == 0.0)
-    gap[edge[nothing]], point[edge[nothing]] = np.inf, -1
+    rows = np.arange(len(own))
+    partly = ~found[own] & (own_share > 0.0)
+    nothing = found[own] & (own_share == 0.0)
+    own_gap = np.where(partly, of_samples[rows, nearest], np.where(nothing, np.inf, gap[own]))
+    own_point = np.where(partly, owner[rows, nearest], np.where(nothing, -1, point[own]))
+    share[edge], gap[edge], point[edge] = at_edges.of_all(own_share, own_gap, own_point)
     return Measured(gap, point, share)
 
 
@@ -209,9 +228,12 @@ def covered(found: Flags, dim: int) -> Flags:
     return np.asarray(before & np.maximum.accumulate(found[:, ::-1], axis=1)[:, ::-1])
 
 
-def part_samples(parts: SurfaceParts, coordinates: Coordinates) -> Floats:
+def part_samples(
+    parts: SurfaceParts, coordinates: Coordinates, turn: Integers | None = None
+) -> Floats:
     """Returns positions on tributary parts, shape (n, samples, dim); see `sampled`."""
     corner = parts.position + parts.tributary[:, 0]
     variants = coordinates[parts.shape]
-    along = variants[np.arange(len(corner)) % len(variants)]
+    number = np.arange(len(corner)) if turn is None else turn
+    along = variants[number % len(variants)]
     return np.asarray(corner[:, None] + along @ parts.tributary[:, 1:])

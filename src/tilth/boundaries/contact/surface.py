@@ -297,12 +297,13 @@ class ContactSurface(CarriedContact, Implicit):
 
         cohesion, slope: c [stress] and tan(phi) [-] of all material points.
         """
-        names = np.array([body.name for body in points.bodies])[points.body_id[point]]
+        names = {body.body: body.name for body in points.bodies}
+        number = points.body_id[point]
         parts = np.zeros((4, len(point)))
         bilateral = np.zeros(len(point), dtype=bool)
-        for name in np.unique(names):
-            own = names == name
-            contact = self.contact_with.get(str(name), self.contact)
+        for body in np.unique(number):
+            own = number == body
+            contact = self.contact_with.get(names[body], self.contact)
             values = parameters(contact, cohesion[point[own]], slope[point[own]])
             for part, value in zip(parts, values, strict=True):
                 part[own] = value

@@ -14,13 +14,15 @@ is averaged over the part of the surface for which a quadrature point stands.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.keys import find_keys
+from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, locate_in_cells
 
@@ -53,6 +55,19 @@ class Trace:
     place: Integers
     node: Integers
     value: Floats
+
+    def at_keys(self, active: ActiveGrid, places: OwnedPlaces) -> Trace:
+        """Returns the trace at the places of all processes, with the nodes' keys for numbers.
+
+        places: their owners; this one is at the owned places.
+        """
+        key = active.key[self.node]
+        place, (node, value) = places.rows_of_all(self.place, key, self.value)
+        return Trace(places.count, place, node, value)
+
+    def on(self, active: ActiveGrid) -> Trace:
+        """Returns a trace whose nodes are keys, see `at_keys`, with their numbers on a grid."""
+        return replace(self, node=find_keys(active.key, self.node))
 
     def of(self, kept: Flags) -> Trace:
         """Returns that of the places `kept`, shape (n,)."""

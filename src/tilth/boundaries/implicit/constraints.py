@@ -12,10 +12,10 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.between_bodies import gather_between_bodies
+from tilth.boundaries.contact.between_bodies import NearBodies, find_between_bodies
 from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.constraint import ContactConstraint
-from tilth.boundaries.contact.gather import TouchingSoil, gather_contacts
+from tilth.boundaries.contact.gather import NearContact, TouchingSoil, find_contacts
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
@@ -29,6 +29,7 @@ from tilth.boundaries.implicit.near_soil import (
     capped_moduli,
     extend_quadrature,
     find_near_soil,
+    nodes_of_cells,
     soil_box,
 )
 from tilth.mpm.grid import ActiveGrid
@@ -40,6 +41,55 @@ if TYPE_CHECKING:
 
 STIFFNESS_RATIO_OF_BAND = 2.0
 """Stiffness of exterior nodes with the band form relative to that with the surface form."""
+
+
+@dataclass(frozen=True)
+class FoundSoil:
+    """The soil near boundaries at the start of a step, the same in all processes.
+
+    Attributes:
+        held: of each boundary from which soil cannot separate.
+        contacts: surfaces with contact that are near soil.
+        between: bodies that are near each other.
+    """
+
+    held: Sequence[NearSoil]
+    contacts: Sequence[NearContact] = ()
+    between: Sequence[NearBodies] = ()
+
+    @classmethod
+    def find(
+        cls,
+        boundaries: Sequence[Implicit],
+        points: MaterialPoints,
+        active: ActiveGrid,
+        before: float,
+        soil: TouchingSoil | None = None,
+        pairs: Sequence[BodyContactSurface] = (),
+    ) -> FoundSoil:
+        """Returns the soil near boundaries at the time `before`; all processes call it.
+
+        soil: for contact; required with it. pairs: surfaces of bodies in contact with each other.
+        """
+        touching = [each for each in boundaries if isinstance(each, ContactSurface)]
+        held = find_near_soil(holding(boundaries), points, active, before)
+        if soil is None or not (touching or pairs):
+            return cls(held)
+        box = soil_box(points, active.comm)
+        for surface in touching:
+            extend_quadrature(surface, box, before)
+        moduli = capped_moduli(points.elastic_moduli())
+        contacts = find_contacts(touching, soil, points, active, moduli, before)
+        return cls(held, contacts, find_between_bodies(pairs, soil, points, active, moduli))
+
+    def nodes(self, active: ActiveGrid, others: Sequence[NearSoil] = ()) -> Integers:
+        """Returns the sorted keys of all nodes on which these and other boundaries act."""
+        of_contacts = [each.keys() for each in self.contacts]
+        of_contacts += [each.keys() for each in self.between]
+        held = [each.key for each in (*self.held, *others)]
+        cells = [*held, *(cell for cell, _ in of_contacts)]
+        nodes = [nodes_of_cells(cells, active), *(node for _, node in of_contacts)]
+        return np.unique(np.concatenate(nodes))
 
 
 @dataclass(frozen=True)
@@ -71,35 +121,29 @@ class ImplicitConstraints:
         before: float,
         after: float,
         constrained: Flags | None = None,
-        soil: TouchingSoil | None = None,
-        pairs: Sequence[BodyContactSurface] = (),
-        near: Sequence[NearSoil] | None = None,
+        near: FoundSoil | None = None,
     ) -> ImplicitConstraints:
         """Returns the constraints in the step from time `before` to `after`.
 
         kind: of the analysis. constrained: components that other conditions prescribe at nodes,
-        shape (nodes, dim); none if not given. soil: for contact; required with it. pairs: surfaces
-        of bodies in contact with each other. near: points near soil of those that hold it, see
-        `holding`; found if not given.
+        shape (nodes, dim); none if not given. near: the soil near the boundaries; that of those
+        that hold it if not given.
         """
-        if not boundaries and not pairs:
-            return cls(active, [], [])
-        moduli = capped_moduli(points.elastic_moduli())
+        if near is None:
+            near = FoundSoil.find(boundaries, points, active, before)
         touching = [each for each in boundaries if isinstance(each, ContactSurface)]
         boundaries = holding(boundaries)
-        for surface in touching:
-            extend_quadrature(surface, soil_box(points, active.comm), before)
-        contacts: list[ContactConstraint] = []
-        if soil is not None:
-            contacts = gather_contacts(touching, soil, points, active, moduli, kind, before, after)
-            contacts += gather_between_bodies(pairs, soil, points, active, moduli, kind)
+        contacts: list[ContactConstraint] = [
+            each.constraint(active, kind, before, after) for each in near.contacts
+        ]
+        contacts += [each.constraint(active, kind) for each in near.between]
         without_contact: list[Implicit] = [
             each for each in touching if each not in [part.boundary for part in contacts]
         ]
         areas = {boundary.name: 0.0 for boundary in boundaries}
-        if near is None:
-            near = find_near_soil(boundaries, points, active, before)
-        parts = cls._held(boundaries, near, active, kind, before, after, without_contact, areas)
+        parts = cls._held(
+            boundaries, near.held, active, kind, before, after, without_contact, areas
+        )
         if constrained is None:
             constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
         of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]

@@ -144,9 +144,9 @@ def _of_all(own: NearSoil, active: ActiveGrid) -> NearSoil:
     return NearSoil(**{name: array[order] for name, array in joined.items()})
 
 
-def nodes_near(found: Sequence[NearSoil], active: ActiveGrid) -> Integers:
-    """Returns the sorted keys of the nodes of the cells with points near soil."""
-    key = np.concatenate([np.zeros(0, dtype=np.int64), *(each.key for each in found)])
+def nodes_of_cells(keys: Sequence[Integers], active: ActiveGrid) -> Integers:
+    """Returns the sorted keys of the nodes of cells, by the keys of these in several arrays."""
+    key = np.concatenate([np.zeros(0, dtype=np.int64), *keys])
     corner = lattice_keys(cell_corners(active.grid.dim))
     return np.unique(np.unique(key)[:, None] + (corner - corner[0]))
 
