@@ -102,3 +102,22 @@ def test_a_failed_step_is_told_as_by_the_serial_run() -> None:
     serial = run_python(source, 1)
     assert "worst point" in serial
     assert run_python(source, 3) == serial
+
+
+SAFETY = """
+import os
+from pathlib import Path
+from tilth import Model
+from tilth.analysis.safety_run import safety
+folder = Path(comm.gathered(os.getcwd())[0]) / "out"
+found = safety(Model.from_dict(ENTRIES), folder, quiet=True)
+result = [found.factor, found.above, sorted(each.name for each in folder.glob("safety*"))]
+"""
+
+
+def test_the_files_of_a_factor_of_safety() -> None:
+    """Of a run by several processes, whose checkpoint they share out again."""
+    source = SAFETY.replace("ENTRIES", repr({**slope(), "output": {"report": False}}))
+    found = run_python(source, 2)
+    assert found == run_python(source, 1)
+    assert found[2] == ["safety.csv", "safety.json", "safety.png", "safety.vtkhdf"]

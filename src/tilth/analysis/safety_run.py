@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 from tilth.analysis.run import run, set_threads
@@ -12,9 +13,11 @@ from tilth.analysis.safety_record import record
 from tilth.analysis.setup import write_report
 from tilth.analysis.staged import end_time
 from tilth.analysis.stored_run import StoredRun
+from tilth.comm import together
 from tilth.errors import BadInput
 from tilth.interrupt import DeferredStop, StopSignals
 from tilth.model import Model, StrengthReduction
+from tilth.mpi import world
 from tilth.mpm.frozen_points import require_reducible
 from tilth.output.folder import CHECKPOINT, require_folder
 from tilth.output.lock import FolderLock
@@ -70,22 +73,28 @@ def _of_run(
     on_trial: Callable[[Trial], None],
 ) -> SafetyResult:
     """Finds the factor of safety of the last checkpoint of a run."""
-    with FolderLock(folder):
-        if not (folder / CHECKPOINT).exists():
-            raise BadInput(
-                f"{folder} has no checkpoint",
-                "run the case with `checkpoint_every` of at least 1 in [output]",
-            )
-        set_threads(threads)
-        stored = StoredRun.read(folder)
-        analysis = stored.analysis(None)
+    comm = world()
+    with ExitStack() as stack:
+        with together(comm):
+            if comm.rank == 0:
+                stack.enter_context(FolderLock(folder))
+            if not (folder / CHECKPOINT).exists():
+                raise BadInput(
+                    f"{folder} has no checkpoint",
+                    "run the case with `checkpoint_every` of at least 1 in [output]",
+                )
+            stored = StoredRun.read(folder)
+            analysis = stored.analysis(None)
+        set_threads(threads, comm)
+        analysis.distribute(comm)
         simulation, clock = analysis.simulation, analysis.clock
         with DeferredStop() as stop:
             result = strength_reduction(
-                simulation, clock.time, settings, on_trial, lambda *_: stop.check()
+                simulation, clock.time, settings, on_trial, lambda *_: stop.check_all(comm.max)
             )
-            stop.check()
+            stop.check_all(comm.max)
         record(folder, simulation, clock.step, clock.time, result)
-        if stored.model.output.report:
-            write_report(folder)
+        with together(comm):
+            if stored.model.output.report and comm.rank == 0:
+                write_report(folder)
     return result
