@@ -49,7 +49,7 @@ def factorise_bordered(solver: Solver, system: LinearSystem, border: Border) -> 
         unit[free + k] = 1.0
         inverse[:, k] = solver.solve(unit).x[free:]
     parts = (border.columns, border.rows, border.corner)
-    _require_regular(inverse, max(float(np.abs(part).max()) for part in parts), LARGEST_CONDITION)
+    require_regular(inverse, max(float(np.abs(part).max()) for part in parts), LARGEST_CONDITION)
 
 
 def _bordered_matrix(matrix: Matrix, border: Border, free: Integers) -> Matrix:
@@ -115,7 +115,7 @@ def solve_condensed(
     except np.linalg.LinAlgError as error:
         raise SolveFailed("the equations of the global unknowns are singular") from error
     terms = float((np.abs(border.corner) + cancels).max())
-    _require_regular(inverse, terms, min(LARGEST_CONDITION, 0.1 / COLUMN_TOLERANCE))
+    require_regular(inverse, terms, min(LARGEST_CONDITION, 0.1 / COLUMN_TOLERANCE))
 
     residual = np.where(free, right_side, 0.0)
     of_border = global_right_side
@@ -140,8 +140,12 @@ def solve_condensed(
     return x, g
 
 
-def _require_regular(inverse: Floats, terms: float, limit: float) -> None:
-    """Raises SolveFailed for a singular Schur complement, by its inverse (m, m) and terms' size."""
+def require_regular(inverse: Floats, terms: float, limit: float) -> None:
+    """Checks a Schur complement by its inverse (m, m) and the size of its terms.
+
+    Raises:
+        SolveFailed: it is singular or nearly so.
+    """
     condition = float(np.abs(inverse).max()) * terms
     if not condition < limit:  # also for NaN
         raise SolveFailed(

@@ -20,6 +20,7 @@ from tilth.comm import count, norm
 from tilth.errors import BadInput
 from tilth.mpi import INSTALL
 from tilth.solvers.bordered_system import solve_condensed
+from tilth.solvers.petsc_bordered import solve_bordered_directly
 from tilth.solvers.protocol import SolveFailed
 from tilth.solvers.system import LinearSystem
 
@@ -178,11 +179,17 @@ class PetscStepSolver:
         system = self._system
         if system.border is None:
             return self.solve(right_side, tolerance), np.zeros(0)
-        scale = system.border.scale
-        x, g = solve_condensed(
-            system, system.border.scaled(), self.solve, right_side, global_right_side / scale,
-            tolerance,
-        )  # fmt: skip
+        scale, border = system.border.scale, system.border.scaled()
+        scaled = global_right_side / scale
+        if self.by_multigrid:
+            try:
+                x, g = solve_condensed(system, border, self.solve, right_side, scaled, tolerance)
+                return x, g / scale
+            except SolveFailed as error:
+                self._owner.note(str(error))
+                self._name = DIRECT
+        x, g = solve_bordered_directly(system, border, right_side, scaled)
+        self._owner.solved[DIRECT] += 1
         return x, g / scale
 
     def _solve(self, name: str, right_side: Floats, tolerance: float) -> Floats:
