@@ -16,6 +16,9 @@ namespace {
 using multigrid::CoarsePart;
 using multigrid::Hierarchy;
 
+template <class T>
+using Numpy = nb::ndarray<nb::numpy, T>;
+
 constexpr const char* outside_of_matrix = "has an index outside of the matrix";
 
 /// Returns the number of rows of a square pattern. The kernels check its columns, row by row: a
@@ -128,18 +131,19 @@ std::unique_ptr<CoarsePart> make_coarse_part(int dim, int components, ConstInteg
                                                    false, constrained.data(), chosen.data());
 }
 
-nb::tuple pattern(const CoarsePart& part) {
+std::tuple<Numpy<std::int64_t>, Numpy<std::int64_t>, Numpy<std::int32_t>> pattern(
+    const CoarsePart& part) {
   const std::int64_t nodes = part.lattice().nodes();
   std::vector<std::int64_t> lattice;
   for (std::int64_t v = 0; v < nodes; ++v)
     lattice.insert(lattice.end(), part.lattice()[v].begin(), part.lattice()[v].end());
   std::vector<std::int64_t> row_start = part.row_start();
   std::vector<std::int32_t> column = part.column();
-  return nb::make_tuple(give(std::move(lattice), {static_cast<std::size_t>(nodes), 3}),
-                        give(std::move(row_start)), give(std::move(column)));
+  return {give(std::move(lattice), {static_cast<std::size_t>(nodes), 3}),
+          give(std::move(row_start)), give(std::move(column))};
 }
 
-nb::ndarray<nb::numpy, double> coarse_blocks(CoarsePart& part, ConstDoubles blocks) {
+Numpy<double> coarse_blocks(CoarsePart& part, ConstDoubles blocks) {
   require_size(blocks, part.numbers(), "blocks");
   const std::size_t entries = part.column().size();
   const auto side = static_cast<std::size_t>(part.components());
@@ -153,8 +157,7 @@ nb::ndarray<nb::numpy, double> coarse_blocks(CoarsePart& part, ConstDoubles bloc
 
 /// Returns nodal values (nodes, components) that `compute` fills.
 template <class Compute>
-nb::ndarray<nb::numpy, double> nodal(std::int64_t unknowns, std::int64_t components,
-                                     Compute compute) {
+Numpy<double> nodal(std::int64_t unknowns, std::int64_t components, Compute compute) {
   std::vector<double> values(unknowns);
   {
     nb::gil_scoped_release release;
@@ -164,13 +167,13 @@ nb::ndarray<nb::numpy, double> nodal(std::int64_t unknowns, std::int64_t compone
                                   static_cast<std::size_t>(components)});
 }
 
-nb::ndarray<nb::numpy, double> restricted(const CoarsePart& part, ConstDoubles fine) {
+Numpy<double> restricted(const CoarsePart& part, ConstDoubles fine) {
   require_size(fine, part.unknowns(), "fine");
   return nodal(part.coarse_unknowns(), part.components(),
                [&](double* coarse) { part.restricted(fine.data(), coarse); });
 }
 
-nb::ndarray<nb::numpy, double> interpolated(const CoarsePart& part, ConstDoubles coarse) {
+Numpy<double> interpolated(const CoarsePart& part, ConstDoubles coarse) {
   require_size(coarse, part.coarse_unknowns(), "coarse");
   return nodal(part.unknowns(), part.components(),
                [&](double* fine) { part.interpolated(coarse.data(), fine); });
@@ -259,8 +262,8 @@ void bind_multigrid(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Hierarchy>(module, "Multigrid",
                         "Geometric multigrid over an integer lattice of nodes; pattern fixed.")
-      .def(nb::new_(&make_hierarchy), "dim"_a, "components"_a, "lattice"_a, "row_start"_a, "column"_a,
-           "constrained"_a)
+      .def(nb::new_(&make_hierarchy), "dim"_a, "components"_a, "lattice"_a, "row_start"_a,
+           "column"_a, "constrained"_a)
       .def("begin", &Hierarchy::begin,
            "Discards all matrices; later results are identical to those of a new object.")
       .def("fill", &fill, "blocks"_a, "Sets the values of the matrix.")

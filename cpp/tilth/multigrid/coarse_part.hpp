@@ -109,9 +109,7 @@ class CoarsePartOf final : public CoarsePart {
       }
   }
 
-  std::int64_t numbers() const override {
-    return fine_.row_start.back() * Components * Components;
-  }
+  std::int64_t numbers() const override { return fine_.row_start.back() * Components * Components; }
   std::int64_t components() const override { return Components; }
   std::int64_t unknowns() const override { return fine_.unknowns(); }
   std::int64_t coarse_unknowns() const override { return coarse_.unknowns(); }

@@ -176,7 +176,7 @@ class AssembledMatrix:
         self._free_rows = ~held[row[self._masked]]
         self._free_columns = ~held[column[self._masked]]
         self._diagonal = np.flatnonzero(row == column)
-        self._fixed: Flags = held[owned]
+        self._fixed: Flags = np.asarray(held[owned])
         self._index: Shorts = number[column].astype(PETSc.IntType)
         self._start: Shorts = start.astype(PETSc.IntType)
         local = (self._index >= first) & (self._index < first + nodes)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Multigrid of several processes: cycles of each on its part of the grid, and a coarse correction.
 
-A two-level Schwarz method (Toselli and Widlund 2005, chapters 2 and 3; docs/theory/many_machines.md).
-Each process has, besides the nodes that it owns, copies of nodes around them: the overlap. It takes
-from its cycle what belongs to its own nodes (restricted additive Schwarz: Cai and Sarkis 1999).
+A two-level Schwarz method (Toselli and Widlund 2005, chapters 2 and 3). Besides the nodes that it
+owns a process has copies of nodes around them, the overlap. It takes from its cycle what belongs to
+its own nodes (restricted additive Schwarz: Cai and Sarkis 1999). The coarse correction comes first.
 """
 
 from __future__ import annotations
