@@ -25,7 +25,8 @@ PAGES += sorted(ROOT.glob("*.md"))
 def blocks(page: Path, language: str) -> list[str]:
     """The fenced code blocks of a page in one language ("" for none named)."""
     text = page.read_text(encoding="utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    found = re.findall(r"^```([^`\n]*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    return [block for named, block in found if named == language]
 
 
 def pages_with(language: str) -> Any:
@@ -87,6 +88,16 @@ def test_readme_has_two_commands_each_on_one_line() -> None:
     run = "&& .venv/bin/tilth run examples/self_weight_column/case.toml --out column"
     assert commands == [f"{start}. {run}", f'{start}".[test]" && .venv/bin/pytest']
     assert (ROOT / "examples" / "self_weight_column" / "case.toml").is_file()
+
+
+def test_dockerfile_has_the_commands_of_the_readme() -> None:
+    """Those for several processes, but for the run; `.ci/run` runs the same lines of the README."""
+    (block,) = blocks(ROOT / "README.md", "sh")
+    install, build, _ = block.splitlines()
+    packages = install.removeprefix("apt-get install ")
+    text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+    assert f"apt-get install -y --no-install-recommends {packages}\n" in text
+    assert f"RUN {build}\n" in text
 
 
 @every_page

@@ -8,7 +8,7 @@ import platform
 import sys
 import tempfile
 import traceback
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
@@ -16,6 +16,7 @@ from typing import TextIO
 import click
 
 from tilth import __version__
+from tilth.environment import set_environment
 from tilth.errors import (
     EXIT_ANALYSIS_FAILED,
     EXIT_BAD_INPUT,
@@ -30,14 +31,7 @@ from tilth.errors import (
 )
 from tilth.interrupt import StopSignals, ignore_stop_signals
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
-
-THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
-"""Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
-free for Python and the linear solver; waking them takes longer than most loops of multigrid
-(docs/decisions/0012-multigrid.md)."""
-
-ONE_RUNTIME = {"MKL_THREADING_LAYER": "GNU"}
-"""PARDISO uses the threads of the core's OpenMP runtime, not those of a second runtime."""
+from tilth.mpi import begin_together, leave_together
 
 _CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
@@ -67,6 +61,9 @@ _OUT = click.option(
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
+SHARED = ("run", "resume", "verify")
+"""Commands that several processes carry out together; of others it is the first one alone."""
+
 PICTURES = (".png", ".pdf", ".svg")
 
 
@@ -79,7 +76,8 @@ def _picture(context: click.Context, option: click.Parameter, file: Path | None)
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="tilth", message="%(prog)s %(version)s")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """Implicit material point method for large deformations of soil.
 
     Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk; 2 the
@@ -87,6 +85,8 @@ def cli() -> None:
     """
     from tilth.analysis.available_memory import require_memory_of_program
 
+    if not begin_together() and context.invoked_subcommand not in SHARED:
+        context.exit()
     require_memory_of_program()
 
 
@@ -464,18 +464,6 @@ def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
     )
 
 
-def set_environment(environment: MutableMapping[str, str]) -> None:
-    """Sets the environment variables that the libraries read at load time, unless they are set.
-
-    They apply to the whole process, so the command sets them and `import tilth` does not.
-    """
-    if "OMP_WAIT_POLICY" not in environment:
-        for name, value in THREAD_WAIT.items():
-            environment.setdefault(name, value)
-    for name, value in ONE_RUNTIME.items():
-        environment.setdefault(name, value)
-
-
 def main() -> None:
     """Entry point of the `tilth` command."""
     set_environment(os.environ)
@@ -485,6 +473,7 @@ def main() -> None:
         except KeyboardInterrupt:  # while the end was reported
             code = EXIT_INTERRUPTED
         ignore_stop_signals()
+    leave_together(code)
     _flush_or_forget(sys.stdout, sys.stderr)
     sys.exit(code)
 

@@ -122,6 +122,20 @@ def total(comm: Communicator, array: Floats) -> Floats:
     return np.asarray(np.sum(comm.gathered(array), axis=0)) if comm.size > 1 else array
 
 
+def from_owners(comm: Communicator, mine: npt.NDArray[np.bool_], values: Floats) -> Floats:
+    """Returns n rows of values in all processes, each row from the process that knows it.
+
+    mine: which rows this process knows, shape (n,); each row is known to one process.
+    values: these rows, in their order.
+    """
+    if comm.size == 1:
+        return values
+    parts = comm.gathered((np.flatnonzero(mine), values))
+    order = np.argsort(np.concatenate([row for row, _ in parts]))
+    assert len(order) == len(mine), "a row is known to no process or to several"
+    return np.asarray(np.concatenate([part for _, part in parts])[order])
+
+
 def inner(comm: Communicator, a: Floats, b: Floats) -> float:
     """Returns the inner product of vectors distributed over the processes."""
     return comm.sum(_core.inner(a, b))

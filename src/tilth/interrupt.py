@@ -108,6 +108,16 @@ class DeferredStop(StopSignals):
         elif number == signal.SIGINT:
             self.check()
 
+    def check_all(self, greatest: Callable[[float], float]) -> None:
+        """As `check` of a run of several processes: in all of them if one has a request.
+
+        greatest: returns the largest of the numbers that the processes give it.
+        """
+        noted = int(greatest(float(self._noted or 0)))
+        if noted:
+            self._noted = noted
+            self.check()
+
     def check(self) -> None:
         """Raises KeyboardInterrupt, once, if a request to stop has come."""
         if self._noted is not None and not self._raised:

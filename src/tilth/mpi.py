@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import pickle
 import sys
+import time
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from types import TracebackType
 from typing import Any, TypeVar
@@ -26,6 +29,11 @@ SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
 INSTALL = "install mpi4py and petsc4py (docs/howto/many_machines.md), or run without mpiexec"
 
 
+def _several() -> bool:
+    """Returns whether a launcher started several processes."""
+    return any(int(os.environ.get(name) or 1) > 1 for name in SIZES)
+
+
 @cache
 def world() -> Communicator:
     """Returns the communicator of all processes of this run; the serial one without `mpiexec`.
@@ -33,7 +41,7 @@ def world() -> Communicator:
     Raises:
         BadInput: `mpiexec` started several processes, but mpi4py is not installed.
     """
-    if not any(int(os.environ.get(name) or 1) > 1 for name in SIZES):
+    if not _several():
         return SERIAL
     try:
         from mpi4py import MPI
@@ -46,6 +54,47 @@ def world() -> Communicator:
         raise BadInput(what, "start the run with the mpiexec of the library that mpi4py uses")
     sys.excepthook = _abort
     return Processes(MPI.COMM_WORLD)
+
+
+LONGEST_WAIT = 10.0
+"""How long a process that ends by an error waits for the others to end, too [s]."""
+
+
+def begin_together() -> bool:
+    """Connects the processes of a command; returns whether this is the one that prints anything.
+
+    Raises:
+        BadInput: see `world`.
+    """
+    if world().rank == 0:
+        return True
+    sys.stdout = sys.stderr = io.StringIO()
+    return False
+
+
+def leave_together(code: int) -> None:
+    """Waits for the other processes, which end with the same exit code or as they are.
+
+    Where this one ends by an error and another does not come, it waits for a message of this one,
+    and all are ended.
+    """
+    if not _several():
+        return
+    with suppress(BadInput):  # there is no connection that could be ended
+        if world().size > 1:
+            _leave(code)
+
+
+def _leave(code: int) -> None:
+    from mpi4py import MPI
+
+    arrived, deadline = MPI.COMM_WORLD.Ibarrier(), time.monotonic() + LONGEST_WAIT
+    while not arrived.Test():
+        if code != 0 and time.monotonic() > deadline:
+            if isinstance(sys.stderr, io.StringIO):
+                print(sys.stderr.getvalue(), file=sys.__stderr__, flush=True)
+            MPI.COMM_WORLD.Abort(code)
+        time.sleep(0.01)
 
 
 def _abort(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

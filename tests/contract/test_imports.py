@@ -28,7 +28,7 @@ ROOMS = [
     "grid_lines",
     "mpi",
     "comm",
-    "arrays errors interrupt memory_errors timers",
+    "arrays environment errors interrupt memory_errors timers",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

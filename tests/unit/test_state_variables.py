@@ -11,8 +11,8 @@ import pytest
 from small_problems import affine, block_entries
 
 from tilth import BadInput, Model
-from tilth.analysis.recorder import snapshot
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.snapshots import snapshot
 from tilth.analysis.tracker import Tracker
 from tilth.model.laws import Law
 from tilth.mpm.initial_points import initial_points

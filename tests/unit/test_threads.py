@@ -23,7 +23,7 @@ from small_problems import (
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.cli import set_environment
+from tilth.environment import set_environment
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 

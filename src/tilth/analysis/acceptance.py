@@ -13,6 +13,7 @@ from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.boundaries.contact.between_bodies import require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
+from tilth.comm import together
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
@@ -36,9 +37,10 @@ def require_acceptable(
     """
     points, before, after = simulation.points, step.before, step.after
     position = points.position + moved
-    simulation.grid.require_inside(position, points.point_id)
-    require_short_motion(simulation.body_contacts, points, moved)
-    balance.require_acceptable(displacement)
+    with together(simulation.comm):
+        simulation.grid.require_inside(position, points.point_id)
+        require_short_motion(simulation.body_contacts, points, moved)
+        balance.require_acceptable(displacement)
     possible = math.inf
     if simulation.dynamics is not None:
         cells = simulation.grid.sizes_at(points.position)
@@ -47,7 +49,7 @@ def require_acceptable(
             simulation.dynamics.require_accurate(possible)
     if simulation.implicit and not is_least:
         touching, contacts = simulation.contact_surfaces, step.constraints.contacts
-        with simulation.timers.measure("boundaries"):
+        with simulation.timers.measure("boundaries"), together(simulation.comm):
             simulation.passage.require_in_front(
                 simulation.implicit, points, position, before, after, simulation.grid
             )

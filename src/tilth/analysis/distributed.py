@@ -32,20 +32,7 @@ def _not_distributed(model: Model) -> Iterator[Problem]:
         key = f"boundaries[{number}]"
         if isinstance(boundary, ImplicitBoundary) and boundary.contact is not None:
             yield problem(f"{key}.contact", "contact is not computed")
-        if getattr(boundary, "type", "") == "absorbing":
-            yield problem(key, "absorbing boundaries are not computed")
     if model.rigid_bodies:
         yield problem("rigid_bodies", "rigid bodies are not computed")
     if model.contact_pairs:
         yield problem("contact_pairs", "contact between bodies is not computed")
-    if model.stages:
-        yield problem("stages", "stages are not computed")
-    if model.analysis.inertia is not None:
-        yield problem("analysis.inertia", "inertia is not computed")
-    if model.analysis.beyond_limit != "stop":
-        yield problem("analysis.beyond_limit", "motion beyond a limit load is not computed")
-    if model.initial.stress and model.initial.equilibrium:
-        yield problem("initial.equilibrium", "the equilibrium of the starting state is not found")
-    for number, body in enumerate(model.bodies):
-        if body.surface is not None:
-            yield problem(f"bodies[{number}].surface", "tracked surfaces are not moved")

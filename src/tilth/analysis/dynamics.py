@@ -166,13 +166,13 @@ class Dynamics:
         displacement: of the nodes (nodes, dim); moved: of the points, (n, dim).
         cell_size: of the cells that these are in [length], (n, dim).
         """
-        share = math.inf
+        share, comm = math.inf, balance.comm
         if self._largest_motion < math.inf:
-            most = float(np.abs(moved / cell_size).max())
+            most = comm.max(float(np.abs(moved / cell_size).max()))
             share = self._largest_motion / max(most, 1e-300)
         if self._largest_error < math.inf:
             error = inertia_of(balance).local_error(displacement) / cell_size
-            most = float(np.linalg.norm(error, axis=1).max())
+            most = comm.max(float(np.linalg.norm(error, axis=1).max()))
             share = min(share, (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0))
         return share
 

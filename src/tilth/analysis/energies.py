@@ -43,7 +43,7 @@ class Energies:
     @classmethod
     def at_start(cls, simulation: Simulation) -> Energies:
         """Returns those before the first step."""
-        return cls(start=simulation.points.stored_energy() + kinetic_energy(simulation, 0.0))
+        return cls(start=stored_energy(simulation) + kinetic_energy(simulation, 0.0))
 
     def add(self, result: StepResult) -> None:
         """Adds those of a converged step."""
@@ -55,17 +55,17 @@ class Energies:
     def value(self, kind: str, simulation: Simulation, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
         if kind == "elastic":
-            return simulation.points.stored_energy()
+            return stored_energy(simulation)
         if kind == "kinetic":
             return kinetic_energy(simulation, time)
         return self.values(simulation, time)[kind]
 
     def values(self, simulation: Simulation, time: float) -> dict[str, float]:
         """Returns all energies after the steps to a time of the stage, by their kinds."""
-        points = simulation.points
-        stored = {"elastic": points.stored_energy(), "kinetic": kinetic_energy(simulation, time)}
+        points, comm = simulation.owned_points, simulation.comm
+        stored = {"elastic": stored_energy(simulation), "kinetic": kinetic_energy(simulation, time)}
         lost = {
-            "plastic_dissipation": float(points.plastic[:, 1] @ points.initial_volume),
+            "plastic_dissipation": comm.sum(float(points.plastic[:, 1] @ points.initial_volume)),
             "friction_dissipation": self.friction,
             "damping_dissipation": self.damping,
             "radiation": self.radiated,
@@ -77,7 +77,13 @@ class Energies:
         }  # fmt: skip
 
 
+def stored_energy(simulation: Simulation) -> float:
+    """Returns the elastic energy of the soil of all processes [force length]."""
+    return simulation.comm.sum(simulation.owned_points.stored_energy())
+
+
 def kinetic_energy(simulation: Simulation, time: float) -> float:
-    """Returns the kinetic energy of the soil, with the water in it [force length]."""
-    points = simulation.points
-    return points.kinetic_energy(total_mass(points, simulation.water, time))
+    """Returns the kinetic energy of all soil, with the water in it [force length]."""
+    points = simulation.owned_points
+    mass = total_mass(points, simulation.water, time)
+    return simulation.comm.sum(points.kinetic_energy(mass))

@@ -19,6 +19,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
+from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.fields.tables import place_text
 from tilth.model import Model
@@ -109,30 +110,40 @@ def find_initial_equilibrium(
         BadInput: without its plastic strain a stress lies outside the yield surface, or code of
             the user fails.
     """
-    points, model = simulation.points, simulation.model
-    before = points.stress[points.in_order]
+    model, comm = simulation.model, simulation.comm
+    own = simulation.distribution.owned(simulation.points)
+    number, before = np.sort(own.point_id), own.stress[own.in_order]
     gravity = [each.steps for each in model.initial.stress if isinstance(each, GravityStress)]
     search = _Search(simulation, max(gravity, default=1), on_iteration)
     try:
         result, residual = search.run()
     except BadInput as error:  # code of the user that fails
         raise error.during("in the search for the equilibrium of the starting state") from error
+    points = simulation.points
     if model.initial.reset_plastic_strain:
         points.plastic[:] = 0.0
-        for body in points.bodies:
-            require_within_yield(points.part(body), "initial.reset_plastic_strain")
-    order = points.in_order
-    change = np.abs(points.stress[order] - before).max(axis=1)
-    worst = int(change.argmax())
+        with together(comm):
+            for body in points.bodies:
+                require_within_yield(points.part(body), "initial.reset_plastic_strain")
+    own = simulation.distribution.owned(points)
+    order = own.in_order
+    assert np.array_equal(own.point_id[order], number), "points that do not move changed process"
+    change = np.abs(own.stress[order] - before).max(axis=1)
+    mine = None  # largest change, number of its point and place
+    if len(change):
+        worst = int(change.argmax())
+        mine = float(change[worst]), int(number[worst]), own.position[order[worst]].copy()
+    changes = [each for each in comm.gathered(mine) if each is not None]
+    most, _, place = min(changes, key=lambda each: (-each[0], each[1]))
     return InitialEquilibrium(
         iterations=search.iterations,
         parts=search.parts,
         corrections=search.corrections,
         residual_before=search.first_residual,
         residual_after=residual,
-        change=float(change[worst]),
-        largest=float(np.abs(points.stress).max()),
-        place=points.position[order[worst]].copy(),
+        change=most,
+        largest=comm.max(float(np.abs(own.stress).max(initial=0.0))),
+        place=place,
         result=result,
     )
 
@@ -210,9 +221,10 @@ class _Search:
             self._accept(share, residual, now)
 
     def _settled(self, residual: Residual, now: State) -> bool:
-        if self._left == 1.0 and self._size < 1.0 and now.forces.load.any():
-            return now.relative == 0.0  # gravity loading has not begun
         simulation, last = self._simulation, self._last_residual
+        loaded = simulation.comm.max(float(now.forces.load.any())) > 0.0
+        if self._left == 1.0 and self._size < 1.0 and loaded:
+            return now.relative == 0.0  # gravity loading has not begun
         self._last_residual = now.relative
         wanted = min(RESIDUAL, simulation.model.analysis.tolerance)
         if now.relative > 0.5 * last and self._left == 0.0:
@@ -229,7 +241,8 @@ class _Search:
         simulation = self._simulation
         equilibrium = simulation.solve(step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
         self.iterations += equilibrium.iterations
-        balance.require_acceptable(equilibrium.displacement)
+        with together(simulation.comm):
+            balance.require_acceptable(equilibrium.displacement)
         points = simulation.points
         kept = {name: getattr(points, name).copy() for name in _KEPT}
         if self._left == 0.0:
@@ -260,8 +273,8 @@ class _Search:
     def _failed(self, failure: StepFailed) -> AnalysisFailed:
         where = ""
         if failure.point is not None:
-            points = self._simulation.points
-            place = points.position[points.index_of(np.array([failure.point]))[0]]
+            simulation = self._simulation
+            place = simulation.distribution.place(simulation.points, failure.point)
             where = f", at the point {failure.point} at {place_text(place)}"
         applied = "" if self._left == 0.0 else f", with {1.0 - self._left:.1%} of it applied"
         return AnalysisFailed(

@@ -58,6 +58,10 @@ class KeptContact:
         loaded = np.flatnonzero(force.any(axis=1))
         self.key, self.force = active.key[loaded].copy(), force[loaded]
 
+    def rows(self) -> tuple[Integers, list[str]]:
+        """As `KeyedRows.rows`."""
+        return self.key, ["node", "force"]
+
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
         return {"node": self.key, "force": self.force}

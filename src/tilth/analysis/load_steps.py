@@ -10,6 +10,7 @@ import numpy as np
 
 from tilth.analysis.clock import Clock
 from tilth.analysis.dynamics import SAFETY
+from tilth.analysis.gathering import whole_simulation
 from tilth.analysis.likely_causes import likely_causes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
@@ -57,8 +58,10 @@ def load_steps(
                     continue
                 raise _failed(simulation, clock, after - before, failure) from failure
             cuts += failure.share is None  # else it is known how much of the step is possible
-            if cuts == CUTS_IN_A_ROW and (causes := likely_causes(simulation, clock, failure)):
-                simulation.run_warnings.repeated_cuts(clock.step + 1, cuts, causes)
+            if cuts == CUTS_IN_A_ROW:
+                causes = likely_causes(whole_simulation(simulation), clock, failure)
+                if causes:
+                    simulation.run_warnings.repeated_cuts(clock.step + 1, cuts, causes)
             on_cut(after, failure)
             continue
         except BadInput as error:  # code of the user that fails in this step
@@ -141,6 +144,7 @@ def _failed(
     simulation: Simulation, clock: Clock, size: float, failure: StepFailed
 ) -> AnalysisFailed:
     """Returns the error that ends the analysis, with all an engineer needs to find the cause."""
+    simulation = whole_simulation(simulation)
     where = ""
     if failure.point is not None:
         index = simulation.points.index_of(np.array([failure.point]))[0]

@@ -31,6 +31,7 @@ from tilth.output.checkpoint_thread import LARGEST_COPY
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
+from tilth.solvers.petsc import ITERATIVE
 
 UNDEFORMED = "the undeformed points of the stages"
 
@@ -49,8 +50,13 @@ NODE_VECTORS = {"multigrid": 70}
 BYTES_PER_ENTRY = 28
 """Of the scalar matrix of a direct solver: value, row, where it is among the blocks, copy."""
 
-BYTES_PER_FACTOR = {"superlu": 12.0, "pardiso": 9.0}
-"""Of an entry of the factors with its share of indices; superlu: measured."""
+BYTES_PER_FACTOR = {"superlu": 12.0, "pardiso": 9.0, "mumps": 16.0}
+"""Of an entry of the factors with its share of indices; superlu: measured; mumps: with its stack,
+not measured."""
+
+PETSC_PER_ENTRY = 36.0
+"""Bytes of PETSc's matrix (12 an entry, and as much while it is filled) and of the levels of its
+multigrid for each entry of the matrix; not measured."""
 
 MULTIGRID_PER_ENTRY = 8.5
 """Bytes of all levels for each entry of the matrix; measured."""
@@ -287,6 +293,8 @@ def _of_solver(model: Model, solver: str, sides: Floats, blocks: float, distance
     dim, entries = model.dimension, blocks * model.dimension**2
     if solver == "multigrid":
         return MULTIGRID_PER_ENTRY * entries
+    if solver in ITERATIVE:
+        return PETSC_PER_ENTRY * entries
     if solver == "banded":
         unknowns = dim * float(np.prod(sides))
         half_band = dim * float(np.prod(sides) / sides.max()) * (distance + 1)

@@ -68,11 +68,13 @@ def placed_on_ground(
         BadInput: a new body overlaps with soil.
     """
     found: dict[str, Floats] = {}
+    order = ground.in_order  # which of equally near rows count must not depend on that of a run
+    number = ground.point_id[order]
     there = _Soil(
-        ground.position,
-        ground.half_length,
-        initial.position[ground.point_id],
-        initial.half_length[ground.point_id],
+        ground.position[order],
+        ground.half_length[order],
+        initial.position[number],
+        initial.half_length[number],
     )
     for body, own in _from_below(new):
         declared, half = new.position[own].copy(), new.half_length[own]

@@ -110,11 +110,13 @@ class Predictor:
 
     def _motion_in_cells(self, active: ActiveGrid) -> float:
         """Returns the largest motion of a node in the last step [cells]."""
-        grid = active.grid
+        grid, comm = active.grid, active.comm
         if not grid.graded:
-            return float((np.abs(self.displacement).max(axis=0) / grid.cell_size).max())
+            largest = np.abs(self.displacement).max(axis=0, initial=0.0)
+            return comm.max(float((largest / grid.cell_size).max()))
         lattice, _ = places_of_keys(self.key, active.fields)
-        return float(np.abs(self.displacement / grid.sizes(lattice[:, : grid.dim])).max())
+        in_cells = np.abs(self.displacement / grid.sizes(lattice[:, : grid.dim]))
+        return comm.max(float(in_cells.max(initial=0.0)))
 
     def _upstream(self, node: Integers, active: ActiveGrid) -> Floats:
         """Returns the last displacement u at x - u for nodes of the last step at x, (n, dim).
@@ -146,6 +148,10 @@ class Predictor:
         self.size, self.origin = size, active.grid.origin
         self.key, self.displacement = active.key.copy(), displacement
         self.rest = max(self.rest - 1, 0)
+
+    def rows(self) -> tuple[Integers, list[str]]:
+        """As `KeyedRows.rows`."""
+        return self.key, ["key", "displacement"]
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

@@ -4,38 +4,35 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any, cast
 
 from tilth import __version__
 from tilth.analysis.clock import Clock
 from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.energies import Energies
+from tilth.analysis.gathering import gathered_snapshot, gathered_state, processes_text
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
 from tilth.analysis.simulation import Simulation
-from tilth.analysis.staged import PointFields, StagedAnalysis, end_time, output_times
+from tilth.analysis.snapshots import snapshot, units_of
+from tilth.analysis.staged import StagedAnalysis, end_time, output_times
 from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
-from tilth.arrays import Floats, Integers
+from tilth.comm import count, together
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.fields.tables import place_text
 from tilth.memory_errors import is_memory_error, memory_sentence
-from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import (
     CheckpointThread,
     Progress,
@@ -58,7 +55,8 @@ from tilth.output.folder import (
     stage_checkpoint,
 )
 from tilth.output.log import START
-from tilth.output.snapshot import FieldsOnDemand, SurfaceShape
+from tilth.output.nothing import Nothing
+from tilth.output.snapshot import SurfaceShape
 
 
 @dataclass
@@ -71,9 +69,9 @@ class Recorder:
     tables: StepTables
     contact: ContactOutput
     log: RunLog
-    energies: Energies
-    """Sums over the steps since the start."""
     _model_checksum: int
+    energies: Energies = field(default_factory=Energies)
+    """Sums over the steps since the start."""
     _checkpoints: CheckpointThread = field(default_factory=CheckpointThread)
     _progress: Progress | None = None
     _last: tuple[int, float, StepResult] | None = None
@@ -90,32 +88,59 @@ class Recorder:
         active: ActiveGrid,
         threads: int,
         start: InitialEquilibrium | None = None,
+        initial: MaterialPoints | None = None,
     ) -> Recorder:
         """Begins the files of a new run and writes the initial state.
 
-        start: how the equilibrium of this state was found.
+        start: how the equilibrium of this state was found. initial: undeformed points of all
+        processes; those of the analysis if None.
         """
         model, simulation = analysis.model, analysis.simulation
-        recorder = cls(
-            folder=folder,
-            analysis=analysis,
-            results=ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model)),
-            tables=StepTables(folder, model, analysis.initial),
-            contact=ContactOutput(model, analysis.initial),
-            log=RunLog(folder / LOG),
-            energies=Energies.at_start(simulation),
-            _model_checksum=zlib.crc32((folder / MODEL).read_bytes()),
-        )
-        recorder._header(len(active.cells()), threads, 0)
+        with together(simulation.comm):
+            recorder = cls._of(folder, analysis, initial or analysis.initial, None)
+        recorder.energies = Energies.at_start(simulation)
+        recorder._header(active, threads, 0)
         result, iterations = None, 0
         if start is not None:
             result, active, iterations = start.result, start.result.active, start.iterations
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
-        recorder._output(recorder._snapshot(active, result, 0, 0.0))
-        recorder.tables.append(0, (0.0, 0.0), simulation, result, iterations, recorder.energies)
-        recorder._log_stage()
+        state = recorder._snapshot(active, result, 0, 0.0)
+        rows = recorder.tables.rows(0.0, simulation, result, recorder.energies)
+        with together(simulation.comm):
+            recorder._output(state)
+            recorder.tables.append(0, 0.0, iterations, rows, (simulation.model.stage.name, 0.0))
+            recorder._log_stage()
         return recorder
+
+    @classmethod
+    def _of(
+        cls,
+        folder: Path,
+        analysis: StagedAnalysis,
+        initial: MaterialPoints,
+        stored: StoredRun | None,
+    ) -> Recorder:
+        """Begins the files of a run, or goes on with them; only process 0 has them."""
+        model, first = analysis.model, analysis.simulation.comm.rank == 0
+        results, log = cast(ResultsWriter, Nothing()), cast(RunLog, Nothing())
+        if first and stored is None:
+            results = ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model))
+            log = RunLog(folder / LOG)
+        elif first and stored is not None:
+            progress = stored.progress
+            results = ResultsWriter.resume(folder / RESULTS, progress.clock.step)
+            log = RunLog(folder / LOG, resume=True, seconds=progress.seconds.total)
+        rows = None if stored is None else stored.rows
+        return cls(
+            folder=folder,
+            analysis=analysis,
+            results=results,
+            tables=StepTables(folder if first else None, model, initial, rows),
+            contact=ContactOutput(model, initial),
+            log=log,
+            _model_checksum=zlib.crc32((folder / MODEL).read_bytes()) if first else 0,
+        )
 
     @classmethod
     def resume(cls, stored: StoredRun, analysis: StagedAnalysis, threads: int) -> Recorder:
@@ -126,23 +151,22 @@ class Recorder:
         simulation.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
         initial = analysis.initial if model.stages else initial_points(model)
-        recorder = cls(
-            folder=folder,
-            analysis=analysis,
-            results=ResultsWriter.resume(folder / RESULTS, step),
-            tables=StepTables(folder, model, initial, stored.rows),
-            contact=ContactOutput(model, initial),
-            log=RunLog(folder / LOG, resume=True, seconds=progress.seconds.total),
-            energies=Energies(**progress.energies.model_dump()),
-            _model_checksum=progress.model,
-        )
-        kept = read_results(folder / RESULTS)
-        regular = {0.0, *output_times(model)}
-        recorder._beside_schedule = kept.times[-1] not in regular
-        if kept.surfaces or kept.names["contacts"]:
-            recorder._write_tables(kept.snapshot(-1))
-        recorder._header(len(active.cells()), threads, step)
+        with together(simulation.comm):
+            recorder = cls._of(folder, analysis, initial, stored)
+            recorder.energies = Energies(**progress.energies.model_dump())
+            if recorder._writes:
+                kept = read_results(folder / RESULTS)
+                regular = {0.0, *output_times(model)}
+                recorder._beside_schedule = kept.times[-1] not in regular
+                if kept.surfaces or kept.names["contacts"]:
+                    recorder._write_tables(kept.snapshot(-1))
+        recorder._header(active, threads, step)
         return recorder
+
+    @property
+    def _writes(self) -> bool:
+        """Whether this process writes the files."""
+        return self.simulation.comm.rank == 0
 
     @property
     def simulation(self) -> Simulation:
@@ -153,10 +177,13 @@ class Recorder:
         """Keeps the state at the end of a stage as a checkpoint of its own."""
         if self.analysis.model.stages:
             index = self.simulation.model.stage.index
-            meta = self._progress_so_far(self.analysis.clock)
-            self._checkpoints.wait()
-            file = self.folder / stage_checkpoint(index)
-            self._write_checkpoint(file, self.simulation.arrays(), meta)
+            arrays = gathered_state(self.simulation)
+            with together(self.simulation.comm):
+                if self._writes:
+                    meta = self._progress_so_far(self.analysis.clock)
+                    self._checkpoints.wait()
+                    file = self.folder / stage_checkpoint(index)
+                    self._write_checkpoint(file, arrays, meta)
 
     def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
         """Records the result of a strength reduction."""
@@ -179,6 +206,7 @@ class Recorder:
 
     def stage_start(self) -> None:
         """Records that the next stage has begun."""
+        self._collect_warnings()
         self._say_warnings()
         self._log_stage()
         if self._progress is not None:
@@ -187,7 +215,7 @@ class Recorder:
     def _show_stage(self, progress: Progress) -> None:
         stage = self.simulation.model.stage
         if stage.name:
-            points, count = len(self.simulation.points), len(self.analysis.model.stages)
+            points, count = self.simulation.distribution.total, len(self.analysis.model.stages)
             progress.stage(stage.name, stage.index + 1, count, points)
 
     def _log_stage(self) -> None:
@@ -196,15 +224,19 @@ class Recorder:
             released = "" if stage.number == 0 else place_text(self.analysis.out_of_balance)
             self.log.stage(stage.name, stage.start, released)
 
-    def _header(self, cells: int, threads: int, last_step: int) -> None:
-        self.log.header(
-            version=__version__,
-            title=self.simulation.model.title,
-            threads=threads,
-            points=len(self.simulation.points),
-            cells=cells,
-            last_step=last_step,
-        )
+    def _header(self, active: ActiveGrid, threads: int, last_step: int) -> None:
+        comm = self.simulation.comm
+        cells = count(comm, active.owned_cells)
+        with together(comm):
+            self.log.header(
+                version=__version__,
+                title=self.simulation.model.title,
+                processes=comm.size,
+                threads=threads,
+                points=self.simulation.distribution.total,
+                cells=cells,
+                last_step=last_step,
+            )
 
     @contextmanager
     def recording(self, clock: Clock, quiet: bool) -> Iterator[Progress]:
@@ -212,7 +244,8 @@ class Recorder:
         end = end_time(self.analysis.model)
         if clock.until is not None:
             end = self.simulation.model.stage.start + clock.until
-        progress = Progress(end, len(self.simulation.points), start=0.0, quiet=quiet)
+        points = self.simulation.distribution.total
+        progress = Progress(end, points, start=0.0, quiet=quiet or not self._writes)
         self._show_stage(progress)
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
@@ -221,11 +254,13 @@ class Recorder:
                 self._progress = progress
                 if self._at_start:
                     progress.message(f"{START}{self._at_start}")
+                self._collect_warnings()
                 self._say_warnings()
                 yield progress
                 if not self.analysis.done:
                     self._write_last()
-                self._checkpoints.wait()
+                with together(self.simulation.comm):
+                    self._checkpoints.wait()
             failure, broken = None, False
             if not self.analysis.done:
                 at = f"time {end:.6g}"
@@ -262,29 +297,33 @@ class Recorder:
                 action()
             except Exception as error:
                 unwritten = unwritten or error
-        if unwritten is not None and not broken:
-            raise unwritten
+        if not broken:
+            with together(self.simulation.comm):
+                if unwritten is not None:
+                    raise unwritten
 
     def step(self, clock: Clock, size: float, result: StepResult) -> None:
         """Records a converged step."""
-        equilibrium = result.equilibrium
+        equilibrium, simulation = result.equilibrium, self.simulation
         self.energies.add(result)
         time = self.analysis.time
-        self.log.step(clock.step, time, size, equilibrium.residuals)
-        if result.relaxing is not None and result.relaxing.at_rest:
-            self._relaxed(time)
-        self._say_warnings()
-        model = self.analysis.model
-        with self.simulation.timers.measure("other"):
-            self.tables.append(
-                clock.step, (time, clock.time), self.simulation, result,
-                equilibrium.iterations, self.energies,
-            )  # fmt: skip
+        self._collect_warnings()
+        with simulation.timers.measure("other"):
+            rows = self.tables.rows(clock.time, simulation, result, self.energies)
+            stage = (simulation.model.stage.name, clock.time)
+            shared = processes_text(simulation)
+            with together(simulation.comm):
+                self.log.step(clock.step, time, size, equilibrium.residuals)
+                self.log.processes(shared)
+                if result.relaxing is not None and result.relaxing.at_rest:
+                    self._relaxed(time)
+                self._say_warnings()
+                self.tables.append(clock.step, time, equilibrium.iterations, rows, stage)
+                self._drop_output_of_stop()
             self._last = (clock.step, time, result)
-            self._drop_output_of_stop()
             if clock.is_output:
                 self._write_last()
-            every = model.output.checkpoint_every
+            every = self.analysis.model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
                 self._checkpoint(clock)
 
@@ -293,7 +332,9 @@ class Recorder:
         if self._last is None:
             return
         step, time, result = self._last
-        self._output(self._snapshot(result.active, result, step, time))
+        state = self._snapshot(result.active, result, step, time)
+        with together(self.simulation.comm):
+            self._output(state)
         self._last = None
 
     def _drop_output_of_stop(self) -> None:
@@ -307,6 +348,7 @@ class Recorder:
         self, active: ActiveGrid, result: StepResult | None, step: int, time: float
     ) -> Snapshot:
         state = snapshot(self.simulation, active, result, step, time, self.analysis.point_fields)
+        state = gathered_snapshot(state, active)
         there = {surface.name: surface for surface in state.surfaces}
         model = self.analysis.model
         names = [body.name for body in model.bodies if body.surface is not None]
@@ -319,8 +361,9 @@ class Recorder:
         )
 
     def _output(self, state: Snapshot) -> None:
-        self.results.append(state)
-        self._write_tables(state)
+        if self._writes:
+            self.results.append(state)
+            self._write_tables(state)
 
     def _write_tables(self, state: Snapshot) -> None:
         """Writes the tables of surfaces and contact at the last output, where there are any."""
@@ -333,6 +376,7 @@ class Recorder:
 
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""
+        self._collect_warnings()
         time += self.simulation.model.stage.start
         residuals = " ".join(f"{r:.1e}" for r in failure.residuals)
         reason = f"{failure.reason}; residuals {residuals}" if residuals else failure.reason
@@ -343,7 +387,14 @@ class Recorder:
             )
         self._say_warnings()
 
+    def _collect_warnings(self) -> None:
+        """Notes in all processes what each of them warns of; all call it."""
+        self.simulation.run_warnings.collect(self.simulation.comm)
+
     def _say_warnings(self) -> None:
+        if not self._writes:
+            self.simulation.warnings.clear()
+            return
         said = {without_stage(text) for text in self.log.warnings}
         for text in self.simulation.warnings:
             if self.analysis.number > 0 and without_stage(text) in said:
@@ -358,8 +409,13 @@ class Recorder:
 
         So an error of any file can tell whether there is something to resume.
         """
+        arrays = gathered_state(self.simulation)
+        with together(self.simulation.comm):
+            if self._writes:
+                self._write_beside(clock, arrays)
+
+    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:
         file, meta = self.folder / CHECKPOINT, self._progress_so_far(clock)
-        arrays = self.simulation.arrays()
         if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
             self._checkpoints.wait()
             self._write_checkpoint(file, arrays, meta)
@@ -395,79 +451,3 @@ class Recorder:
                 "processor": dict(self.simulation.timers.processor),
             },
         }
-
-
-def snapshot(
-    simulation: Simulation,
-    active: ActiveGrid,
-    result: StepResult | None,
-    step: int,
-    time: float,
-    names: PointFields | None = None,
-) -> Snapshot:
-    """Returns the state for the results file, points in the order of their permanent numbers.
-
-    The point fields are computed on access: write them before the points change.
-
-    names: what fields there are; those of the points and the water if None.
-    """
-    points, water = simulation.points, simulation.water
-    order = points.in_order
-    number = points.point_id[order]
-    of_stage = time - simulation.model.stage.start
-    states, varying, wet = names or (
-        points.state_variables(), list(points.varying), water is not None
-    )  # fmt: skip
-    fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
-        "displacement": lambda: points.displacement[order],
-        "cauchy_stress": lambda: total_stress(points, water, of_stage)[order],
-        **{name: partial(lambda name: points.state_variable(name)[order], name) for name in states},
-        "volume": lambda: points.volume[order],
-        **{name: partial(_varying, points, name, number) for name in varying},
-        "domain": lambda: points.half_length[order],
-    }
-    if wet:
-        fields["effective_stress"] = lambda: effective_stress(points)[order]
-        fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
-    if simulation.model.analysis.inertia is not None:
-        fields["velocity"] = lambda: points.motion[order, 0]
-        fields["acceleration"] = lambda: points.motion[order, 1]
-    corners = points.all_corners()
-    if corners is not None:
-        fields["domain_corners"] = lambda: corners[order]
-    if any(body.layers for body in simulation.model.bodies):
-        fields["layer"] = lambda: points.layer[order]
-    if simulation.model.output.deformation_gradient:
-        fields["deformation_gradient"] = lambda: points.deformation_gradient[order]
-    zero = np.zeros(active.position.shape)
-    return Snapshot(
-        step=step,
-        time=time,
-        position=points.position[order],
-        point_id=number,
-        body_id=points.body_id[order],
-        point_fields=FieldsOnDemand(fields),
-        node_position=active.position,
-        cells=active.cells(),
-        node_fields={
-            "displacement": zero if result is None else result.equilibrium.displacement,
-            "reaction": zero if result is None else result.reaction,
-        },
-        surfaces=simulation.surface_shapes(),
-    )
-
-
-def _varying(points: MaterialPoints, name: str, number: Integers) -> Floats:
-    """Returns a varying parameter at points by their numbers, NaN where it does not vary, (n,)."""
-    if name not in points.varying:
-        return np.full(len(number), np.nan)
-    return points.varying[name][number]
-
-
-def units_of(model: Model) -> dict[str, str]:
-    """Returns the labels of the units, and of the state variables of the user's laws."""
-    labels = {name: str(label) for name, label in model.units.model_dump().items()}
-    of_laws = {name for law in model.laws.values() if law.source for name in law.state_variables}
-    units = model.state_units()
-    own = {name: labels["stress"] for name in sorted(of_laws) if units[name] == "stress"}
-    return labels | own

@@ -95,11 +95,14 @@ class Relaxation:
         The damping is critical for the slowest shear wave across the soil: pi c / L. The first step
         is as long as such a wave takes, so that what is driven in it is hardly a shock.
         """
-        points = simulation.points
-        mass = float(total_mass(points, simulation.water, time).sum())
-        speed = math.sqrt(float(points.elastic_moduli().shear @ points.volume) / mass)
-        edges = points.position - points.half_length, points.position + points.half_length
-        length = float((edges[1].max(axis=0) - edges[0].min(axis=0)).max())
+        points, comm = simulation.owned_points, simulation.comm
+        mass = comm.sum(float(total_mass(points, simulation.water, time).sum()))
+        stiffness = comm.sum(float(points.elastic_moduli().shear @ points.volume))
+        speed = math.sqrt(stiffness / mass)
+        lower = (points.position - points.half_length).min(axis=0, initial=math.inf)
+        upper = (points.position + points.half_length).max(axis=0, initial=-math.inf)
+        ends = np.max(comm.gathered(np.stack([upper, -lower])), axis=0)
+        length = float(ends.sum(axis=0).max())
         self.damping = math.pi * speed / length
         self.size = self.unit = length / speed
         self.peak = self.kinetic = self.work = 0.0
@@ -128,16 +131,16 @@ class Relaxation:
 
     def accept(self, simulation: Simulation, result: StepResult) -> Relaxing:
         """Records a step, the last one too; returns what is told of it."""
-        points = simulation.points
         if self.settling:
-            points.motion[:] = 0.0
+            simulation.points.motion[:] = 0.0
+        points, active = simulation.owned_points, result.active
         mass = total_mass(points, simulation.water, result.time)
-        self.kinetic = points.kinetic_energy(mass)
+        self.kinetic = simulation.comm.sum(points.kinetic_energy(mass))
         self.peak = max(self.peak, self.kinetic)
         self.work += result.work
         self.steps += 1
-        held = max(np.linalg.norm(result.equilibrium.load), np.linalg.norm(result.reaction))
-        self.force = self._norm / max(float(held), 1e-300)
+        held = max(active.norm(result.equilibrium.load), active.norm(result.reaction))
+        self.force = self._norm / max(held, 1e-300)
         if not self.settling:
             self.size *= min(GROWTH, SAFETY * result.possible_size)
         self.active = not self.settling
@@ -179,8 +182,9 @@ class Relaxation:
     ) -> float:
         """As `Dynamics.possible_size`."""
         terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
-        self._norm = sum(float(np.linalg.norm(term.force(displacement))) for term in terms)
-        return LARGEST_MOTION / max(float(np.abs(moved / cell_size).max()), 1e-300)
+        self._norm = sum(balance.active.norm(term.force(displacement)) for term in terms)
+        most = balance.comm.max(float(np.abs(moved / cell_size).max()))
+        return LARGEST_MOTION / max(most, 1e-300)
 
     def require_accurate(self, share: float) -> None:
         """As `Dynamics.require_accurate`."""

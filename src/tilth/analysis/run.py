@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,10 +22,12 @@ from tilth.analysis.setup import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
+from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
 from tilth.interrupt import DeferredStop, StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
+from tilth.mpi import world
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_history
 from tilth.output.disk import writing
@@ -49,7 +51,7 @@ class Result:
     Attributes:
         finished: whether the end of the schedule is reached.
         folder: where results.vtkhdf, history.csv, report.html and log.txt are.
-        points: the material points at the end.
+        points: the material points at the end; of several processes those that this one owns.
         steps, iterations: load steps taken and Newton iterations in all, of this run.
         seconds, processor_seconds: wall-clock and processor time by part: basis, stress,
             assembly, solve, other [s]; those before a resume are included.
@@ -105,34 +107,47 @@ def run(
             program has handlers of its own for them; `resume` continues.
     """
     require_time(model, until)
+    comm = world()
     estimate = memory_of(model)
-    require_memory(estimate, memory_limit)
-    with memory_failures(estimate, Path(out)):
-        used = set_threads(threads)
-        analysis = StagedAnalysis(model, until)
-        active, setup = checked_setup(analysis)
-        simulation = analysis.simulation
-        require_memory(memory_of(model, simulation.points, active), memory_limit)
-        stored = None if from_stage is None else stored_stage(model, *from_stage)
-        folder = make_folder(out)
-        with FolderLock(folder) as lock:
-            if stored is not None and folder.resolve() == stored.folder.resolve():
-                what = "the run cannot be written into the folder from which it goes on"
-                raise BadInput(what, "choose another folder", key="out", value=str(out))
-            prepare_output_folder(folder, overwrite)
-            if stored is not None:
-                begin_from(stored, model, folder)
+    with together(comm):
+        require_memory(estimate, memory_limit)
+    with memory_failures(estimate, Path(out)), ExitStack() as stack:
+        used = set_threads(threads, comm)
+        with together(comm):
+            analysis = StagedAnalysis(model, until)
+            active, setup = checked_setup(analysis)
+            simulation = analysis.simulation
+            require_memory(memory_of(model, simulation.points, active), memory_limit)
+            stored = None if from_stage is None else stored_stage(model, *from_stage)
+        initial = analysis.initial
+        analysis.distribute(comm)
+        warning = ""
+        with together(comm):
+            folder = make_folder(out)
+            if comm.rank == 0:
+                warning = stack.enter_context(FolderLock(folder)).warning
+                if stored is not None and folder.resolve() == stored.folder.resolve():
+                    what = "the run cannot be written into the folder from which it goes on"
+                    raise BadInput(what, "choose another folder", key="out", value=str(out))
+                prepare_output_folder(folder, overwrite)
+                if stored is not None:
+                    begin_from(stored, model, folder)
+                else:
+                    with writing(folder / MODEL):
+                        text = json.dumps(model.to_dict(), indent=1)
+                        write_durably(folder / MODEL, text.encode())
                 write_setup(folder / SETUP, setup)
-                return _resumed(folder, until, used, lock, quiet)
-            with writing(folder / MODEL):
-                write_durably(folder / MODEL, json.dumps(model.to_dict(), indent=1).encode())
-            write_setup(folder / SETUP, setup)
             del setup  # it may have copies of the points
-            start = None
-            if has_initial_equilibrium(simulation.model):
-                start = find_initial_equilibrium(simulation)
-            recorder = Recorder.start(folder, analysis, active, used, start)
-            return _march(analysis, recorder, lock, quiet)
+        if stored is not None:
+            return _resumed(folder, until, used, warning, quiet, comm)
+        if comm.size > 1:
+            active = simulation.locate(0.0)
+        start = None
+        if has_initial_equilibrium(simulation.model):
+            start = find_initial_equilibrium(simulation)
+        recorder = Recorder.start(folder, analysis, active, used, start, initial)
+        del initial
+        return _march(analysis, recorder, warning, quiet)
 
 
 @StopSignals()
@@ -155,30 +170,36 @@ def resume(
             changed then.
         AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
-    folder = require_folder(out)
-    with FolderLock(folder) as lock:
-        estimate = memory_of(load_model(folder))
-        require_memory(estimate, memory_limit)
+    comm, warning = world(), ""
+    with ExitStack() as stack:
+        with together(comm):
+            folder = require_folder(out)
+            if comm.rank == 0:
+                warning = stack.enter_context(FolderLock(folder)).warning
+            estimate = memory_of(load_model(folder))
+            require_memory(estimate, memory_limit)
         with memory_failures(estimate, folder):
-            return _resumed(folder, until, set_threads(threads), lock, quiet)
+            return _resumed(folder, until, set_threads(threads, comm), warning, quiet, comm)
 
 
 def _resumed(
-    folder: Path, until: float | None, threads: int, lock: FolderLock, quiet: bool
+    folder: Path, until: float | None, threads: int, warning: str, quiet: bool, comm: Communicator
 ) -> Result:
-    """Continues from the last checkpoint in a folder."""
-    stored = StoredRun.read(folder)
-    require_time(stored.model, until)
-    analysis = stored.analysis(until)
-    if until is not None and analysis.stops:
-        raise BadInput(
-            f"the run is already complete up to time {analysis.time:.6g}",
-            f"give a later time, at most {end_time(stored.model):.6g}, or leave it out",
-            key="until",
-            value=until,
-        )
+    """Continues from the last checkpoint in a folder; warning: of its lock."""
+    with together(comm):
+        stored = StoredRun.read(folder)
+        require_time(stored.model, until)
+        analysis = stored.analysis(until)
+        if until is not None and analysis.stops:
+            raise BadInput(
+                f"the run is already complete up to time {analysis.time:.6g}",
+                f"give a later time, at most {end_time(stored.model):.6g}, or leave it out",
+                key="until",
+                value=until,
+            )
+    analysis.distribute(comm)
     recorder = Recorder.resume(stored, analysis, threads)
-    return _march(analysis, recorder, lock, quiet)
+    return _march(analysis, recorder, warning, quiet)
 
 
 def require_time(model: Model, until: float | None) -> None:
@@ -197,19 +218,22 @@ def require_time(model: Model, until: float | None) -> None:
         )
 
 
-def set_threads(threads: int | None) -> int:
-    """Sets the number of threads of the kernels, all available cores if None; returns it."""
+def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
+    """Sets the number of threads of the kernels, all available cores if None; returns it.
+
+    comm: processes that have the cores together; each has one thread if None.
+    """
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    used = threads or available or 1
+    used = threads or (1 if comm.size > 1 else available) or 1
     _core.set_threads(used)
     return used
 
 
-def _march(analysis: StagedAnalysis, recorder: Recorder, lock: FolderLock, quiet: bool) -> Result:
+def _march(analysis: StagedAnalysis, recorder: Recorder, warning: str, quiet: bool) -> Result:
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = analysis.clock.step
-    if lock.warning:
-        analysis.simulation.run_warnings.note("lock", lock.warning)
+    if warning:
+        analysis.simulation.run_warnings.note("lock", warning)
     try:
         iterations = _take_steps(analysis, recorder, quiet)
     except AnalysisFailed:
@@ -221,7 +245,7 @@ def _march(analysis: StagedAnalysis, recorder: Recorder, lock: FolderLock, quiet
     return Result(
         finished=analysis.done,
         folder=recorder.folder,
-        points=simulation.points,
+        points=simulation.distribution.owned(simulation.points),
         steps=analysis.clock.step - first,
         iterations=iterations,
         seconds=dict(simulation.timers.wall),
@@ -235,19 +259,22 @@ def _report(recorder: Recorder) -> None:
     Raises:
         AnalysisFailed: it cannot be drawn or written, whatever the reason.
     """
+    comm = recorder.simulation.comm
     if not recorder.analysis.model.output.report:
         return
-    try:
-        with recorder.simulation.timers.measure("other"):
-            write_report(recorder.folder)
-    except Exception as error:
-        reason = error.message if isinstance(error, TilthError) else f"{error}"
-        if is_memory_error(error):
-            reason = memory_sentence(error)
-        raise AnalysisFailed(
-            f"the results are in {recorder.folder}, but not the report: {reason}",
-            f"write it again with: tilth report {recorder.folder}",
-        ) from error
+    with together(comm):
+        try:
+            if comm.rank == 0:
+                with recorder.simulation.timers.measure("other"):
+                    write_report(recorder.folder)
+        except Exception as error:
+            reason = error.message if isinstance(error, TilthError) else f"{error}"
+            if is_memory_error(error):
+                reason = memory_sentence(error)
+            raise AnalysisFailed(
+                f"the results are in {recorder.folder}, but not the report: {reason}",
+                f"write it again with: tilth report {recorder.folder}",
+            ) from error
 
 
 def reduce_strength(
@@ -274,12 +301,12 @@ def reduce_strength(
 
 def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> int:
     """Takes and records the load steps; returns the number of Newton iterations."""
-    iterations = 0
+    iterations, comm = 0, analysis.simulation.comm
     with DeferredStop() as stop:
         with recorder.recording(analysis.clock, quiet) as progress:
 
             def on_iteration(iteration: int, residual: float) -> None:
-                stop.check()
+                stop.check_all(comm.max)
                 progress.iteration(analysis.clock.step + 1, iteration, residual)
 
             def on_cut(time: float, failure: StepFailed) -> None:
@@ -287,7 +314,7 @@ def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> in
 
             def on_stage_end() -> None:
                 recorder.stage_end()
-                reduce_strength(analysis, recorder, lambda *_: stop.check())
+                reduce_strength(analysis, recorder, lambda *_: stop.check_all(comm.max))
 
             for size, result in analysis.steps(
                 on_iteration, on_cut, on_stage_end, recorder.stage_start
@@ -296,5 +323,5 @@ def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> in
                 clock = analysis.clock
                 recorder.step(clock, size, result)
                 progress.step_done(clock.step, analysis.time, result.equilibrium.iterations)
-        stop.check()  # a signal in the last iteration
+        stop.check_all(comm.max)  # a signal in the last iteration
     return iterations

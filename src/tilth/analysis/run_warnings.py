@@ -12,6 +12,7 @@ from tilth.arrays import Floats
 from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
+from tilth.comm import Communicator
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.grid import Grid
@@ -42,12 +43,21 @@ class RunWarnings:
     def __init__(self) -> None:
         self.texts: list[str] = []
         self._said: dict[str, str] = {}
+        self._new: list[tuple[str, str]] = []
 
     def note(self, key: str, text: str) -> None:
         """Warns, unless there was a warning with this key."""
         if key not in self._said:
             self._said[key] = text
             self.texts.append(text)
+            self._new.append((key, text))
+
+    def collect(self, comm: Communicator) -> None:
+        """Notes what other processes warn of since the last call; all processes call it."""
+        for other in comm.gathered(self._new):
+            for key, text in list(other):
+                self.note(key, text)
+        self._new.clear()
 
     def go_on_from(self, last: RunWarnings) -> None:
         """Leaves out what was warned of in the last stage, now and later."""

@@ -12,6 +12,7 @@ from tilth.analysis.residual import Newton
 from tilth.analysis.simulation import ROUND_OFF, Simulation
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
+from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.model import StrengthReduction
 from tilth.mpm.background import largest_face
@@ -23,7 +24,7 @@ from tilth.mpm.frozen_points import (
     thickness,
 )
 from tilth.mpm.points import MaterialPoints
-from tilth.solvers import linear_solver
+from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
 from tilth.terms.balance import Balance
 
 TOLERANCE = 1e-6
@@ -219,35 +220,42 @@ class _Trials:
         on_iteration: Callable[[int, float], None],
     ) -> None:
         points, analysis = simulation.points, simulation.model.analysis
-        strain = mean_elastic_strain(points)
+        distribution, self._comm = simulation.distribution, simulation.comm
+        own = distribution.owned(points)
+        strain = mean_elastic_strain(own, self._comm)
         if strain == 0.0:
             raise BadInput(
                 "the soil is without stress: there is nothing that could fail",
                 "run the analysis with its loads first",
             )
-        self.elastic_displacement = strain * thickness(points)
+        self.elastic_displacement = strain * thickness(own, self._comm)
         self.largest_displacement = settings.displacement_ratio * self.elastic_displacement
         self._frozen = FrozenPoints(simulation.model, points, strain / FROZEN_STRAIN)
         self._simulation, self._on_iteration = simulation, on_iteration
         frozen = self._frozen.points
-        self._solver = linear_solver(
-            analysis.solver, simulation.model.dimension, len(points),
-            simulation.run_warnings.fallback,
-        )  # fmt: skip
+        note = simulation.run_warnings.fallback
+        self._solver: LinearSolver | PetscSolver = (
+            linear_solver(analysis.solver, simulation.model.dimension, len(points), note)
+            if distribution.serial
+            else distributed_solver(analysis.solver, note)
+        )
         self._newton = Newton(
             tolerance=max(TOLERANCE, analysis.tolerance),
             maximum_iterations=2 * analysis.maximum_iterations,
             line_search=True,
-            round_off=ROUND_OFF * float(frozen.elastic_moduli().young.max())
+            round_off=ROUND_OFF * self._comm.max(float(frozen.elastic_moduli().young.max()))
             * largest_face(simulation.grid),
         )  # fmt: skip
         simulation.points = frozen
+        simulation.distribution = distribution.with_ranges(self._frozen.range)
         try:
             step = simulation.prepare(time, time)
+            self._frozen.points = simulation.points
+            self._own = simulation.distribution.own
             self._soil = simulation.soil_on(step.active)
             self._balance = Balance(step.active, simulation.terms(step, self._soil))
         finally:
-            simulation.points = points
+            simulation.points, simulation.distribution = points, distribution
         self._conditions = step.conditions
         self._last: Equilibrium | None = None
 
@@ -262,13 +270,13 @@ class _Trials:
             )  # fmt: skip
         except StepFailed as failure:
             return Trial(factor, float("nan"), len(failure.residuals), failure.reason)
-        moved = np.linalg.norm(self._moved(found), axis=1).max()
+        moved = self._comm.max(float(np.linalg.norm(self._moved(found), axis=1).max()))
         failure_reason = ""
         if moved > self.largest_displacement:
             failure_reason = "the displacement exceeds its bound"
         else:
             self._last = found
-        return Trial(factor, float(moved), found.iterations, failure_reason)
+        return Trial(factor, moved, found.iterations, failure_reason)
 
     def _moved(self, found: Equilibrium) -> Floats:
         """Returns the displacement of the points [length], shape (n, dim), as on the geometry."""
@@ -277,12 +285,17 @@ class _Trials:
     def mechanism(self, factor: float) -> tuple[Floats, Floats]:
         """Returns displacement and plastic strain of the last equilibrium, that with a factor.
 
-        Shape (n, dim) and (n,), in the order of the permanent numbers.
+        Shape (n, dim) and (n,), of the points of all processes, in the order of the permanent
+        numbers.
         """
         assert self._last is not None
         points: MaterialPoints = self._frozen.reduced(factor)
         self._soil.points = points
-        self._soil.update(self._last.displacement)
-        order = points.in_order
+        with together(self._comm):
+            self._soil.update(self._last.displacement)
         plastic = self._frozen.stiffening * self._soil.plastic_increment()
-        return self._moved(self._last)[order], plastic[order]
+        own = [each[self._own] for each in (points.point_id, self._moved(self._last), plastic)]
+        parts = zip(*self._comm.gathered(own), strict=True)
+        number, displacement, plastic = (np.concatenate(each) for each in parts)
+        order = np.argsort(number)
+        return displacement[order], plastic[order]

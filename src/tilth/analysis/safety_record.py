@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tilth.analysis.recorder import snapshot, units_of
+from tilth.analysis.gathering import gathered_snapshot
 from tilth.analysis.safety import SafetyResult
 from tilth.analysis.simulation import Simulation
-from tilth.output import ResultsWriter, read_results
-from tilth.output.folder import safety_files
+from tilth.analysis.snapshots import snapshot, units_of
+from tilth.comm import together
+from tilth.output import ResultsWriter, Snapshot, read_results
+from tilth.output.folder import SafetyFiles, safety_files
 from tilth.output.safety_files import SafetySummary, write_safety
 from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
 from tilth.report.texts import save
@@ -33,6 +35,8 @@ def record(
 ) -> None:
     """Writes the files of a strength reduction into a folder, replacing those of an earlier one.
 
+    All processes call it; process 0 writes.
+
     Args:
         folder: of the run.
         simulation: in the state at the start of the reduction.
@@ -43,13 +47,27 @@ def record(
     Raises:
         AnalysisFailed: a file cannot be written.
     """
-    files = safety_files(index)
+    total = simulation.model.stage.start + time
+    active = simulation.locate(time)
+    state = gathered_snapshot(snapshot(simulation, active, None, step, total), active)
+    with together(simulation.comm):
+        if simulation.comm.rank == 0:
+            _write(folder, simulation, state, result, safety_files(index), time)
+
+
+def _write(
+    folder: Path,
+    simulation: Simulation,
+    state: Snapshot,
+    result: SafetyResult,
+    files: SafetyFiles,
+    time: float,
+) -> None:
+    """Writes the files; state: of all points at the start of the reduction."""
     for name in files:
         with suppress(FileNotFoundError):
             (folder / name).unlink()
     units = units_of(simulation.model)
-    total = simulation.model.stage.start + time
-    state = snapshot(simulation, simulation.locate(time), None, step, total)
     moved = {"displacement": result.displacement, PLASTIC_INCREMENT: result.plastic_strain}
     fields = {name: np.asarray(values) for name, values in state.point_fields.items()} | moved
     writer = ResultsWriter(folder / files.mechanism, title=simulation.model.title, units=units)
@@ -65,7 +83,7 @@ def record(
         for t in result.trials
     ]
     summary = SafetySummary(
-        result.factor, result.above, total, result.criterion + _still_held(simulation, time),
+        result.factor, result.above, state.time, result.criterion + _still_held(simulation, time),
         result.largest_displacement, trials,
     )  # fmt: skip
     write_safety(folder, summary, units["length"], files)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.analysis.recorder import snapshot, units_of
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.snapshots import snapshot, units_of
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary

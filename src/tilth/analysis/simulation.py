@@ -55,7 +55,7 @@ from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.background import largest_face
-from tilth.mpm.distribution import Distribution
+from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
@@ -186,10 +186,8 @@ class Simulation:
         """
         initial = initial_points(model) if initial is None else initial
         simulation = cls(model, restored_points(initial, arrays, model.stage.name != ""), initial)
-        owners = simulation.owners()
-        restore_all(owners, arrays)
-        unknown = set(arrays) - set(simulation.arrays())
-        if unknown:
+        restore_all(simulation.owners(), arrays)
+        if unknown := set(arrays) - set(simulation.arrays()):
             raise WrongState(f"{min(unknown)!r} belongs to nothing in it")
         return simulation
 
@@ -210,17 +208,26 @@ class Simulation:
         """
         if comm.size > 1:
             require_distributed(self.model)
-            self.distribution = Distribution(comm, self.points, self.grid)
+            self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
             self.distribution.own = self.distribution.own[self.distribution.own]
             self._solver = distributed_solver(
                 self.model.analysis.solver, self.run_warnings.fallback
             )
 
+    def _keyed(self) -> list[KeyedRows]:
+        """Returns the owners whose variables belong to nodes or cells."""
+        return [each for each in self.owners().values() if isinstance(each, KeyedRows)]
+
     @property
     def comm(self) -> Communicator:
         """The processes of the run."""
         return self.distribution.comm
+
+    @property
+    def owned_points(self) -> MaterialPoints:
+        """The points of this process without the copies of other processes' points."""
+        return self.distribution.owned(self.points)
 
     @property
     def warnings(self) -> list[str]:
@@ -348,15 +355,14 @@ class Simulation:
         time_step = self._time_step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
-        implicit = self.implicit
-        if time_step is None:
-            implicit = [*implicit, *self.waves.surfaces()]
+        implicit = self.implicit + (self.waves.surfaces() if time_step is None else [])
         with self.timers.measure("boundaries"):
             near = find_near_soil(holding(implicit), self.points, active, before)
-            active = active.with_nodes(nodes_near(near, active))
+            absorbing = self.waves.near(self.points, active, before) if time_step else []
+            active = active.with_nodes(nodes_near([*near, *absorbing], active))
         with together(self.comm):
             declared = Conditions.gather(self.boundaries, active, before, after)
-            on_axis = self.axis.constrain(active, declared, self.implicit, before)
+        on_axis = self.axis.constrain(active, declared, self.implicit, before)
         on_axis = replace(on_axis, conditions=on_axis.conditions.of_owners(active))
         with self.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
@@ -366,7 +372,7 @@ class Simulation:
         self.run_warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
         )
-        return PreparedStep(before, after, active, on_axis, constraints)
+        return PreparedStep(before, after, active, on_axis, constraints, absorbing)
 
     def advance(
         self,
@@ -395,8 +401,7 @@ class Simulation:
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
-            with together(self.comm):
-                possible = require_acceptable(self, step, balance, displacement, moved, is_least)
+            possible = require_acceptable(self, step, balance, displacement, moved, is_least)
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise

@@ -8,12 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.gathering import collected
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
 from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
+from tilth.comm import Communicator
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model
 from tilth.mpm.frozen_points import require_reducible
@@ -97,6 +99,14 @@ class StagedAnalysis:
         analysis.simulation = Simulation.restored(analysis.models[number], arrays, initial)
         analysis.clock = analysis._clock(number, **clock)
         return analysis
+
+    def distribute(self, comm: Communicator) -> None:
+        """Leaves this process its part of the points; all processes have them all before.
+
+        Raises:
+            BadInput: see `Simulation.distribute`.
+        """
+        self.simulation.distribute(comm)
 
     @property
     def point_fields(self) -> PointFields:
@@ -188,13 +198,17 @@ class StagedAnalysis:
     def enter_next(self) -> None:
         """Goes to the start of the next stage, whose clock begins at 0.
 
+        Each process changes all soil, and is then left its part of it.
+
         Raises:
-            BadInput: see `next_stage`.
+            BadInput: see `next_stage` and `Simulation.distribute`.
         """
         number = self.number + 1
         model, initial = self.models[number], self._initial[number]
-        self.simulation = checked_next_stage(self.simulation, model, initial)
+        comm = self.simulation.comm
+        self.simulation = checked_next_stage(collected(self.simulation), model, initial)
         self.out_of_balance = self.simulation.released.force.sum(axis=0)
+        self.simulation.distribute(comm)
         self.clock = self._clock(number, step=self.clock.step)
 
     def steps(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +16,8 @@ from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.axis import AxisConstraints
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.state import ContactState
+from tilth.boundaries.implicit.near_soil import NearSoil
+from tilth.comm import total
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
 from tilth.terms.dashpots import AssembledDashpots
@@ -83,16 +86,16 @@ class StepResult:
         return np.asarray(np.sum([np.zeros_like(self.equilibrium.load), *of_boundaries], axis=0))
 
     def resultant(self, name: str) -> Floats:
-        """Returns the force of a boundary on the soil [force], shape (dim,)."""
-        return np.asarray(self.forces[name].sum(axis=0))
+        """Returns the force of a boundary on the soil [force], (dim,); all processes call it."""
+        own = self.forces[name][self.active.owned]
+        return total(self.active.comm, np.asarray(own.sum(axis=0)))
 
     def moment(self, name: str, about: Floats) -> Floats:
-        """Returns the moment of that force about a point [force length], shape (3,)."""
-        arm = self.active.position + self.equilibrium.displacement - about
+        """Returns the moment of that force about a point [force length], shape (3,), likewise."""
+        arm, own = self.active.position + self.equilibrium.displacement - about, self.active.owned
         three = ((0, 0), (0, 3 - arm.shape[1]))
-        return np.asarray(
-            np.cross(np.pad(arm, three), np.pad(self.forces[name], three)).sum(axis=0)
-        )
+        moment = np.cross(np.pad(arm[own], three), np.pad(self.forces[name][own], three))
+        return total(self.active.comm, np.asarray(moment.sum(axis=0)))
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,7 @@ class PreparedStep:
         active: the grid with the soil on it.
         on_axis: all conditions on nodes, and what else acts on the axis of symmetry.
         constraints: of the implicit boundaries.
+        absorbing: points of the absorbing boundaries near soil, in a step with inertia.
     """
 
     before: float
@@ -111,6 +115,7 @@ class PreparedStep:
     active: ActiveGrid
     on_axis: AxisConstraints
     constraints: ImplicitConstraints
+    absorbing: Sequence[NearSoil] = ()
 
     @property
     def size(self) -> float:
@@ -172,6 +177,6 @@ def result_of(
         radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
-    work = 0.5 * float((twice * equilibrium.displacement).sum())
+    work = 0.5 * balance.active.work(twice, equilibrium.displacement)
     forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
     return replace(result, forces=forces, work=work)

@@ -4,6 +4,7 @@ energies.csv with inertia."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,7 +74,7 @@ class StepTables:
     """Writes the files row by row.
 
     Args:
-        folder: of the run.
+        folder: of the run; None in a process that writes no files.
         model: the whole model.
         initial: see `Tracker`.
         stored: what the files begin with; new files if None.
@@ -83,66 +84,79 @@ class StepTables:
     """
 
     def __init__(
-        self, folder: Path, model: Model, initial: MaterialPoints, stored: StoredRows | None = None
+        self,
+        folder: Path | None,
+        model: Model,
+        initial: MaterialPoints,
+        stored: StoredRows | None = None,
     ) -> None:
         stages = bool(model.stages)
         rows = stored or StoredRows(b"", b"", b"")
         self._model = model
         self._tracker = Tracker(model, initial)
-        columns = self._tracker.columns
-        self._history = HistoryWriter(folder / HISTORY, columns, rows.history, stages)
-        self._boundaries: HistoryWriter | None = None
-        if columns := motion_columns(model):
-            file = folder / BOUNDARIES
-            self._boundaries = HistoryWriter(file, columns, rows.boundaries, stages)
-        self._energies: HistoryWriter | None = None
-        if columns := energy_columns(model):
-            file = folder / ENERGIES
-            self._energies = HistoryWriter(file, columns, rows.energies, stages)
+        self._columns = {
+            HISTORY: self._tracker.columns,
+            BOUNDARIES: motion_columns(model),
+            ENERGIES: energy_columns(model),
+        }
+        begin = {HISTORY: rows.history, BOUNDARIES: rows.boundaries, ENERGIES: rows.energies}
+        self._files: dict[str, HistoryWriter] = {}
+        if folder is not None:
+            self._files = {
+                name: HistoryWriter(folder / name, columns, begin[name], stages)
+                for name, columns in self._columns.items()
+                if columns or name == HISTORY
+            }
+
+    def rows(
+        self,
+        time: float,
+        simulation: Simulation,
+        result: StepResult | None,
+        energies: Energies,
+    ) -> dict[str, list[float]]:
+        """Returns the values of a step by the names of the files; all processes call it.
+
+        time: of the stage. energies: with those of this step.
+        """
+        found = {HISTORY: self._tracker.values(simulation, result, energies)}
+        if self._columns[BOUNDARIES]:
+            found[BOUNDARIES] = motion_values(self._model, simulation, result)
+        if self._columns[ENERGIES]:
+            values = energies.values(simulation, time)
+            found[ENERGIES] = [values[kind] for kind in ENERGY_KINDS]
+        return found
 
     def append(
         self,
         step: int,
-        time: tuple[float, float],
-        simulation: Simulation,
-        result: StepResult | None,
+        time: float,
         iterations: int,
-        energies: Energies,
+        rows: Mapping[str, list[float]],
+        stage: tuple[str, float],
     ) -> None:
         """Writes the rows of a step.
 
-        time: total time and that of the stage. energies: with those of this step.
+        time: total time. rows: see `rows`. stage: its name and the time in it.
         """
-        stage = (simulation.model.stage.name, time[1])
-        values = self._tracker.values(simulation, result, energies)
-        self._history.append(step, time[0], iterations, values, stage)
-        if self._boundaries is not None:
-            values = motion_values(self._model, simulation, result)
-            self._boundaries.append(step, time[0], iterations, values, stage)
-        if self._energies is not None:
-            found = energies.values(simulation, time[1])
-            values = [found[kind] for kind in ENERGY_KINDS]
-            self._energies.append(step, time[0], iterations, values, stage)
+        for name, file in self._files.items():
+            file.append(step, time, iterations, rows[name], stage)
 
     def marks(self) -> dict[str, Mark]:
         """Returns what a checkpoint keeps of the files."""
         none = Mark(0, 0)
+        names = {"history": HISTORY, "boundaries": BOUNDARIES, "energy_rows": ENERGIES}
         return {
-            "history": self._history.mark,
-            "boundaries": none if self._boundaries is None else self._boundaries.mark,
-            "energy_rows": none if self._energies is None else self._energies.mark,
+            key: self._files[name].mark if name in self._files else none
+            for key, name in names.items()
         }
 
     def sync(self) -> None:
         """Waits until all rows are on the disk; also while another thread appends to them."""
-        for table in self._tables():
+        for table in self._files.values():
             table.sync()
 
     def close(self) -> None:
         """Closes the files."""
-        for table in self._tables():
+        for table in self._files.values():
             table.close()
-
-    def _tables(self) -> list[HistoryWriter]:
-        tables = self._history, self._boundaries, self._energies
-        return [table for table in tables if table is not None]

@@ -85,16 +85,16 @@ class Tracker:
         if track.at is not None:
             ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
-                return lambda simulation, result, energies: _state(track, simulation.points, ids)
+                return lambda simulation, result, energies: _state(track, simulation, ids)
 
             def of_points(
                 simulation: Simulation, result: StepResult | None, energies: Energies
             ) -> float:
-                there = _there(simulation.points, ids)
+                values = _values(track, simulation, 0.0 if result is None else result.time)
+                there = _there(simulation, ids, values)
                 if len(there) == 0:
                     return math.nan
-                values = _values(track, simulation, 0.0 if result is None else result.time)
-                mean = values[there].mean(axis=0)
+                mean = there.mean(axis=0)
                 return _component(mean, track.component) if track.component else float(mean)
 
             return of_points
@@ -103,7 +103,7 @@ class Tracker:
             return lambda simulation, result, energies: _enclosed(simulation, name)
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
-            return lambda simulation, result, energies: _extent(track, simulation.points, axis)
+            return lambda simulation, result, energies: _extent(track, simulation, axis)
         kind = track.kind or ""
         return lambda simulation, result, energies: energies.value(
             kind, simulation, 0.0 if result is None else result.time
@@ -199,20 +199,23 @@ def _penetration(track: Track, simulation: Simulation, result: StepResult | None
     if boundary is None:
         return math.nan
     time = 0.0 if result is None else result.time
-    return boundary.penetration(simulation.points.position, time)
+    return simulation.comm.max(boundary.penetration(simulation.points.position, time))
 
 
-def _state(track: Track, points: MaterialPoints, ids: Integers) -> float:
-    there = _there(points, ids)
-    if len(there) == 0:
-        return math.nan
-    return float(points.state_variable(track.variable or "")[there].mean())
+def _state(track: Track, simulation: Simulation, ids: Integers) -> float:
+    values = simulation.points.state_variable(track.variable or "")
+    there = _there(simulation, ids, values)
+    return float(there.mean()) if len(there) else math.nan
 
 
-def _there(points: MaterialPoints, ids: Integers) -> Integers:
-    """Returns the indices of those of the points that are there."""
-    index = points.index_of(ids)
-    return index[index >= 0]
+def _there(simulation: Simulation, ids: Integers, values: Floats) -> Floats:
+    """Returns the values (n, ...) at those of the points that are there, of all processes."""
+    index = simulation.points.index_of(ids)
+    index = index[index >= 0]
+    index = index[simulation.distribution.own[index]]
+    found = simulation.comm.gathered((simulation.points.point_id[index], values[index]))
+    order = np.argsort(np.concatenate([number for number, _ in found]), kind="stable")
+    return np.concatenate([each for _, each in found])[order]
 
 
 def _enclosed(simulation: Simulation, name: str) -> float:
@@ -248,15 +251,20 @@ def _component(value: Floats, name: str) -> float:
     return float(value[(AXES if len(value) < 6 else TENSOR).index(name)])
 
 
-def _extent(track: Track, points: MaterialPoints, axis: int) -> float:
-    chosen = slice(None)
+def _extent(track: Track, simulation: Simulation, axis: int) -> float:
+    points, comm = simulation.points, simulation.comm
+    chosen = np.arange(len(points))
     if track.body is not None:
-        chosen = points.of_body(track.body)
+        chosen = chosen[points.of_body(track.body)]
+    chosen = chosen[simulation.distribution.own[chosen]]
     upper = (upper_edges(points) if track.of == "domains" else points.position)[chosen, axis]
+    if track.share is None:
+        most = comm.max(float(upper.max(initial=-math.inf)))
+        return most if math.isfinite(most) else math.nan
+    found = comm.gathered((upper, points.initial_volume[chosen]))
+    upper, each = (np.concatenate(parts) for parts in zip(*found, strict=True))
     if len(upper) == 0:
         return math.nan
-    if track.share is None:
-        return float(upper.max())
     order = np.argsort(upper)
-    volume = np.cumsum(points.initial_volume[chosen][order])
+    volume = np.cumsum(each[order])
     return float(upper[order][np.searchsorted(volume, track.share * volume[-1])])

@@ -15,7 +15,11 @@ from tilth.boundaries.absorbing import Absorbing, make_absorbing
 from tilth.boundaries.base_motion import BaseMotion
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
+from tilth.boundaries.implicit.near_soil import NearSoil, find_near_soil
+from tilth.comm import together
 from tilth.model import Model
+from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import Inertia
@@ -65,12 +69,19 @@ class WaveBoundaries:
                 if each.name in known:
                     each.restore(known[each.name].state())
 
+    def near(self, points: MaterialPoints, active: ActiveGrid, time: float) -> list[NearSoil]:
+        """Returns the points of each absorbing boundary near soil at `time`."""
+        return find_near_soil(self.surfaces(), points, active, time)
+
     def _parts(
-        self, soil: Soil, before: float, after: float
+        self, soil: Soil, before: float, after: float, near: Sequence[NearSoil] | None = None
     ) -> list[tuple[Absorbing, ImplicitConstraint]]:
-        """Returns the absorbing boundaries that touch soil with their points there."""
+        """Returns the absorbing boundaries that touch soil with their points there.
+
+        near: what `near` returns at the time `before`; found if not given.
+        """
         parts = ImplicitConstraints.near_soil(
-            self.surfaces(), soil.points, soil.active, self._kind, before, after
+            self.surfaces(), soil.points, soil.active, self._kind, before, after, near
         )
         by_name = {each.name: each for each in self.absorbing}
         return [(by_name[part.boundary.name], part) for part in parts]
@@ -81,7 +92,7 @@ class WaveBoundaries:
         mass: of the material points [mass], shape (n,).
         """
         found: list[Term] = []
-        for each, part in self._parts(soil, step.before, step.after):
+        for each, part in self._parts(soil, step.before, step.after, step.absorbing):
             found += each.terms(part, soil, mass, inertia, step.before, step.after)
         return found
 
@@ -103,9 +114,12 @@ class WaveBoundaries:
         new = [each for each in self.absorbing if not each.begun]
         if not new:
             return False, 0.0
-        forces = balance.forces(np.zeros(step.active.position.shape))
+        active = balance.active
+        with together(balance.comm):
+            forces = balance.forces(np.zeros(step.active.position.shape))
         static = np.where(step.conditions.constrained, 0.0, forces.residual - forces.inertia)
-        parts = self._parts(soil, step.before, step.before)
+        static = active.updated(static)
+        parts = self._parts(soil, step.before, step.before, step.absorbing)
         nodes = {each.name: each.nodes(part, soil.active) for each, part in parts}
         taken = union(len(static), (nodes[each.name] for each, _ in parts if each.begun))
         shares = {
@@ -118,10 +132,10 @@ class WaveBoundaries:
         total = sum(shares.values(), np.zeros_like(static))
         for each in new:
             share = shares.get(each.name, np.zeros_like(static))
-            each.keep(balance.active, static * share / np.where(total > 0.0, total, 1.0))
+            each.keep(active, static * share / np.where(total > 0.0, total, 1.0))
         free = ~union(len(static), nodes.values())
-        left = float(np.linalg.norm(static[free]))
-        size = max(float(np.linalg.norm(forces.soil)), float(np.linalg.norm(forces.load)))
+        left = active.norm(np.where(free[:, None], static, 0.0))
+        size = max(active.norm(forces.soil), active.norm(forces.load))
         return True, left / size if size > 0.0 else 0.0
 
     def warnings(self, model: Model, soil: Soil) -> Iterator[tuple[str, str]]:

@@ -102,6 +102,7 @@ class Absorbing:
         moduli, volume = points.elastic_moduli(), points.initial_volume
         of_points = np.column_stack([volume, mass, volume * moduli.constrained])
         sums = soil.scatter(np.column_stack([of_points, volume * moduli.shear]))
+        sums = soil.active.updated(sums)
         nearby = part.at.interpolate(np.ascontiguousarray(sums))
         volume_there, mass_there, constrained, shear = nearby.T
         density = mass_there / volume_there

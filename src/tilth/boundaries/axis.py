@@ -19,6 +19,7 @@ import numpy.typing as npt
 from tilth.arrays import Floats, Integers, require_table
 from tilth.boundaries.axis_rows import AxisRows
 from tilth.boundaries.conditions import UNCONSTRAINED, Conditions
+from tilth.comm import together
 from tilth.errors import BadInput
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid, Grid
@@ -121,6 +122,8 @@ class Axis:
     ) -> AxisConstraints:
         """Returns the conditions of a step together with the constraints on the axis.
 
+        All processes call it.
+
         boundaries: those that can be between soil and axis, at `time`, the start of the step.
 
         Raises:
@@ -130,14 +133,20 @@ class Axis:
             return AxisConstraints.without_penalty(conditions)
         row, field, modulus = self._rows.find(active, boundaries, time)
         column, fraction = _columns(active.grid)
+        greatest = active.comm.max(float(np.abs(conditions.increment[:, 0]).max(initial=0.0)))
         constrained = np.zeros(active.nodes, dtype=bool)
         beyond = _nodes(active, column - 1, row, field)
         constrained[beyond[beyond >= 0]] = True
         if fraction > 0.0:
             conditions = conditions.with_axis(constrained)
-            return self._between(active, conditions, row, field, modulus, column, fraction)
+            with together(active.comm):
+                return self._between(
+                    active, conditions, row, field, modulus, column, fraction, greatest
+                )
         on_axis = _nodes(active, column, row, field)
-        self._refuse_motion(conditions, active, on_axis[:, None], np.ones((len(row), 1)))
+        with together(active.comm):
+            one = np.ones((len(row), 1))
+            self._refuse_motion(conditions, active, on_axis[:, None], one, greatest)
         constrained[on_axis[on_axis >= 0]] = True
         return AxisConstraints.without_penalty(conditions.with_axis(constrained))
 
@@ -150,8 +159,12 @@ class Axis:
         modulus: Floats,
         column: int,
         fraction: float,
+        greatest: float,
     ) -> AxisConstraints:
-        """Returns the penalty at r = 0, a fraction of a cell away from the nodes of a column."""
+        """Returns the penalty at r = 0, a fraction of a cell away from the nodes of a column.
+
+        greatest: see `_refuse_motion`.
+        """
         grid = active.grid
         nodes = np.stack([_nodes(active, column + k, row, field) for k in range(3)], axis=1)
         inactive = nodes[:, 0] < 0  # no soil in the cell on the axis: extrapolated from the next
@@ -160,7 +173,7 @@ class Axis:
         at = np.where(inactive, (fraction - 1.0) * (width / following), fraction)
         value = np.stack([1.0 - at, at], axis=1)
         both_active = (pair >= 0).all(axis=1)
-        self._refuse_motion(conditions, active, pair[both_active], value[both_active])
+        self._refuse_motion(conditions, active, pair[both_active], value[both_active], greatest)
         free = both_active & ~conditions.constrained[pair, 0].all(axis=1)
         row, field = row[free], field[free]
         band = RELATIVE_BAND_WIDTH * grid.cell_size.min()
@@ -196,10 +209,19 @@ class Axis:
         return found
 
     def commit(self, step: AxisConstraints, active: ActiveGrid, displacement: Floats) -> None:
-        """Stores the forces at the end of a converged step with a displacement (nodes, dim)."""
+        """Stores the forces at the end of a converged step with a displacement (nodes, dim).
+
+        All processes store those of all rows.
+        """
         slip = (step.value * displacement[step.node, 0]).sum(axis=1)
-        self.height, self.field = _height(active.grid, step.row), step.field
-        self.carried = step.before + step.stiffness * slip
+        rows = _height(active.grid, step.row), step.field, step.before + step.stiffness * slip
+        if active.shared is not None:
+            own = active.shared.owns(active.key[step.node[:, 0]])
+            parts = active.comm.gathered([each[own] for each in rows])
+            height, field, carried = (np.concatenate(each) for each in zip(*parts, strict=True))
+            order = np.lexsort((height, field))
+            rows = height[order], field[order], carried[order]
+        self.height, self.field, self.carried = rows
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
@@ -214,15 +236,21 @@ class Axis:
         self.height, self.field, self.carried = state["place"], state["field"], state["carried"]
 
     def _refuse_motion(
-        self, conditions: Conditions, active: ActiveGrid, node: Integers, value: Floats
+        self,
+        conditions: Conditions,
+        active: ActiveGrid,
+        node: Integers,
+        value: Floats,
+        greatest: float,
     ) -> None:
-        """Refuses prescribed radial motion at nodes (n, k) with shape functions at r = 0."""
+        """Refuses prescribed radial motion at nodes (n, k) with shape functions at r = 0.
+
+        greatest: prescribed radial displacement of any node [length].
+        """
         radial = conditions.increment[:, 0]
         constrained = ((node >= 0) & (conditions.boundary[node, 0] != UNCONSTRAINED)).all(axis=1)
         motion = np.where(constrained, (radial[node] * value).sum(axis=1), 0.0)
-        wrong = np.flatnonzero(
-            np.abs(motion) > RADIAL_MOTION_TOLERANCE * np.abs(radial).max(initial=0.0)
-        )
+        wrong = np.flatnonzero(np.abs(motion) > RADIAL_MOTION_TOLERANCE * greatest)
         if len(wrong):
             nearest = node[wrong[0], value[wrong[0]].argmax()]
             name = conditions.names[conditions.boundary[nearest, 0]]

@@ -80,9 +80,12 @@ class Analysis(Declared):
     relaxation_steps: Count | None = None
     """Steps after which soil that "relax" has not brought to rest ends the analysis, 1000 if not
     given; with `beyond_limit = "relax"` only."""
-    solver: Literal["auto", "superlu", "pardiso", "banded", "multigrid"] = "auto"
+    solver: Literal[
+        "auto", "superlu", "pardiso", "banded", "multigrid", "mumps", "gamg", "hypre"
+    ] = "auto"
     """Linear solver; "auto" selects "multigrid" for many unknowns, "banded" for slender bodies, and
-    otherwise the fastest installed direct solver.
+    otherwise the fastest installed direct solver. "mumps" (direct), "gamg" and "hypre" (algebraic
+    multigrid) are those of PETSc, which several processes share: there "auto" selects among them.
     """
 
     @model_validator(mode="after")

@@ -8,16 +8,20 @@ of them share (docs/theory/many_machines.md).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
-from tilth.arrays import Flags, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import SERIAL, Communicator, total
 from tilth.errors import BadInput
 from tilth.mpm.decomposition import Boxes, TooManyProcesses, bisected
 from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.keys import places_of_keys
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.shared_nodes import SharedNodes
 
@@ -27,8 +31,31 @@ LAYERS = 3
 A face of the ghost stabilisation reaches two cells from a node, and whether its cells are at the
 edge of the soil one more."""
 
+LAYERS_OF_ROWS = 6
+"""The same for states with rows of cells or nodes; more than a step needs."""
+
 LARGEST_LOAD = 1.1
 """Points of a process, relative to the mean, from which on the cells are shared out anew."""
+
+
+@runtime_checkable
+class KeyedRows(Protocol):
+    """A state from step to step, some of whose arrays have rows that belong to nodes or cells."""
+
+    def rows(self) -> tuple[Integers, list[str]]:
+        """Returns the key of a node or cell for each row, (n,), and the names of these arrays.
+
+        The rows ascend in the first one.
+        """
+        ...
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """Returns all arrays by name."""
+        ...
+
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Takes over arrays as `state` returns them."""
+        ...
 
 
 class Distribution:
@@ -38,6 +65,7 @@ class Distribution:
         comm: the processes.
         points: all points, in all processes.
         grid: of the first step.
+        keyed: returns what else persists and follows the cells.
 
     Attributes:
         comm: the processes.
@@ -49,8 +77,15 @@ class Distribution:
         BadInput: there are more processes than cells with points.
     """
 
-    def __init__(self, comm: Communicator, points: MaterialPoints, grid: Grid) -> None:
+    def __init__(
+        self,
+        comm: Communicator,
+        points: MaterialPoints,
+        grid: Grid,
+        keyed: Callable[[], Sequence[KeyedRows]] = tuple,
+    ) -> None:
         self.comm = comm
+        self._keyed = keyed
         self.own: Flags = np.ones(len(points), dtype=bool)
         self.moved = 0
         self._total = len(points)
@@ -70,6 +105,8 @@ class Distribution:
                 ) from None
             owner = self.boxes.owner(cell)
             self.own = owner == comm.rank
+            for each in keyed():
+                self._hand_out(each, None)
             self._least_load = float(np.bincount(owner).max() * comm.size / len(points))
 
     @property
@@ -85,6 +122,25 @@ class Distribution:
     def owned(self, points: MaterialPoints) -> MaterialPoints:
         """Returns the points without the copies of other processes' points."""
         return points if self.serial else points.selected(self.own)
+
+    def with_ranges(self, changed: Callable[[PointRange], PointRange]) -> Distribution:
+        """Returns the same for points whose ranges are others; it never shares the cells out anew.
+
+        changed: returns a range of the other points by that of these.
+        """
+        other = copy(self)
+        other._bodies = [changed(body) for body in self._bodies]
+        other._least_load = np.inf
+        return other
+
+    def place(self, points: MaterialPoints, number: int) -> Floats:
+        """Returns the position of the point with this number, wherever it is [length], (dim,).
+
+        All processes call it.
+        """
+        row = points.index_of(np.array([number]))[0]
+        found = self.comm.gathered(None if row < 0 else points.position[row].copy())
+        return next(each for each in found if each is not None)
 
     def arranged(self, points: MaterialPoints, grid: Grid) -> MaterialPoints:
         """Returns the points of this process' cells at their present places, and the copies.
@@ -125,10 +181,74 @@ class Distribution:
         """Shares the cells out anew if a process has too many points."""
         load = max(self.comm.gathered(len(own))) * self.comm.size / self._total
         if load > LARGEST_LOAD * max(self._least_load, 1.0):
+            before = self.boxes
             self.boxes = bisected(self.comm, self.comm.size, _cells(own, grid))
+            for each in self._keyed():
+                self._hand_out(each, before)
             owner = self.boxes.owner(_cells(own, grid))
             owned = np.bincount(owner, minlength=self.comm.size).astype(float)
             self._least_load = total(self.comm, owned).max() * self.comm.size / self._total
+
+    def owns(self, key: Integers) -> Flags:
+        """Returns which of the cells or nodes with these keys this process owns, shape (n,)."""
+        return np.asarray(self.boxes.owner(self._places(key)) == self.comm.rank)
+
+    def _places(self, key: Integers) -> Integers:
+        return places_of_keys(key, 1 + max(body.field for body in self._bodies))[0]
+
+    def _hand_out(self, keyed: KeyedRows, before: Boxes | None) -> None:
+        """Gives each process the rows of the cells of its box and around it.
+
+        before: boxes whose owners have the rows; None if all processes have all.
+        """
+        state, (key, names) = keyed.state(), keyed.rows()
+        cell = self._places(key)
+        rank, ranks = self.comm.rank, range(self.comm.size)
+        near = [self.boxes.near(r, cell, LAYERS_OF_ROWS) for r in ranks]
+        if before is None:
+            keyed.restore(state | {name: state[name][near[rank]] for name in names})
+            return
+        own = before.owner(cell) == rank
+        found = self.comm.exchanged([[state[name][own & near[r]] for name in names] for r in ranks])
+        arrays = [np.concatenate(parts) for parts in zip(*found, strict=True)]
+        order = np.argsort(arrays[0], kind="stable")
+        keyed.restore(state | {n: each[order] for n, each in zip(names, arrays, strict=True)})
+
+    def gathered(self, points: MaterialPoints) -> dict[str, npt.NDArray[Any]]:
+        """Returns the arrays of the points of all processes, range by range, in process 0.
+
+        An empty dictionary in the others; the arrays of the points themselves in a serial run.
+        """
+        if self.serial:
+            return dict(points.arrays())
+        found = {}
+        order: Integers | None = None
+        for name, array in [("range", self._ranges(points)), *points.arrays().items()]:
+            parts = self.comm.gathered_first(np.ascontiguousarray(array[self.own]))
+            if parts:
+                found[name] = np.concatenate(parts)
+                if name == "point_id":
+                    order = np.lexsort((found["point_id"], found["range"]))
+        found.pop("range", None)
+        return {name: array[order] for name, array in found.items()}
+
+    def whole(self, points: MaterialPoints) -> MaterialPoints:
+        """Returns the points of all processes in each of them."""
+        if self.serial:
+            return points
+        arrays = self.comm.gathered(self.gathered(points))[0]
+        own = np.bincount(self._ranges(points)[self.own], minlength=len(self._bodies))
+        counts = total(self.comm, own.astype(float)).astype(int)
+        return MaterialPoints(bodies=self._bodies_of(counts), varying=self._varying, **arrays)
+
+    def _bodies_of(self, counts: Integers) -> list[PointRange]:
+        """Returns ranges with these numbers of points that follow each other; no empty ones."""
+        ends = np.cumsum(counts).tolist()
+        return [
+            replace(body, start=end - count, stop=end)
+            for body, count, end in zip(self._bodies, counts.tolist(), ends, strict=True)
+            if count
+        ]
 
     def _exchanged(
         self, points: MaterialPoints, chosen: Sequence[Flags | None]
@@ -147,9 +267,7 @@ class Distribution:
             none if each is None else self._points(*each) for each in self.comm.exchanged(values)
         ]
 
-    def _points(
-        self, ranges: list[tuple[int, int, int]], arrays: dict[str, np.ndarray]
-    ) -> MaterialPoints:
+    def _points(self, ranges: list[tuple[int, int, int]], arrays: dict[str, Any]) -> MaterialPoints:
         known = {(body.body, body.layer): body for body in self._bodies}
         bodies: list[PointRange] = []
         start = 0
@@ -165,28 +283,22 @@ class Distribution:
             name: np.concatenate([getattr(part, name) for part in parts])
             for name in MaterialPoints.array_names()
         }
-        of_range = {(body.body, body.layer): i for i, body in enumerate(self._bodies)}
-        number = np.concatenate(
-            [
-                np.repeat(
-                    [of_range[b.body, b.layer] for b in part.bodies] or [0],
-                    [b.stop - b.start for b in part.bodies] or [0],
-                )
-                for part in parts
-            ]
-        )
+        number = np.concatenate([self._ranges(part) for part in parts])
         order = np.lexsort((arrays["point_id"], number))
-        count = np.bincount(number, minlength=len(self._bodies))
-        bodies, start = [], 0
-        for body, size in zip(self._bodies, count.tolist(), strict=True):
-            if size:
-                bodies.append(replace(body, start=start, stop=start + size))
-                start += size
+        bodies = self._bodies_of(np.bincount(number, minlength=len(self._bodies)))
         return MaterialPoints(
             bodies=bodies,
             varying=self._varying,
             **{name: array[order] for name, array in arrays.items()},
         )
+
+    def _ranges(self, points: MaterialPoints) -> Integers:
+        """Returns the number of each point's range among those of all points, shape (n,)."""
+        of_range = {(body.body, body.layer): i for i, body in enumerate(self._bodies)}
+        number = np.zeros(len(points), dtype=np.int64)
+        for body in points.bodies:
+            number[body.points] = of_range[body.body, body.layer]
+        return number
 
 
 def _cells(points: MaterialPoints, grid: Grid) -> Integers:

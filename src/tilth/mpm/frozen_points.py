@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.comm import SERIAL, Communicator, total
 from tilth.errors import BadInput, Problem
 from tilth.model import Model
 from tilth.model.isotropic import AnyMaterial
 from tilth.model.problems import dotted
-from tilth.mpm.points import MaterialPoints
+from tilth.mpm.points import MaterialPoints, PointRange
 
 FROZEN_STRAIN = 1e-5
 """Mean elastic strain on the frozen geometry [-]."""
@@ -50,23 +51,31 @@ def require_reducible(model: Model) -> None:
         )
 
 
-def thickness(points: MaterialPoints) -> float:
-    """Returns the thickness of the soil [length], whatever its direction.
+def thickness(points: MaterialPoints, comm: Communicator = SERIAL) -> float:
+    """Returns the thickness of the soil of all processes [length], whatever its direction.
 
     It is exact for a layer: the extent along the principal axis of its volume with the least
     variance, which is thickness^2 / 12.
+
+    points: those that this process owns.
     """
     volume, position = points.volume, points.position
-    arm = position - np.average(position, axis=0, weights=volume)
-    variance = np.linalg.eigvalsh((arm * volume[:, None]).T @ arm / volume.sum())
+    whole = comm.sum(float(volume.sum()))
+    centre = total(comm, (position * volume[:, None]).sum(axis=0)) / whole
+    arm = position - centre
+    variance = np.linalg.eigvalsh(total(comm, (arm * volume[:, None]).T @ arm) / whole)
     return float(np.sqrt(12.0 * max(float(variance[0]), 0.0)))
 
 
-def mean_elastic_strain(points: MaterialPoints) -> float:
-    """Returns the mean norm of the elastic strain over the volume of the soil [-]."""
+def mean_elastic_strain(points: MaterialPoints, comm: Communicator = SERIAL) -> float:
+    """Returns the mean norm of the elastic strain over the volume of all processes' soil [-].
+
+    points: those that this process owns.
+    """
     strain = points.elastic_strain
     norm = np.sqrt((strain[:, :3] ** 2).sum(axis=1) + 2.0 * (strain[:, 3:] ** 2).sum(axis=1))
-    return float(np.average(norm, weights=points.volume))
+    volume = points.volume
+    return comm.sum(float((norm * volume).sum())) / comm.sum(float(volume.sum()))
 
 
 class FrozenPoints:
@@ -81,9 +90,7 @@ class FrozenPoints:
 
     def __init__(self, model: Model, points: MaterialPoints, stiffening: float) -> None:
         self.stiffening = stiffening
-        self._materials: Sequence[AnyMaterial] = [
-            model.materials[model.bodies[body.body].materials[body.layer]] for body in points.bodies
-        ]
+        self._model = model
         arrays: dict[str, Any] = {name: each.copy() for name, each in points.arrays().items()}
         copy = MaterialPoints(bodies=points.bodies, varying=points.varying, **arrays)
         copy.elastic_strain = points.elastic_strain / stiffening
@@ -96,17 +103,30 @@ class FrozenPoints:
         self.points = copy
         self.points = self._with(
             [
-                material.stiffened_parameters(points.parameters_of(body), stiffening)
-                for material, body in zip(self._materials, points.bodies, strict=True)
+                self._material(body).stiffened_parameters(points.parameters_of(body), stiffening)
+                for body in points.bodies
             ]
         )
 
+    def _material(self, body: PointRange) -> AnyMaterial:
+        """Returns the material of a range of points."""
+        return self._model.materials[self._model.bodies[body.body].materials[body.layer]]
+
+    def range(self, body: PointRange) -> PointRange:
+        """Returns a range of points on the frozen geometry, with the strength as it is."""
+        if body.parameters is None:
+            return body
+        stiffened = self._material(body).stiffened_parameters(body.parameters, self.stiffening)
+        return replace(body, parameters=stiffened)
+
     def reduced(self, factor: float) -> MaterialPoints:
         """Returns the points with their strength over a factor [-]; the state is shared."""
-        parameters = []
-        for material, body in zip(self._materials, self.points.bodies, strict=True):
-            parameters.append(material.reduced_parameters(self.points.parameters_of(body), factor))
-        return self._with(parameters)
+        return self._with(
+            [
+                self._material(body).reduced_parameters(self.points.parameters_of(body), factor)
+                for body in self.points.bodies
+            ]
+        )
 
     def _with(self, parameters: Sequence[Floats]) -> MaterialPoints:
         """Returns the points with other parameters of each range, (m,) or (n, m)."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,12 +15,12 @@ from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.comm import SERIAL, Communicator
 from tilth.errors import StepFailed
+from tilth.mpm.field_of_grid import FieldOfGrid, field_of_grid
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,
     field_shift,
     find_keys,
-    first_of_fields,
     lattice_keys,
     places_of_keys,
 )
@@ -162,31 +163,6 @@ class Buffers:
 
 
 @dataclass(frozen=True)
-class FieldOfGrid:
-    """The active nodes and cells of one displacement field.
-
-    Attributes:
-        first_node, first_cell: their first numbers among those of all fields.
-        key, cell_keys: sorted keys of its nodes and cells, as those of the field 0.
-    """
-
-    first_node: int
-    first_cell: int
-    key: Integers
-    cell_keys: Integers
-
-    @property
-    def nodes(self) -> slice:
-        """The numbers of its nodes."""
-        return slice(self.first_node, self.first_node + len(self.key))
-
-    @property
-    def cells(self) -> slice:
-        """The numbers of its cells."""
-        return slice(self.first_cell, self.first_cell + len(self.cell_keys))
-
-
-@dataclass(frozen=True)
 class ActiveGrid:
     """Nodes and cells of the grid in the points' supports in one step; discarded after the step.
 
@@ -236,12 +212,32 @@ class ActiveGrid:
         """Number of nodes that this process owns."""
         return self.nodes if self.shared is None else len(self.shared.owned)
 
+    @property
+    def owned_cells(self) -> int:
+        """Number of active cells that this process owns."""
+        if self.shared is None:
+            return len(self.cell_keys)
+        return int(self.shared.owns(self.cell_keys).sum())
+
     def updated(self, nodal: npt.NDArray[Number]) -> npt.NDArray[Number]:
         """Returns nodal values (nodes, ...), those of other processes' nodes as they are there.
 
         All processes call it; without others the array itself is returned.
         """
         return nodal if self.shared is None else self.shared.updated(nodal)
+
+    def work(self, force: Floats, displacement: Floats) -> float:
+        """Returns the work of nodal forces over all nodes of all processes [force length].
+
+        force, displacement: shape (nodes, dim); those of other processes' nodes do not matter.
+        """
+        own = self.owned
+        return self.comm.sum(float((force[own] * displacement[own]).sum()))
+
+    def norm(self, nodal: Floats) -> float:
+        """Returns the norm of nodal values over all nodes of all processes, shape (nodes, dim)."""
+        own = nodal[self.owned].ravel()
+        return math.sqrt(self.comm.sum(float(own @ own)))
 
     @property
     def lattice(self) -> Integers:
@@ -261,7 +257,7 @@ class ActiveGrid:
         """Returns the nodes and cells of a displacement field."""
         if self.fields == 1:
             return FieldOfGrid(0, 0, self.key, self.cell_keys)
-        return _field_of(self.key, self.cell_keys, number, self.fields)
+        return field_of_grid(self.key, self.cell_keys, number, self.fields)
 
     @cached_property
     def position(self) -> Floats:
@@ -402,7 +398,7 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
     own = [
         FieldOfGrid(0, 0, key, cell_keys)
         if fields == 1
-        else _field_of(key, cell_keys, number, fields)
+        else field_of_grid(key, cell_keys, number, fields)
         for number in field
     ]
     stencils = [
@@ -417,15 +413,6 @@ def locate(points: MaterialPoints, grid: Grid, buffers: Buffers) -> ActiveGrid:
         cell_keys=cell_keys,
         buffers=buffers,
         fields=fields,
-    )
-
-
-def _field_of(key: Integers, cell_keys: Integers, number: int, fields: int) -> FieldOfGrid:
-    node, end = first_of_fields(key, fields)[number : number + 2]
-    cell, cell_end = first_of_fields(cell_keys, fields)[number : number + 2]
-    shift = field_shift(number)
-    return FieldOfGrid(
-        int(node), int(cell), key[node:end] - shift, cell_keys[cell:cell_end] - shift
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Shorts
+from tilth.comm import total
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
@@ -23,6 +24,8 @@ nodes almost dependent masses, velocities that they cannot tell apart are those 
 
 MOST_ITERATIONS = 1000
 """Iterations of the projection after which it counts as failed."""
+
+NO_PROJECTION = f"no projection of the velocities in {MOST_ITERATIONS} iterations"
 
 
 class ConsistentMass:
@@ -89,10 +92,12 @@ class ConsistentMass:
             StepFailed: the iteration does not converge.
         """
         momentum = self._soil.scatter(self._mass[:, None] * quantity)
-        used, dim = momentum.shape[1], self._pattern.grid.dim
         start = np.where(known, 0.0 if value is None else value, self.lumped(momentum))
-        parts = np.hsplit(start, used // dim)
-        right = momentum - np.hstack([self.times(np.ascontiguousarray(part)) for part in parts])
+        start = self._pattern.updated(start)
+        right = momentum - self._products(start)
+        if self._pattern.shared is not None:
+            return np.asarray(start + self._solved_together(right, known, momentum))
+        used = momentum.shape[1]
         columns = -(-used // 4) * 4  # the kernel works on four at once
         scale, padded = np.zeros((2, len(right), columns))
         scale[:, :used], padded[:, :used] = momentum, right
@@ -103,5 +108,56 @@ class ConsistentMass:
             pattern.row_start, pattern.column, self.blocks, LEAST_EIGENVALUE, zero,
             PROJECTION_TOLERANCE, MOST_ITERATIONS, scale, padded,
         ):  # fmt: skip
-            raise StepFailed(f"no projection of the velocities in {MOST_ITERATIONS} iterations")
+            raise StepFailed(NO_PROJECTION)
         return np.asarray(start + padded[:, :used])
+
+    def _products(self, nodal: Floats) -> Floats:
+        """Returns M times several nodal vectors side by side, shape (nodes, k)."""
+        parts = np.hsplit(nodal, nodal.shape[1] // self._pattern.grid.dim)
+        return np.hstack([self.times(np.ascontiguousarray(part)) for part in parts])
+
+    def _solved_together(self, right: Floats, known: Flags, scale: Floats) -> Floats:
+        """Returns the solutions for right sides, zero where known, by all processes, (nodes, k).
+
+        By conjugate gradients, with the diagonal as preconditioner and the tolerance of a single
+        process: in each iteration the processes exchange the values at the nodes that they share.
+
+        scale: right sides to which the tolerance refers, shape (nodes, k).
+
+        Raises:
+            StepFailed: the iteration does not converge.
+        """
+        pattern = self._pattern
+        own, comm = pattern.owned, pattern.comm
+        diagonal = self.blocks[pattern.diagonal][:, None]
+        free = (~known & (diagonal > 0.0))[own]
+        shifted = np.where(diagonal > 0.0, (1.0 + LEAST_EIGENVALUE) * diagonal, 1.0)[own]
+        inverse = np.where(free, 1.0 / shifted, 0.0)
+        shift = LEAST_EIGENVALUE * diagonal[own]
+
+        def products(a: Floats, b: Floats) -> Floats:
+            return total(comm, (a * b).sum(axis=0))
+
+        target = PROJECTION_TOLERANCE**2 * products(scale[own], inverse * scale[own])
+        r, x, p = right[own], np.zeros_like(right[own]), np.zeros_like(right)
+        z = inverse * r
+        r_z = products(r, z)
+        ratio = np.zeros_like(r_z)
+        for _ in range(MOST_ITERATIONS):
+            if (r_z <= target).all():
+                break
+            p[own] = z + ratio * p[own]
+            p = pattern.updated(p)
+            q = self._products(p)[own] + shift * p[own]
+            p_q = products(p[own], q)
+            goes = (r_z > target) & (p_q > 0.0)
+            length = np.where(goes, r_z / np.where(goes, p_q, 1.0), 0.0)
+            x += length * p[own]
+            r -= length * q
+            z = inverse * r
+            before, r_z = r_z, products(r, z)
+            ratio = r_z / np.where(before > 0.0, before, 1.0)
+        else:
+            raise StepFailed(NO_PROJECTION)
+        p[own] = x
+        return pattern.updated(p)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import field_shift, find_keys, lattice_keys, places_of_keys
 
@@ -117,6 +117,18 @@ def _in_cells_of_fields(
         found = _core.locate_in_cells(position[own], active.grid, cell_keys)
         key[own], local[own] = np.asarray(found[0]) + field_shift(number), found[1]
     return key, local
+
+
+def near_process(active: ActiveGrid, position: Floats, layers: int = 0) -> Flags:
+    """Returns which places lie in cells of this process or so many layers around them, shape (n,).
+
+    All of them in a serial run; without layers each place belongs to one process.
+    position: [length], shape (n, dim).
+    """
+    if active.shared is None:
+        return np.ones(len(position), dtype=bool)
+    lattice = np.floor(active.grid.in_cells(position)).astype(np.int64)
+    return active.shared.boxes.near(active.comm.rank, lattice, layers)
 
 
 def near_soil(

@@ -53,12 +53,21 @@ class RunLog:
         return time.perf_counter() - self._start
 
     def header(
-        self, *, version: str, title: str, threads: int, points: int, cells: int, last_step: int = 0
+        self,
+        *,
+        version: str,
+        title: str,
+        threads: int,
+        points: int,
+        cells: int,
+        last_step: int = 0,
+        processes: int = 1,
     ) -> None:
         """Writes version, case, date and sizes; ``last_step`` > 0 means that a run is resumed."""
         rows = [
             ("case", _one_line(title) or "(no title)"),
             ("date", datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")),
+            *([("processes", str(processes))] if processes > 1 else []),
             ("threads", str(threads)),
             ("points", f"{points:,}"),
             ("active cells", f"{cells:,}"),
@@ -93,6 +102,11 @@ class RunLog:
             start = _INDENT
         self._steps += 1
         self._iterations += max(len(residuals) - 1, 0)
+
+    def processes(self, text: str) -> None:
+        """Writes how several processes share the points after a step; nothing for no text."""
+        if text:
+            self._write(f"        {text}")
 
     def start(self, text: str) -> None:
         """Writes how the equilibrium of the initial state was found; it is in the report, too."""

@@ -47,12 +47,14 @@ MULTIGRID_FROM_UNKNOWNS = {2: 10_000, 3: 4_000}
 
 def linear_solver(
     name: str, dimension: int, points: int, note: Callable[[str], None]
-) -> LinearSolver:
+) -> LinearSolver | PetscSolver:
     """Returns the linear solver of an analysis; `note` gets the reason if multigrid fails.
 
     Raises:
         BadInput: if the named solver is not installed.
     """
+    if name in OPTIONS:
+        return PetscSolver(name, note)
     if name == "multigrid":
         return LinearSolver(choose_solver("auto", points), 0, note)
     direct = choose_solver(name, points)

@@ -15,15 +15,21 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
+from tilth.comm import together
 from tilth.errors import StepFailed
 from tilth.model import Model, SurfaceLoad
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
-from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_soil
+from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_process, near_soil
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+
+LAYERS = 2
+"""Layers of cells around a process' own from where loads act on its nodes.
+
+A place in a cell without soil belongs to the nearest one with soil."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class _Loaded:
 
 
 class SurfaceLoads(Term):
-    """All loads on surfaces in one step.
+    """All loads on surfaces in one step, as far as they act on the nodes of this process.
 
     Args:
         loads: the declared loads.
@@ -95,9 +101,13 @@ class SurfaceLoads(Term):
                 quadrature[load.body] = surface.quadrature(active)
             points, arc_length = surface.loaded(declared.number, quadrature[load.body])
             field = active.points.field_of_body(load.body)
-            if not near_soil(active, points.position, field).all():
-                raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
-            order, at = locate_in_cells(active, points.position, field)
+            with together(active.comm):
+                mine = points.position[near_process(active, points.position)]
+                if not near_soil(active, mine, field).all():
+                    raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
+            near = np.flatnonzero(near_process(active, points.position, LAYERS))
+            order, at = locate_in_cells(active, points.position[near], field)
+            order = near[order]
             points, arc_length = points.ordered(order), arc_length[order]
             self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))
 

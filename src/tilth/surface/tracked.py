@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers, require_table, require_within
+from tilth.comm import from_owners, together
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
 from tilth.curves.nearest import NearestPoints
@@ -20,7 +21,7 @@ from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import locate_in_cells, near_soil
+from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
 from tilth.output.snapshot import SurfaceShape
 from tilth.surface.outline import AXIS_TOLERANCE, outline
 from tilth.surface.quadrature import SurfaceQuadrature
@@ -222,7 +223,7 @@ class TrackedSurface:
         moved = []
         for tracked in self.chains:
             if len(tracked.point_id):
-                x = position[points.index_of(tracked.point_id)]
+                x = self._at_points(active, tracked.point_id, points, position)
             else:
                 x = moved_with_grid(active, tracked.current.points, displacement, self.name)
                 on_axis = self._ends_on_axis(tracked.current, active)
@@ -238,6 +239,15 @@ class TrackedSurface:
             return moved, None
         where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
         return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
+
+    def _at_points(
+        self, active: ActiveGrid, point_id: Integers, points: MaterialPoints, position: Floats
+    ) -> Floats:
+        """Returns the positions of the points with these numbers, of all processes, (n, dim)."""
+        row = points.index_of(point_id)
+        mine = row >= 0
+        mine[mine] = near_process(active, points.position[row[mine]])
+        return from_owners(active.comm, mine, position[row[mine]])
 
     def _ends_on_axis(self, chain: Chain, active: ActiveGrid) -> Flags:
         """Returns which points are ends of an open chain on the axis of symmetry, shape (n,)."""
@@ -347,6 +357,8 @@ def moved_with_grid(
 ) -> Floats:
     """Returns positions (n, dim) after the grid's displacement; in empty cells it is extrapolated.
 
+    Each process moves those in its cells; all have the result.
+
     Args:
         active: the grid of the step.
         position: [length], shape (n, dim).
@@ -357,12 +369,14 @@ def moved_with_grid(
         StepFailed: a point is more than a cell away from the soil.
     """
     field = active.points.field_of_body(name)
-    if not near_soil(active, position, field).all():
-        raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, position, field)
-    moved = position.copy()
+    mine = near_process(active, position)
+    moved = position[mine]
+    with together(active.comm):
+        if not near_soil(active, moved, field).all():
+            raise StepFailed(f"a boundary point of {name!r} left the soil")
+    order, at = locate_in_cells(active, moved, field)
     moved[order] += at.interpolate(displacement)
-    return moved
+    return from_owners(active.comm, mine, moved)
 
 
 def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list[Chain]:

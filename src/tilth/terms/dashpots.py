@@ -62,7 +62,9 @@ class Dashpots(Term):
         (own,) = elements
         inertia = self._inertia.in_matrix
         assert inertia is not None
-        return AssembledDashpots(self.name, self._coupling, own, self._outcrop, inertia, self._held)
+        return AssembledDashpots(
+            self.name, self._coupling, active, own, self._outcrop, inertia, self._held
+        )
 
 
 class AssembledDashpots(AssembledTerm):
@@ -74,12 +76,14 @@ class AssembledDashpots(AssembledTerm):
         self,
         name: str,
         coupling: Coupling,
+        active: ActiveGrid,
         elements: Elements,
         outcrop: Floats,
         inertia: AssembledInertia,
         held: Release,
     ) -> None:
         self.name, self._coupling, self._elements, self._held = name, coupling, elements, held
+        self._pattern = active
         self._outcrop, self._inertia, self._from_rest = outcrop, inertia, inertia.from_rest
 
     def _product(self, velocity: Floats) -> Floats:
@@ -112,7 +116,7 @@ class AssembledDashpots(AssembledTerm):
     def radiated_work(self, displacement: Floats) -> float:
         """Returns the energy that leaves in the step less what comes in [force length]."""
         force = 0.5 * (self._force_before + self.force(displacement))
-        return float((force * displacement).sum())
+        return self._pattern.work(force, displacement)
 
     def on_soil(self, displacement: Floats) -> Floats:
         """Returns the boundary's force on the soil at the end of the step [force], (nodes, dim).

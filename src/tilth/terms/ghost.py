@@ -389,6 +389,10 @@ class Ghost:
         """
         self.modulus = np.full(len(self.modulus), LEAST_MODULUS)
 
+    def rows(self) -> tuple[Integers, list[str]]:
+        """As `KeyedRows.rows`."""
+        return self.face // 8, ["face", "moved", "modulus"]
+
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
         return {"face": self.face, "moved": self.moved, "modulus": self.modulus}

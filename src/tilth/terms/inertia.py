@@ -224,6 +224,7 @@ class AssembledInertia(AssembledTerm):
         self._base, self.from_rest = base, step.from_rest
         if base is not None:
             self._constrained = constrained & ~base[0]
+        self._largest_mass = active.comm.max(float(mass.blocks.max()))
         zero = np.zeros_like(increment)
         self.before = Motion(zero, zero, zero) if step.from_rest else self.motion_at_start()
 
@@ -282,10 +283,11 @@ class AssembledInertia(AssembledTerm):
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
         of_velocity, of_acceleration = self.derivatives()
-        scaled = (of_acceleration + self._damping * of_velocity) * self._mass.blocks
+        factor = of_acceleration + self._damping * of_velocity
+        scaled, shift = factor * self._mass.blocks, RELATIVE_SHIFT * (factor * self._largest_mass)
         for k in range(displacement.shape[1]):
             blocks[:, k, k] += scaled
-            blocks[self._pattern.diagonal, k, k] += RELATIVE_SHIFT * scaled.max()
+            blocks[self._pattern.diagonal, k, k] += shift
 
     def magnitude(self, displacement: Floats) -> Floats:
         """As `AssembledTerm.magnitude`."""
@@ -309,7 +311,7 @@ class AssembledInertia(AssembledTerm):
             return 0.0
         velocity = self.before.velocity + self.after(displacement).velocity
         force = 0.5 * self._damping * self._mass.times(velocity)
-        return float((force * displacement).sum())
+        return self._pattern.work(force, displacement)
 
     def commit(self, displacement: Floats) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.

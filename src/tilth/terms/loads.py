@@ -133,7 +133,9 @@ class Loads:
             force = np.zeros(points.position.shape)
         for each in self.on_points:
             share = each.curve.factor(time) * each.share[:, None]
-            force[points.index_of(each.point_id)] += share * np.asarray(each.load.force)
+            row = points.index_of(each.point_id)
+            there = row >= 0  # the others are points of other processes
+            force[row[there]] += share[there] * np.asarray(each.load.force)
         return force
 
 

@@ -20,15 +20,21 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers, require_table
+from tilth.comm import from_owners
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.mpm.quadrature import locate_in_cells, near_soil
+from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
 from tilth.terms.protocol import AssembledTerm, Role, Term
+
+LAYERS = 2
+"""Layers of cells around a process' own from where forces act on its nodes, see `SurfaceLoads`."""
 
 
 class ReleasedForces:
     """The forces out of balance at the start of a stage, which persist until they are released.
+
+    Every process has them all.
 
     Args:
         dim: number of directions.
@@ -47,10 +53,14 @@ class ReleasedForces:
         self.force: Floats = np.zeros((0, dim))
 
     def set(self, active: ActiveGrid, force: Floats) -> None:
-        """Sets the forces at the start of the stage, shape (nodes, dim)."""
-        loaded = np.flatnonzero(force.any(axis=1))
-        self.position, self.force = active.position[loaded].copy(), force[loaded]
-        self.field = active.field[loaded]
+        """Sets the forces at the start of the stage, shape (nodes, dim); all processes call it."""
+        own = np.arange(active.nodes)[active.owned]
+        loaded = own[force[own].any(axis=1)]
+        columns = active.key[loaded], active.position[loaded], force[loaded], active.field[loaded]
+        gathered = zip(*active.comm.gathered(columns), strict=True)
+        key, *found = (np.concatenate(parts) for parts in gathered)
+        order = np.argsort(key)
+        self.position, self.force, self.field = (each[order] for each in found)
 
     def remaining(self, time: float) -> float:
         """Returns the share of the forces that still acts at a time of the stage [-]."""
@@ -70,7 +80,8 @@ class ReleasedForces:
 class Release(Term, AssembledTerm):
     """The forces not yet released in a step, independent of the displacement.
 
-    A force more than a cell away from any soil is left out.
+    As far as they act on the nodes of this process. A force more than a cell away from any soil is
+    left out.
 
     Args:
         released: of the stage.
@@ -83,9 +94,11 @@ class Release(Term, AssembledTerm):
     def __init__(
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float
     ) -> None:
-        near = np.flatnonzero(near_soil(active, released.position, released.field))
-        order, self._at = locate_in_cells(active, released.position[near], released.field[near])
-        self._released, self._number = released, near[order]
+        place, field = released.position, released.field
+        here = near_process(active, place, LAYERS)
+        near = np.flatnonzero(here)[near_soil(active, place[here], field[here])]
+        order, self._at = locate_in_cells(active, place[near], field[near])
+        self._released, self._number, self._active = released, near[order], active
         force = self._at.scatter(released.force[self._number], active.nodes)
         self._before = released.remaining(before) * force
         self._after = released.remaining(after) * force
@@ -106,7 +119,8 @@ class Release(Term, AssembledTerm):
         return self._before
 
     def commit(self, displacement: Floats) -> None:
-        """As `AssembledTerm.commit`: the forces move with the soil."""
+        """As `AssembledTerm.commit`: the forces move with the soil; all processes know them all."""
         position = self._released.position.copy()
+        mine = near_process(self._active, position)
         position[self._number] += self._at.interpolate(displacement)
-        self._released.position = position
+        self._released.position = from_owners(self._active.comm, mine, position[mine])

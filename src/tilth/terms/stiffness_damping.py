@@ -62,4 +62,4 @@ class AssembledStiffnessDamping(AssembledTerm):
 
     def damping_work(self, displacement: Floats) -> float:
         """Returns the work of the forces in the step [force length]."""
-        return float((self.force(displacement) * displacement).sum())
+        return self._pattern.work(self.force(displacement), displacement)

@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.gathering import whole_result, whole_simulation
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
+from tilth.comm import SERIAL, Communicator
 from tilth.model import Model
+from tilth.mpi import world
 from tilth.mpm.points import MaterialPoints
 
 
@@ -32,12 +36,26 @@ def march(
     """
     simulation = Simulation(model)
     simulation.check()
+    simulation.distribute(processes_for(simulation))
     if has_initial_equilibrium(model):
         find_initial_equilibrium(simulation)
     for _, result in load_steps(simulation, Clock(model.schedule)):
         if after_step is not None:
-            after_step(simulation, result, result.time)
-    return simulation
+            after_step(whole_simulation(simulation), whole_result(result), result.time)
+    return whole_simulation(simulation)
+
+
+LEAST_CELLS = 4
+"""Cells with soil for each process with which an analysis is shared by the processes."""
+
+
+def processes_for(simulation: Simulation) -> Communicator:
+    """Returns the processes that share an analysis; each computes all of one with very few cells.
+
+    What `march` tells and returns are the points and nodes of all processes.
+    """
+    cells = len(simulation.locate(0.0).occupied)
+    return world() if cells >= LEAST_CELLS * world().size else SERIAL
 
 
 def march_stages(
@@ -59,19 +77,27 @@ def march_stages(
         AnalysisFailed: no equilibrium at the start, or with the least step.
     """
 
+    def whole() -> StagedAnalysis:
+        if analysis.simulation.distribution.serial:
+            return analysis
+        view = copy(analysis)
+        view.simulation = whole_simulation(analysis.simulation)
+        return view
+
     def told(listener: Callable[[StagedAnalysis], None] | None) -> Callable[[], None]:
-        return lambda: None if listener is None else listener(analysis)
+        return lambda: None if listener is None else listener(whole())
 
     analysis = StagedAnalysis(model)
     analysis.check()
+    analysis.distribute(processes_for(analysis.simulation))
     if has_initial_equilibrium(analysis.simulation.model):
         find_initial_equilibrium(analysis.simulation)
     told(at_start)()
     steps = analysis.steps(on_stage_start=told(at_start), on_stage_end=told(at_end))
     for _, result in steps:
         if after_step is not None:
-            after_step(analysis, result)
-    return analysis
+            after_step(whole(), whole_result(result))
+    return whole()
 
 
 def initial_position(points: MaterialPoints) -> Floats:

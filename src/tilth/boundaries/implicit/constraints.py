@@ -124,13 +124,15 @@ class ImplicitConstraints:
         kind: str,
         before: float,
         after: float,
+        near: Sequence[NearSoil] | None = None,
     ) -> list[ImplicitConstraint]:
         """Returns the points near soil of boundaries that touch it, without multipliers.
 
         The arguments are those of `gather`.
         """
         areas = {boundary.name: 0.0 for boundary in boundaries}
-        near = find_near_soil(boundaries, points, active, before)
+        if near is None:
+            near = find_near_soil(boundaries, points, active, before)
         return cls._held(boundaries, near, active, kind, before, after, [], areas)
 
     @staticmethod
