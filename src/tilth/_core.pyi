@@ -366,6 +366,27 @@ class Multigrid:
     def bytes(self) -> int:
         """Memory of all levels [byte]."""
 
+class CoarsePart:
+    """What chosen rows of a matrix give to that of the next coarser level."""
+
+    def __init__(self, dim: int, components: int, lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], chosen: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> None: ...
+
+    def pattern(self) -> tuple:
+        """Lattice indices (n, 3), row starts and columns of that level."""
+
+    def blocks(self, blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """Returns its blocks, from those of the matrix."""
+
+    def restricted(self, fine: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Returns what the chosen rows of a residual give, (coarse nodes, components).
+        """
+
+    def interpolated(self, coarse: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
+        """
+        Returns interpolated values, zero where constrained, (nodes, components).
+        """
+
 def block_product(components: int, row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], product: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Fills the product A x, zero where constrained."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from tilth import _core
 from tilth.errors import TilthError
 
 Floats = npt.NDArray[np.float64]
+Array = npt.NDArray[Any]
 T = TypeVar("T")
 
 
@@ -55,6 +56,14 @@ class Communicator(Protocol):
         """Sends `values[r]` to each process r; returns what the processes sent to this one."""
         ...
 
+    def exchange_arrays(self, given: Sequence[Array | None], found: Sequence[Array | None]) -> None:
+        """Sends `given[r]` to each process r; fills `found[r]` with what r sends to this one.
+
+        The arrays are contiguous, and of the size and type that the other process has; None where
+        nothing is sent. What a process would send to itself is left out.
+        """
+        ...
+
 
 class Serial:
     """One process: every reduction returns its argument."""
@@ -80,6 +89,9 @@ class Serial:
     def exchanged(self, values: Sequence[T]) -> list[T]:
         """Returns `values`."""
         return list(values)
+
+    def exchange_arrays(self, given: Sequence[Array | None], found: Sequence[Array | None]) -> None:
+        """Does nothing."""
 
 
 SERIAL = Serial()

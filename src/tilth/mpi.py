@@ -16,7 +16,9 @@ from functools import cache
 from types import TracebackType
 from typing import Any, TypeVar
 
-from tilth.comm import SERIAL, Communicator
+import numpy as np
+
+from tilth.comm import SERIAL, Array, Communicator
 from tilth.errors import BadInput
 
 T = TypeVar("T")
@@ -121,12 +123,17 @@ class Processes:
 
     def sum(self, value: float) -> float:
         """As `Communicator.sum`; exact, so that it does not depend on the order."""
-        return math.fsum(self.mpi.allgather(value))
+        return math.fsum(self._of_all(value))
 
     def max(self, value: float) -> float:
         """As `Communicator.max`; a value that is not a number counts as the largest."""
-        values: list[float] = self.mpi.allgather(value)
+        values = self._of_all(value)
         return math.nan if any(map(math.isnan, values)) else max(values)
+
+    def _of_all(self, value: float) -> list[float]:
+        values = np.empty(self.size)
+        self.mpi.Allgather(np.array([value]), values)
+        return values.tolist()
 
     def gathered(self, value: T) -> list[T]:
         """As `Communicator.gathered`."""
@@ -163,3 +170,17 @@ class Processes:
         for each in waiting:
             each.Wait()
         return found
+
+    def exchange_arrays(self, given: Sequence[Array | None], found: Sequence[Array | None]) -> None:
+        """As `Communicator.exchange_arrays`."""
+        waiting = [
+            self.mpi.Irecv(each, source=r)
+            for r, each in enumerate(found)
+            if each is not None and r != self.rank
+        ]
+        for r, each in enumerate(given):
+            if each is not None and r != self.rank:
+                waiting.append(self.mpi.Isend(each, dest=r))
+                self.sent += each.nbytes
+        for request in waiting:
+            request.Wait()

@@ -4,6 +4,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "../components.hpp"
+#include "../multigrid/coarse_part.hpp"
 #include "../multigrid/hierarchy.hpp"
 #include "../multigrid/vector_operations.hpp"
 #include "checks.hpp"
@@ -12,7 +13,11 @@ namespace tilth::bind {
 
 namespace {
 
+using multigrid::CoarsePart;
 using multigrid::Hierarchy;
+
+template <class T>
+using Numpy = nb::ndarray<nb::numpy, T>;
 
 constexpr const char* outside_of_matrix = "has an index outside of the matrix";
 
@@ -52,9 +57,10 @@ void require_sorted_lattice(const ConstIntegers& lattice, std::int64_t nodes, in
           "lattice", "has nodes that are too far apart");
 }
 
-/// Refuses a pattern whose rows are not sorted, lack the diagonal block, or couple distant nodes.
+/// Refuses a pattern whose rows are not sorted, lack the diagonal block if they need one, or couple
+/// distant nodes.
 void require_couplings(const ConstIntegers& lattice, const ConstIntegers& row_start,
-                       const ConstShorts& column, std::int64_t nodes) {
+                       const ConstShorts& column, std::int64_t nodes, bool needs_diagonal) {
   constexpr std::int64_t farthest = 4096;  // in cells; the work grows with its third power
   require_indices(column, nodes, "column");
   bool sorted = true, diagonal = true, near = true;
@@ -67,36 +73,110 @@ void require_couplings(const ConstIntegers& lattice, const ConstIntegers& row_st
       for (int k = 0; k < 3; ++k)
         near &= std::abs(lattice.data()[3 * w + k] - lattice.data()[3 * v + k]) <= farthest;
     }
-    diagonal &= own;
+    diagonal &= own || !needs_diagonal;
   }
   require(sorted, "column", "is not sorted within a row");
   require(diagonal, "column", "lacks the diagonal block of a row");
   require(near, "column", "couples nodes that are too far apart");
 }
 
-std::unique_ptr<Hierarchy> make(int dim, int components, ConstIntegers lattice,
-                                ConstIntegers row_start, ConstShorts column,
-                                ConstFlags constrained) {
+/// Returns a `Kind` of this dimension and number of components on checked lattice and pattern.
+template <class Interface, template <int, int> class Kind, class... Flags>
+std::unique_ptr<Interface> make(int dim, int components, const ConstIntegers& lattice,
+                                const ConstIntegers& row_start, const ConstShorts& column,
+                                bool needs_diagonal, const Flags*... flags) {
   const std::int64_t nodes = require_rows(row_start, column);
-  require(dim == 2 || dim == 3, "dim", "is not 2 or 3");
-  require(components >= 1 && components <= 3, "components", "is not 1, 2 or 3");
   require_sorted_lattice(lattice, nodes, dim);
-  require_couplings(lattice, row_start, column, nodes);
-  require_size(constrained, nodes * components, "constrained");
+  require_couplings(lattice, row_start, column, nodes, needs_diagonal);
   std::vector<multigrid::LatticeIndex> index(nodes);
   for (std::int64_t v = 0; v < nodes; ++v)
     for (int k = 0; k < 3; ++k) index[v][k] = static_cast<std::int32_t>(lattice.data()[3 * v + k]);
   std::vector<std::int64_t> starts(row_start.data(), row_start.data() + nodes + 1);
   std::vector<std::int32_t> columns(column.data(), column.data() + column.size());
   nb::gil_scoped_release release;
-  return with_components(components, [&](auto count) -> std::unique_ptr<Hierarchy> {
+  return with_components(components, [&](auto count) -> std::unique_ptr<Interface> {
     const auto of = [&]<int Dim>() {
-      return std::make_unique<multigrid::HierarchyOf<Dim, count()>>(
-          std::move(index), std::move(starts), std::move(columns), constrained.data());
+      return std::make_unique<Kind<Dim, count()>>(std::move(index), std::move(starts),
+                                                  std::move(columns), flags...);
     };
     if (dim == 2) return of.template operator()<2>();
     return of.template operator()<3>();
   });
+}
+
+/// Refuses what no grid has; returns the number of nodes.
+std::int64_t require_kind(int dim, int components, const ConstIntegers& row_start,
+                          const ConstShorts& column, const ConstFlags& constrained) {
+  const std::int64_t nodes = require_rows(row_start, column);
+  require(dim == 2 || dim == 3, "dim", "is not 2 or 3");
+  require(components >= 1 && components <= 3, "components", "is not 1, 2 or 3");
+  require_size(constrained, nodes * components, "constrained");
+  return nodes;
+}
+
+std::unique_ptr<Hierarchy> make_hierarchy(int dim, int components, ConstIntegers lattice,
+                                          ConstIntegers row_start, ConstShorts column,
+                                          ConstFlags constrained) {
+  require_kind(dim, components, row_start, column, constrained);
+  return make<Hierarchy, multigrid::HierarchyOf>(dim, components, lattice, row_start, column, true,
+                                                 constrained.data());
+}
+
+std::unique_ptr<CoarsePart> make_coarse_part(int dim, int components, ConstIntegers lattice,
+                                             ConstIntegers row_start, ConstShorts column,
+                                             ConstFlags constrained, ConstFlags chosen) {
+  const std::int64_t nodes = require_kind(dim, components, row_start, column, constrained);
+  require_size(chosen, nodes, "chosen");
+  return make<CoarsePart, multigrid::CoarsePartOf>(dim, components, lattice, row_start, column,
+                                                   false, constrained.data(), chosen.data());
+}
+
+std::tuple<Numpy<std::int64_t>, Numpy<std::int64_t>, Numpy<std::int32_t>> pattern(
+    const CoarsePart& part) {
+  const std::int64_t nodes = part.lattice().nodes();
+  std::vector<std::int64_t> lattice;
+  for (std::int64_t v = 0; v < nodes; ++v)
+    lattice.insert(lattice.end(), part.lattice()[v].begin(), part.lattice()[v].end());
+  std::vector<std::int64_t> row_start = part.row_start();
+  std::vector<std::int32_t> column = part.column();
+  return {give(std::move(lattice), {static_cast<std::size_t>(nodes), 3}),
+          give(std::move(row_start)), give(std::move(column))};
+}
+
+Numpy<double> coarse_blocks(CoarsePart& part, ConstDoubles blocks) {
+  require_size(blocks, part.numbers(), "blocks");
+  const std::size_t entries = part.column().size();
+  const auto side = static_cast<std::size_t>(part.components());
+  std::vector<double> coarse(entries * side * side);
+  {
+    nb::gil_scoped_release release;
+    part.blocks(blocks.data(), coarse.data());
+  }
+  return give(std::move(coarse), {entries, side, side});
+}
+
+/// Returns nodal values (nodes, components) that `compute` fills.
+template <class Compute>
+Numpy<double> nodal(std::int64_t unknowns, std::int64_t components, Compute compute) {
+  std::vector<double> values(unknowns);
+  {
+    nb::gil_scoped_release release;
+    compute(values.data());
+  }
+  return give(std::move(values), {static_cast<std::size_t>(unknowns / components),
+                                  static_cast<std::size_t>(components)});
+}
+
+Numpy<double> restricted(const CoarsePart& part, ConstDoubles fine) {
+  require_size(fine, part.unknowns(), "fine");
+  return nodal(part.coarse_unknowns(), part.components(),
+               [&](double* coarse) { part.restricted(fine.data(), coarse); });
+}
+
+Numpy<double> interpolated(const CoarsePart& part, ConstDoubles coarse) {
+  require_size(coarse, part.coarse_unknowns(), "coarse");
+  return nodal(part.unknowns(), part.components(),
+               [&](double* fine) { part.interpolated(coarse.data(), fine); });
 }
 
 void fill(Hierarchy& hierarchy, ConstDoubles blocks) {
@@ -182,8 +262,8 @@ void bind_multigrid(nb::module_& module) {
   using namespace nb::literals;
   nb::class_<Hierarchy>(module, "Multigrid",
                         "Geometric multigrid over an integer lattice of nodes; pattern fixed.")
-      .def(nb::new_(&make), "dim"_a, "components"_a, "lattice"_a, "row_start"_a, "column"_a,
-           "constrained"_a)
+      .def(nb::new_(&make_hierarchy), "dim"_a, "components"_a, "lattice"_a, "row_start"_a,
+           "column"_a, "constrained"_a)
       .def("begin", &Hierarchy::begin,
            "Discards all matrices; later results are identical to those of a new object.")
       .def("fill", &fill, "blocks"_a, "Sets the values of the matrix.")
@@ -191,6 +271,16 @@ void bind_multigrid(nb::module_& module) {
            "Fills `approximate` with one V-cycle for `residual`.")
       .def("sizes", &Hierarchy::sizes, "Nodes and blocks of each level, the finest first.")
       .def("bytes", &Hierarchy::bytes, "Memory of all levels [byte].");
+  nb::class_<CoarsePart>(module, "CoarsePart",
+                         "What chosen rows of a matrix give to that of the next coarser level.")
+      .def(nb::new_(&make_coarse_part), "dim"_a, "components"_a, "lattice"_a, "row_start"_a,
+           "column"_a, "constrained"_a, "chosen"_a)
+      .def("pattern", &pattern, "Lattice indices (n, 3), row starts and columns of that level.")
+      .def("blocks", &coarse_blocks, "blocks"_a, "Returns its blocks, from those of the matrix.")
+      .def("restricted", &restricted, "fine"_a,
+           "Returns what the chosen rows of a residual give, (coarse nodes, components).")
+      .def("interpolated", &interpolated, "coarse"_a,
+           "Returns interpolated values, zero where constrained, (nodes, components).");
   module.def("block_product", &block_product, "components"_a, "row_start"_a, "column"_a, "blocks"_a,
              "constrained"_a, "x"_a, "product"_a, "Fills the product A x, zero where constrained.");
   module.def("asymmetry", &asymmetry, "components"_a, "row_start"_a, "column"_a, "blocks"_a,

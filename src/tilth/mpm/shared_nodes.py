@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -74,10 +74,14 @@ class SharedNodes:
 
     def updated(self, nodal: npt.NDArray[Number]) -> npt.NDArray[Number]:
         """Returns nodal values, shape (nodes, ...), with the copies as at their owners."""
-        values: list[Any] = [None if n is None else nodal[n] for n in self._given]
-        found = self.comm.exchanged(values)
+        given = [None if n is None else np.ascontiguousarray(nodal[n]) for n in self._given]
+        found = [
+            np.empty((len(n), *nodal.shape[1:]), dtype=nodal.dtype) if len(n) else None
+            for n in self._copies
+        ]
+        self.comm.exchange_arrays(given, found)
         result = nodal.copy()
         for copies, value in zip(self._copies, found, strict=True):
-            if len(copies):
+            if value is not None:
                 result[copies] = value
         return result

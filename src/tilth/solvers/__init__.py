@@ -10,7 +10,7 @@ from tilth.solvers.banded import BandedLU
 from tilth.solvers.linear import LinearSolver, StepSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
-from tilth.solvers.petsc import OPTIONS, PetscSolver
+from tilth.solvers.petsc import NAMES, PetscSolver
 from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem
@@ -69,7 +69,7 @@ def distributed_solver(name: str, note: Callable[[str], None]) -> PetscSolver:
     Raises:
         BadInput: it is a solver of one process, or PETSc is not installed.
     """
-    if name not in ("auto", *OPTIONS):
+    if name not in ("auto", *NAMES):
         raise BadInput(
             "several processes do not share this solver",
             'choose solver = "auto"',

@@ -12,12 +12,14 @@ points suffices (docs/theory/linear_solvers.md).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Flags, Floats, Integers
+from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.mpm.grid import ActiveGrid
 
 
@@ -52,14 +54,16 @@ def lattice_by_size(active: ActiveGrid) -> Integers:
     """Returns lattice indices of the nodes in which a cell is as wide as it is large.
 
     Along a graded axis the width of a cell is a power of two, near its size over that of the
-    smallest cell with nodes, and at most the largest power that divides its lower index.
+    smallest cell with nodes, and at most the largest power that divides its lower index. All
+    processes that share the grid call it.
     """
     lattice, size = active.lattice, active.grid.cell_size
     if not active.grid.graded:
         return lattice
     lattice = lattice.copy()
     for k in range(active.grid.dim):
-        low, high = int(active.lattice[:, k].min()), int(active.lattice[:, k].max())
+        low = -int(active.comm.max(float(-active.lattice[:, k].min())))
+        high = int(active.comm.max(float(active.lattice[:, k].max())))
         cell = np.arange(low, high)
         place = np.zeros((len(cell), active.grid.dim), dtype=np.int64)
         place[:, k] = cell
@@ -83,28 +87,57 @@ def dyadic_steps(ratio: Floats) -> Integers:
     return steps
 
 
+@dataclass(frozen=True)
+class PatternOfField:
+    """The part of a matrix that couples the nodes of one displacement field with each other.
+
+    Attributes:
+        nodes: numbers of its nodes.
+        entries: which blocks of the whole matrix these are, shape (blocks,); all if None.
+        row_start, column: its pattern.
+    """
+
+    nodes: slice
+    entries: Integers | None
+    row_start: Integers
+    column: Shorts
+
+
+def patterns_of_fields(active: ActiveGrid) -> Iterator[PatternOfField]:
+    """Yields the part of the pattern of each field, also of one without nodes."""
+    if active.fields == 1:
+        yield PatternOfField(slice(0, active.nodes), None, active.row_start, active.column)
+        return
+    row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
+    within = active.field[row] == active.field[active.column]
+    for number in range(active.fields):
+        own = active.of_field(number).nodes
+        entries = np.flatnonzero(within & (row >= own.start) & (row < own.stop))
+        count = np.bincount(row[entries] - own.start, minlength=own.stop - own.start)
+        yield PatternOfField(
+            own,
+            entries,
+            np.concatenate([[0], np.cumsum(count)]),
+            (active.column[entries] - own.start).astype(np.int32),
+        )
+
+
 class _HierarchyOfFields:
     """Levels of each field."""
 
     def __init__(self, active: ActiveGrid, constrained: Flags, lattice: Integers) -> None:
         components = constrained.shape[1]
-        row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
-        within = active.field[row] == active.field[active.column]
         self._parts: list[tuple[slice, Integers, _core.Multigrid]] = []
-        for number in range(active.fields):
-            own = active.of_field(number).nodes
-            if own.start == own.stop:
+        for field in patterns_of_fields(active):
+            own = field.nodes
+            if own.start == own.stop or field.entries is None:
                 continue
-            entries = np.flatnonzero(within & (row >= own.start) & (row < own.stop))
-            count = np.bincount(row[entries] - own.start, minlength=own.stop - own.start)
             levels = _core.Multigrid(
-                active.grid.dim, components, np.ascontiguousarray(lattice[own]),
-                np.concatenate([[0], np.cumsum(count)]),
-                (active.column[entries] - own.start).astype(np.int32),
-                np.ascontiguousarray(constrained[own]),
+                active.grid.dim, components, np.ascontiguousarray(lattice[own]), field.row_start,
+                field.column, np.ascontiguousarray(constrained[own]),
             )  # fmt: skip
             unknowns = slice(own.start * components, own.stop * components)
-            self._parts.append((unknowns, entries, levels))
+            self._parts.append((unknowns, field.entries, levels))
 
     def begin(self) -> None:
         """As `Hierarchy.begin`."""

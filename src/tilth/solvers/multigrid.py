@@ -125,6 +125,21 @@ class Multigrid:
                 self._active, self._constrained, self._blocks, selected
             )
 
+    @property
+    def may_increase(self) -> bool:
+        """Whether a larger set of nodes could be solved directly."""
+        limit = INCREASED_EXACT_UNKNOWNS[self._dim] // self._components
+        return any(self._exact_nodes < nodes <= limit for nodes, _ in self._candidates)
+
+    def increase(self) -> None:
+        """Solves a larger set of nodes directly until the next step.
+
+        Raises:
+            SolveFailed: if their matrix is singular.
+        """
+        self._limits = INCREASED_EXACT_UNKNOWNS
+        self._choose_exact()
+
     def solve(self, right_side: Floats, tolerance: float) -> Solution:
         """Returns the solution for a right side (nodes, components), ignored where constrained.
 
@@ -132,18 +147,16 @@ class Multigrid:
             SolveFailed: no solution to the relative `tolerance` within `MAXIMUM_ITERATIONS`.
         """
         free = np.where(self._constrained, 0.0, right_side).ravel()
-        limit = INCREASED_EXACT_UNKNOWNS[self._dim] // self._components
-        if not any(self._exact_nodes < nodes <= limit for nodes, _ in self._candidates):
+        if not self.may_increase:
             return self._iterate(free, tolerance, MAXIMUM_ITERATIONS)
         try:
             return self._iterate(free, tolerance, ITERATIONS_WITH_FEWER)
         except SolveFailed:
-            self._limits = INCREASED_EXACT_UNKNOWNS
-            self._choose_exact()
+            self.increase()
             return self._iterate(free, tolerance, MAXIMUM_ITERATIONS)
 
     def _iterate(self, free: Floats, tolerance: float, limit: int) -> Solution:
-        operators = (self._product, self._precondition)
+        operators = (self._product, self.precondition)
         if self._asymmetry < SYMMETRY_TOLERANCE:
             try:
                 return conjugate_gradients(*operators, free, tolerance, limit, self._comm)
@@ -156,7 +169,11 @@ class Multigrid:
             self._components, *self._pattern, self._blocks, self._constrained, x, product
         )
 
-    def _precondition(self, residual: Floats, approximate: Floats) -> None:
+    def precondition(self, residual: Floats, approximate: Floats) -> None:
+        """Fills `approximate` with one cycle for `residual`, (unknowns,) each, 0 where constrained.
+
+        Before and after it the equations of the chosen set of nodes are solved directly.
+        """
         if self._exact is None:
             self._hierarchy.cycle(residual, approximate)
             return

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Linear solvers of several processes: PETSc's Krylov methods with algebraic multigrid, and MUMPS.
-
-Each process gives PETSc the rows of the nodes that it owns; they are complete, so that assembly
-needs no messages. The rows and columns of constrained unknowns are those of the identity.
-"""
+"""Linear solvers of several processes: PETSc's Krylov methods with multigrid, and MUMPS."""
 
 from __future__ import annotations
 
@@ -11,64 +7,34 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from importlib.util import find_spec
-from typing import Any
 
 import numpy as np
 
-from tilth.arrays import Flags, Floats, Shorts
+from tilth.arrays import Floats
 from tilth.comm import count, norm
 from tilth.errors import BadInput
 from tilth.mpi import INSTALL
 from tilth.solvers.bordered_system import solve_condensed
 from tilth.solvers.petsc_bordered import solve_bordered_directly
+from tilth.solvers.petsc_matrices import OPTIONS, AssembledMatrix, MatrixOfMultigrid, PetscMatrix
 from tilth.solvers.protocol import SolveFailed
+from tilth.solvers.schwarz import SchwarzMultigrid
 from tilth.solvers.system import LinearSystem
 
 DIRECT = "mumps"
-ITERATIVE = ("gamg", "hypre")
+ITERATIVE = "multigrid"
+NAMES = (ITERATIVE, *OPTIONS)
+"""The solvers by their name in a case file."""
 
 ITERATIVE_FROM_UNKNOWNS = {2: 400_000, 3: 30_000}
-"""Dimension -> number of unknowns from which "auto" takes an iterative solver."""
-
-MAXIMUM_ITERATIONS = 300
-"""Iterations of a Krylov method after which the direct solver takes over."""
-
-RESTART = 100
-"""Iterations of GMRES after which it restarts."""
-
-SYMMETRY_TOLERANCE = 1e-6
-"""Relative asymmetry of a matrix up to which conjugate gradients are used."""
-
-OPTIONS: dict[str, dict[str, str | float]] = {
-    "gamg": {
-        "pc_type": "gamg",
-        "pc_gamg_type": "agg",
-        "pc_gamg_agg_nsmooths": 1,
-        "pc_gamg_threshold": 0.0,
-        "mg_levels_ksp_type": "chebyshev",
-        "mg_levels_pc_type": "jacobi",
-        "mg_levels_ksp_max_it": 2,
-        "pc_gamg_reuse_interpolation": "true",
-    },
-    "hypre": {
-        "pc_type": "hypre",
-        "pc_hypre_type": "boomeramg",
-        "pc_hypre_boomeramg_strong_threshold": 0.5,
-    },
-    "mumps": {
-        "ksp_type": "preonly",
-        "pc_type": "lu",
-        "pc_factor_mat_solver_type": "mumps",
-    },
-}
-"""Options of PETSc by the name of the solver."""
+"""Dimension -> number of unknowns from which "auto" takes multigrid."""
 
 
 class PetscSolver:
     """Solves the linear systems of all load steps; each step calls `begin`.
 
     Args:
-        name: "auto", or a solver of `OPTIONS`.
+        name: "auto", or one of `NAMES`.
         note: is called with the reason why an iterative solver failed.
 
     Attributes:
@@ -84,6 +50,8 @@ class PetscSolver:
         self.name, self.note = name, note
         self.solved: Counter[str] = Counter()
         self.iterations: list[int] = []
+        self._assembled: AssembledMatrix | None = None
+        self._multigrid: SchwarzMultigrid | None = None
 
     def begin(self, system: LinearSystem) -> PetscStepSolver:
         """Returns the solver of the systems of one step, whose matrices `system` has in turn."""
@@ -91,8 +59,25 @@ class PetscSolver:
         if name == "auto":
             unknowns = system.components * count(system.comm, system.active.owned_nodes)
             large = unknowns >= ITERATIVE_FROM_UNKNOWNS[system.active.grid.dim]
-            name = ITERATIVE[0] if large else DIRECT
+            name = ITERATIVE if large else DIRECT
         return PetscStepSolver(self, system, name)
+
+    def matrix(self, system: LinearSystem, name: str) -> PetscMatrix:
+        """Returns the matrix for a solver; what the last step's has in common with it is kept.
+
+        Raises:
+            SolveFailed: there are no levels of multigrid.
+        """
+        if name == ITERATIVE:
+            if self._multigrid is None or not self._multigrid.begin(system):
+                self._multigrid = None  # frees its memory before the new levels are made
+                self._multigrid = SchwarzMultigrid(system)
+            return MatrixOfMultigrid(system, self._multigrid)
+        if self._assembled is None or not self._assembled.begin(system):
+            if self._assembled is not None:
+                self._assembled.destroy()
+            self._assembled = AssembledMatrix(system)
+        return self._assembled
 
     @property
     def summary(self) -> str:
@@ -105,19 +90,22 @@ class PetscSolver:
 
 
 def require_petsc() -> None:
-    """Checks that petsc4py can be imported.
+    """Loads PETSc, which adds what processes send to each other in a fixed order.
 
     Raises:
-        BadInput: it cannot.
+        BadInput: petsc4py cannot be imported.
     """
     try:
-        from petsc4py import PETSc  # noqa: F401
-    except ImportError as error:
+        from petsc4py import PETSc
+
+        options = PETSc.Options()
+        options["matstash_reproduce"] = options["vecstash_reproduce"] = ""
+    except (ImportError, ValueError) as error:  # of another version of NumPy
         missing = find_spec("petsc4py") is None
         reason = "is not installed" if missing else f"cannot be imported ({error})"
         raise BadInput(
             f"petsc4py, the linear solver of several processes, {reason}", INSTALL
-        ) from (error)
+        ) from error
 
 
 class PetscStepSolver:
@@ -126,24 +114,28 @@ class PetscStepSolver:
     If the iterative solver fails, the direct one solves the remaining systems of the step.
 
     Args:
-        owner: counts.
+        owner: keeps what is used by several steps, and counts.
         system: has the matrix; `renew` says that it is a new one.
         name: of the solver.
     """
 
     def __init__(self, owner: PetscSolver, system: LinearSystem, name: str) -> None:
         self._owner, self._system, self._name = owner, system, name
-        self._rows = _OwnedRows(system)
-        self._solvers: dict[str, Any] = {}
+        self._matrix: PetscMatrix | None = None
         self._filled = False
+        self._similar = False  # whether the preconditioner is that of an earlier matrix
 
     @property
     def by_multigrid(self) -> bool:
         """Whether an iterative solver solves the next system."""
-        return self._name in ITERATIVE
+        return self._name != DIRECT
 
     def renew(self, similar: bool = False) -> None:
-        """Discards what was made of the last matrix: the system has another one."""
+        """Discards what was made of the last matrix: the system has another one.
+
+        similar: whether it is so close to the last one that the levels of multigrid may stay.
+        """
+        self._similar = similar and self._matrix is not None
         self._filled = False
 
     def solve(self, right_side: Floats, tolerance: float) -> Floats:
@@ -158,19 +150,19 @@ class PetscStepSolver:
         Raises:
             SolveFailed: if the direct solver fails.
         """
-        if not self._filled:
-            self._rows.fill()
-            self._filled = True
-            for solver in self._solvers.values():
-                solver.setOperators(self._rows.matrix)
+        if not self.by_multigrid:
+            return self._solve(right_side, tolerance)
         try:
-            return self._solve(self._name, right_side, tolerance)
-        except SolveFailed as error:
-            if not self.by_multigrid:
-                raise
-            self._owner.note(str(error))
-            self._name = DIRECT
-            return self._solve(DIRECT, right_side, tolerance)
+            try:
+                return self._solve(right_side, tolerance)
+            except SolveFailed:
+                if not self._similar:
+                    raise
+                self.renew()
+                return self._solve(right_side, tolerance)
+        except SolveFailed as failure:
+            self._leave_multigrid(failure)
+        return self._solve(right_side, tolerance)
 
     def solve_bordered(
         self, right_side: Floats, global_right_side: Floats, tolerance: float
@@ -186,14 +178,18 @@ class PetscStepSolver:
                 x, g = solve_condensed(system, border, self.solve, right_side, scaled, tolerance)
                 return x, g / scale
             except SolveFailed as error:
-                self._owner.note(str(error))
-                self._name = DIRECT
+                self._leave_multigrid(error)
         x, g = solve_bordered_directly(system, border, right_side, scaled)
         self._owner.solved[DIRECT] += 1
         return x, g / scale
 
-    def _solve(self, name: str, right_side: Floats, tolerance: float) -> Floats:
-        system, rows = self._system, self._rows
+    def _leave_multigrid(self, failure: SolveFailed) -> None:
+        self._owner.note(str(failure))
+        self._name, self._matrix = DIRECT, None
+        self.renew()
+
+    def _solve(self, right_side: Floats, tolerance: float) -> Floats:
+        system = self._system
         owned = np.where(system.constrained, 0.0, right_side)[system.active.owned]
         size = norm(system.comm, owned)
         if not math.isfinite(size):
@@ -201,154 +197,14 @@ class PetscStepSolver:
         found = np.zeros_like(right_side)
         if size == 0.0:
             return found
-        solver = self._solvers.get(name)
-        if solver is None:
-            solver = self._solvers[name] = rows.solver(name)
-        b, x = rows.matrix.createVecs()
-        b.array[:] = owned.ravel()
-        solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MAXIMUM_ITERATIONS)
-        solver.solve(b, x)
-        reason = solver.getConvergedReason()
-        residual = rows.matrix.createVecLeft()
-        rows.matrix.mult(x, residual)
-        left = norm(system.comm, b.array - residual.array) / size
-        limit = 2.0 * tolerance if name in ITERATIVE else 1e-8
-        if not left <= limit:
-            steps = solver.getIterationNumber()
-            raise SolveFailed(
-                f"{name} did not solve a linear system (relative residual {left:.1e} after {steps} "
-                f"iterations, reason {reason} of PETSc)"
-            )
-        self._owner.solved[name] += 1
-        if name in ITERATIVE:
-            self._owner.iterations.append(solver.getIterationNumber())
-        found[system.active.owned] = x.array.reshape(-1, system.components)
-        for each in (b, x, residual):
-            each.destroy()
+        if self._matrix is None:
+            self._matrix = self._owner.matrix(system, self._name)
+        if not self._filled:
+            self._matrix.fill(self._name, self._similar)
+            self._filled = True
+        solution, iterations = self._matrix.solve(owned, size, tolerance)
+        self._owner.solved[self._name] += 1
+        if self.by_multigrid:
+            self._owner.iterations.append(iterations)
+        found[system.active.owned] = solution
         return system.active.updated(found)
-
-
-class _OwnedRows:
-    """The matrix of the owned nodes' rows in PETSc.
-
-    Attributes:
-        matrix: of PETSc.
-    """
-
-    def __init__(self, system: LinearSystem) -> None:
-        from petsc4py import PETSc
-
-        active, components = system.active, system.components
-        self._system = system
-        shared = active.shared
-        number = np.arange(active.nodes) if shared is None else shared.number
-        first = 0 if shared is None else shared.first
-        nodes = active.owned_nodes
-        owned = np.arange(active.nodes)[active.owned]
-        counts = np.diff(active.row_start)[owned]
-        self._start = np.concatenate([[0], np.cumsum(counts)])
-        entry = np.arange(self._start[-1]) + np.repeat(
-            active.row_start[owned] - self._start[:-1], counts
-        )
-        row, column = np.repeat(owned, counts), active.column[entry]
-        free = ~system.constrained
-        self._entry, self._row, self._column = entry, row, column
-        self._diagonal = np.flatnonzero(row == column)
-        self._fixed: Flags = ~free[owned]
-        self._index: Shorts = number[column].astype(PETSc.IntType)
-        self._mask = free
-        local = (self._index >= first) & (self._index < first + nodes)
-        inside = np.add.reduceat(local, self._start[:-1]) if nodes else np.zeros(0, dtype=np.int64)
-        self.matrix = PETSc.Mat().create(comm=_communicator(system))
-        self.matrix.setSizes(((nodes * components, None), (nodes * components, None)))
-        self.matrix.setBlockSize(components)
-        self.matrix.setType("aij")
-        per_row = [
-            np.repeat(part * components, components).astype(PETSc.IntType)
-            for part in (inside, counts - inside)
-        ]
-        self.matrix.setPreallocationNNZ(tuple(per_row))
-        self.matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, True)
-        self._int_start = self._start.astype(PETSc.IntType)
-
-    def fill(self) -> None:
-        """Sets the entries to those of the system."""
-        system = self._system
-        blocks = system.blocks[self._entry]
-        blocks *= self._mask[self._row][:, :, None]
-        blocks *= self._mask[self._column][:, None, :]
-        k = np.arange(system.components)
-        blocks[self._diagonal[:, None], k, k] += self._fixed
-        self.matrix.setValuesBlockedCSR(
-            self._int_start, self._index, np.ascontiguousarray(blocks).ravel()
-        )
-        self.matrix.assemble()
-
-    def solver(self, name: str) -> Any:
-        """Returns PETSc's solver of this matrix by its name in `OPTIONS`."""
-        from petsc4py import PETSc
-
-        options = dict(OPTIONS[name])
-        if name in ITERATIVE:
-            options["ksp_type"] = "cg" if self._asymmetry() < SYMMETRY_TOLERANCE else "fgmres"
-            options["ksp_gmres_restart"] = RESTART
-        solver = PETSc.KSP().create(comm=self.matrix.comm)
-        solver.setOperators(self.matrix)
-        prefix = f"tilth_{name}_"
-        solver.setOptionsPrefix(prefix)
-        database = PETSc.Options()
-        for key, value in options.items():
-            database[prefix + key] = value
-        if name == "gamg":
-            self.matrix.setNearNullSpace(self._rigid_motions())
-        solver.setFromOptions()
-        if name in ITERATIVE:
-            solver.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
-        return solver
-
-    def _rigid_motions(self) -> Any:
-        """Returns the rigid motions of the free unknowns, for the coarse levels."""
-        from petsc4py import PETSc
-
-        system = self._system
-        active, dim = system.active, system.components
-        place = active.position[active.owned]
-        middle = np.mean([active.grid.position(np.zeros(active.grid.dim))], axis=0)
-        x = (place - middle) / float(active.grid.cell_size.max())
-        modes = []
-        for k in range(dim):
-            mode = np.zeros_like(x)
-            mode[:, k] = 1.0
-            modes.append(mode)
-        for i, j in [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (0, 2)]:
-            mode = np.zeros_like(x)
-            mode[:, i], mode[:, j] = -x[:, j], x[:, i]
-            modes.append(mode)
-        vectors: list[Any] = []
-        for mode in modes:
-            vector = self.matrix.createVecRight()
-            vector.array[:] = np.where(self._fixed, 0.0, mode).ravel()
-            for other in vectors:
-                vector.axpy(-other.dot(vector), other)
-            vector.normalize()
-            vectors.append(vector)
-        return PETSc.NullSpace().create(vectors=vectors, comm=self.matrix.comm)
-
-    def _asymmetry(self) -> float:
-        """Returns |u . A v - v . A u| / |A v| for two vectors u and v; 0 for a zero matrix."""
-        u, v = self.matrix.createVecs()
-        first, last = u.getOwnershipRange()
-        angle = np.arange(first, last, dtype=float)
-        u.array[:], v.array[:] = np.cos(1.3 * angle), np.cos(2.1 * angle)
-        of_u, of_v = u.duplicate(), v.duplicate()
-        self.matrix.mult(u, of_u)
-        self.matrix.mult(v, of_v)
-        size = of_v.norm()
-        return 0.0 if size == 0.0 else abs(u.dot(of_v) - v.dot(of_u)) / float(size)
-
-
-def _communicator(system: LinearSystem) -> Any:
-    from petsc4py import PETSc
-
-    mpi = getattr(system.comm, "mpi", None)
-    return PETSc.COMM_SELF if mpi is None else mpi
