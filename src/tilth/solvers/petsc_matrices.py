@@ -169,8 +169,8 @@ class AssembledMatrix:
         start = np.concatenate([[0], np.cumsum(counts)])
         entry = np.arange(start[-1]) + np.repeat(active.row_start[owned] - start[:-1], counts)
         row, column = np.repeat(owned, counts), active.column[entry]
-        held = system.constrained
-        touched = held.any(axis=1)
+        held: Flags = system.constrained
+        touched: Flags = np.asarray(held.any(axis=1))
         self._entry = entry
         self._masked = np.flatnonzero(touched[row] | touched[column])
         self._free_rows = ~held[row[self._masked]]
