@@ -46,7 +46,10 @@ class Embedment:
         self._height = initial.position[there, -1] + half[:, -1]
 
     def depth(self, simulation: Simulation, result: StepResult | None) -> float:
-        """Returns the depth [length] after a step; NaN where there is no soil or no boundary."""
+        """Returns the depth [length] after a step; NaN where there is no soil or no boundary.
+
+        All processes call it.
+        """
         if self._shape is not None:
             if all(body.name != self._name for body in simulation.model.rigid_bodies):
                 return math.nan
@@ -67,7 +70,9 @@ class Embedment:
         points = simulation.points
         across = points.position[:, :-1]
         near = ((across >= low - beside) & (across <= high + beside)).all(axis=1)
-        return _above(upper_edges(points)[:, -1], near) - float(lowest[-1])
+        tops = upper_edges(points)[:, -1]
+        highest = simulation.comm.max(float(tops.max(initial=-math.inf, where=near)))
+        return (highest if math.isfinite(highest) else math.nan) - float(lowest[-1])
 
     def _of_boundary(
         self, simulation: Simulation, result: StepResult | None
@@ -76,9 +81,12 @@ class Embedment:
         boundary = next((b for b in simulation.implicit if b.name == self._name), None)
         if boundary is None:
             return None
-        geometry, corner = boundary.geometry, simulation.points.position
+        geometry = boundary.geometry
+        columns, most = simulation.points.position.T, simulation.comm.max
+        low = np.array([-most(-float(x.min(initial=np.inf))) for x in columns])
+        high = np.array([most(float(x.max(initial=-np.inf))) for x in columns])
         factor = boundary.factor(0.0 if result is None else result.time)
-        facets = geometry.facets(corner.min(axis=0), corner.max(axis=0), self._facet)
+        facets = geometry.facets(low, high, self._facet)
         place = boundary.motion.position(facets.corner.reshape(-1, geometry.dim), factor)
         lowest = place[np.argmin(place[:, -1])]
         if isinstance(geometry, Circle | Sphere) and boundary.declared.motion is None:

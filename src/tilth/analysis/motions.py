@@ -265,6 +265,6 @@ class _OfImplicit:
         reference = boundary.motion.reference(place, factor)
         gradient = boundary.motion.gradient(reference, factor)
         radial = np.einsum("nij,nj->ni", gradient, geometry.radial(reference))
-        outward = float((result.forces[self.name] * radial).sum())
+        outward = result.active.work(result.forces[self.name], radial)
         towards_soil = -1.0 if getattr(self._declared.geometry, "soil", "") == "inside" else 1.0
         return towards_soil * outward / (self._declared.radius(factor) * area)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.comm import norm
 from tilth.mpm.bordered_matrix import Border
 from tilth.solvers.bordered_system import LARGEST_CONDITION, require_regular
 from tilth.solvers.protocol import LARGEST_RESIDUAL, SolveFailed
@@ -105,7 +106,7 @@ class _Whole:
         system = self._system
         own, shape = system.active.owned, system.constrained.shape
         b, x = self._matrix.createVecs()
-        b.set(0.0)
+        b.array[:] = 0.0
         nodes = system.active.owned_nodes * system.components
         if nodal is not None:
             b.array[:nodes] = np.where(system.constrained, 0.0, nodal)[own].ravel()
@@ -121,7 +122,8 @@ class _Whole:
 
     def _refine(self, b: Any, x: Any) -> None:
         """Solves for b, with iterative refinement where it helps."""
-        size, x.array[:] = b.norm(), 0.0
+        comm = self._system.comm
+        size, x.array[:] = norm(comm, b.array), 0.0  # PETSc's may be one that it remembers
         if size == 0.0:
             return
         residual, correction = b.copy(), x.duplicate()
@@ -130,7 +132,7 @@ class _Whole:
             x.axpy(1.0, correction)
             self._matrix.mult(x, residual)
             residual.aypx(-1.0, b)
-            relative = residual.norm() / size
+            relative = norm(comm, residual.array) / size
             if not REFINED <= relative < np.inf:
                 break
         residual.destroy()
