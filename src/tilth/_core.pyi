@@ -371,7 +371,7 @@ class CoarsePart:
 
     def __init__(self, dim: int, components: int, lattice: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], row_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], column: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], constrained: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)], chosen: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> None: ...
 
-    def pattern(self) -> tuple:
+    def pattern(self) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.int32]]:
         """Lattice indices (n, 3), row starts and columns of that level."""
 
     def blocks(self, blocks: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:

@@ -11,6 +11,7 @@ from tilth.solvers.linear import LinearSolver, StepSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
 from tilth.solvers.petsc import NAMES, PetscSolver
+from tilth.solvers.petsc_matrices import OPTIONS
 from tilth.solvers.protocol import Solution, SolveFailed, Solver
 from tilth.solvers.superlu import SuperLU
 from tilth.solvers.system import LinearSystem

@@ -195,4 +195,5 @@ class PetscStepSolver:
         if self.by_multigrid:
             self._owner.iterations.append(iterations)
         found[system.active.owned] = solution
+        found[system.constrained] = 0.0  # the solver may leave round-off
         return system.active.updated(found)

@@ -68,6 +68,9 @@ class PetscMatrix(Protocol):
         """Takes the matrix that the system has now, for the solver `name`.
 
         similar: whether the preconditioner of the last matrix may stay.
+
+        Raises:
+            SolveFailed: it has entries that are not numbers.
         """
 
     def solve(self, owned: Floats, size: float, tolerance: float) -> tuple[Floats, int]:
@@ -223,6 +226,8 @@ class AssembledMatrix:
         """As `PetscMatrix.fill`."""
         system = self._system
         blocks = system.blocks[self._entry]
+        if system.comm.max(float(not np.isfinite(blocks).all())) > 0.0:
+            raise SolveFailed("the matrix of the linear system has entries that are not numbers")
         masked = blocks[self._masked]
         masked *= self._free_rows[:, :, None]
         masked *= self._free_columns[:, None, :]
@@ -325,9 +330,14 @@ def _solved(
     vectors: two of PETSc, for right side and solution; they are destroyed.
     limit: largest relative residual.
     """
+    from petsc4py import PETSc
+
     b, x = vectors
     b.array[:] = owned.ravel()
-    solver.solve(b, x)
+    try:
+        solver.solve(b, x)
+    except PETSc.Error as error:
+        raise SolveFailed(f"{name} did not solve a linear system ({error})") from error
     iterations, reason = solver.getIterationNumber(), solver.getConvergedReason()
     residual = b.duplicate()
     solver.getOperators()[0].mult(x, residual)
