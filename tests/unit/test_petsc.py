@@ -90,7 +90,7 @@ def test_global_unknowns(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "mumps"])
 def test_mumps_takes_over_for_the_rest_of_the_step(name: str) -> None:
-    """No iterative solver reaches a residual below round-off; the next step begins with it again."""
+    """No iterative solver reaches a residual below round-off; the next step tries it again."""
     system = system_of(3, 3)
     notes: list[str] = []
     solver = PetscSolver(name, notes.append)

@@ -173,9 +173,9 @@ class AssembledMatrix:
         entry = np.arange(start[-1]) + np.repeat(active.row_start[owned] - start[:-1], counts)
         row, column = np.repeat(owned, counts), active.column[entry]
         held = system.constrained
-        touched = held.any(axis=1)
+        touched = np.asarray(held.any(axis=1))
         self._entry = entry
-        self._masked = np.flatnonzero(touched[row] | touched[column])
+        self._masked = np.flatnonzero(np.logical_or(touched[row], touched[column]))
         self._free_rows = ~held[row[self._masked]]
         self._free_columns = ~held[column[self._masked]]
         self._diagonal = np.flatnonzero(row == column)
