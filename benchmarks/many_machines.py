@@ -21,6 +21,7 @@ import os
 import sys
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +119,7 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
     simulation.timers.wall.clear()
     comm.seconds, sent, iterations = 0.0, comm.sent, 0
     begin = time.perf_counter()
-    for before, after in zip(times[1:], times[2:], strict=False):
+    for before, after in pairwise(times[1:]):
         iterations += simulation.advance(before, after).equilibrium.iterations
     phases = {"total": time.perf_counter() - begin, **simulation.timers.wall}
     phases["exchange"] = comm.seconds
