@@ -20,7 +20,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from tilth.arrays import Floats, Integers
-from tilth.comm import Communicator
+from tilth.comm import Array, Communicator
 from tilth.mpm.decomposition import Boxes, Cut
 from tilth.solvers import LinearSystem
 
@@ -47,6 +47,12 @@ class Threads:
 
     def exchanged(self, values: Sequence[T]) -> list[T]:
         return [each[self.rank] for each in self.gathered(list(values))]
+
+    def exchange_arrays(self, given: Sequence[Array | None], found: Sequence[Array | None]) -> None:
+        for r, value in enumerate(self.exchanged(given)):
+            place = found[r]
+            if r != self.rank and place is not None:
+                place[...] = value
 
     def sum(self, value: float) -> float:
         return math.fsum(self.gathered(value))

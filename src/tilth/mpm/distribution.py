@@ -157,9 +157,15 @@ class Distribution:
         own = self.owned(points)
         self._share_out(own, grid)
         owner = self.boxes.owner(_cells(own, grid))
-        comes = self._exchanged(own, [owner == r for r in range(self.comm.size)])
-        self.moved += sum(len(each) for r, each in enumerate(comes) if r != self.comm.rank)
-        mine = self._joined(comes)
+        rank = self.comm.rank
+        comes = self._exchanged(
+            own, [owner == r if r != rank else None for r in range(self.comm.size)]
+        )
+        self.moved += sum(map(len, comes))
+        stays = owner == rank
+        mine = own if stays.all() else own.selected(stays)
+        if any(map(len, comes)):
+            mine = self._joined([mine, *comes])
         found = self.comm.sum(float(len(mine)))
         assert found == self._total, f"{found:.0f} of {self._total} points after their exchange"
         cell, layers = _cells(mine, grid), LAYERS + _reach(self.comm, mine, grid)
@@ -294,7 +300,7 @@ class Distribution:
         return MaterialPoints(
             bodies=bodies,
             varying=self._varying,
-            **{name: array[order] for name, array in arrays.items()},
+            **{name: array.take(order, axis=0) for name, array in arrays.items()},
         )
 
     def _ranges(self, points: MaterialPoints) -> Integers:

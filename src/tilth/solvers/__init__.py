@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from tilth.errors import BadInput
 from tilth.solvers.banded import BandedLU
-from tilth.solvers.linear import LinearSolver, StepSolver
+from tilth.solvers.linear import MULTIGRID_FROM_UNKNOWNS, LinearSolver, StepSolver
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.pardiso import Pardiso
 from tilth.solvers.petsc import NAMES, PetscSolver
@@ -23,6 +23,7 @@ _PACKAGES = {Pardiso.name: "pypardiso"}
 """Package of each solver that is optional."""
 
 __all__ = [
+    "MULTIGRID_FROM_UNKNOWNS",
     "SOLVERS",
     "LinearSolver",
     "LinearSystem",
@@ -40,10 +41,6 @@ __all__ = [
 
 THREADED_FROM_POINTS = 20_000
 """Number of points from which a threaded direct solver is faster."""
-
-
-MULTIGRID_FROM_UNKNOWNS = {2: 10_000, 3: 4_000}
-"""Dimension -> number of unknowns from which multigrid is faster than sparse direct solvers."""
 
 
 def linear_solver(

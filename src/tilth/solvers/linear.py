@@ -15,6 +15,9 @@ from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.protocol import SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
 
+MULTIGRID_FROM_UNKNOWNS = {2: 10_000, 3: 4_000}
+"""Dimension -> `effective_size` from which multigrid is faster than sparse direct solvers."""
+
 LARGEST_HALF_BANDWIDTH = 64
 """Half bandwidth up to which band LU is faster than sparse LU."""
 

@@ -7,6 +7,8 @@ summed over the processes. The rows and columns of constrained unknowns are thos
 
 from __future__ import annotations
 
+import atexit
+import weakref
 from typing import Any, Protocol
 
 import numpy as np
@@ -64,10 +66,22 @@ OPTIONS: dict[str, dict[str, str | float]] = {
 class PetscMatrix(Protocol):
     """The matrix of a step's systems with a solver; all processes call its methods together."""
 
+    def begin(self, system: LinearSystem) -> bool:
+        """Prepares for the systems of another step, the first of which is there.
+
+        Returns False if their pattern differs.
+        """
+
+    def destroy(self) -> None:
+        """Frees the memory in all processes."""
+
     def fill(self, name: str, similar: bool) -> None:
         """Takes the matrix that the system has now, for the solver `name`.
 
         similar: whether the preconditioner of the last matrix may stay.
+
+        Raises:
+            SolveFailed: it has entries that are not numbers.
         """
 
     def solve(self, owned: Floats, size: float, tolerance: float) -> tuple[Floats, int]:
@@ -104,15 +118,17 @@ class MatrixOfMultigrid:
     """The matrix as an operator, with the multigrid of tilth.
 
     Args:
-        system: has the matrices.
-        multigrid: of the system.
+        system: has the matrices, the first one already.
+
+    Raises:
+        SolveFailed: there are no levels of multigrid.
     """
 
-    def __init__(self, system: LinearSystem, multigrid: SchwarzMultigrid) -> None:
+    def __init__(self, system: LinearSystem) -> None:
         from petsc4py import PETSc
 
-        self._multigrid, self._comm = multigrid, system.comm
-        operators = _Operators(multigrid, system.components)
+        self._multigrid, self._comm = SchwarzMultigrid(system), system.comm
+        operators = _Operators(self._multigrid, system.components)
         own = system.active.owned_nodes * system.components
         size = ((own, None), (own, None))
         self._matrix = PETSc.Mat().createPython(size, operators, comm=_communicator(system))
@@ -124,6 +140,20 @@ class MatrixOfMultigrid:
         preconditioner.setPythonContext(operators)
         _set_options(self._solver, "multigrid", KRYLOV)
         self._solver.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
+        atexit.register(_destroy, weakref.ref(self))
+
+    def __del__(self) -> None:
+        if hasattr(self, "_solver"):
+            self.destroy()
+
+    def begin(self, system: LinearSystem) -> bool:
+        """As `PetscMatrix.begin`."""
+        return self._multigrid.begin(system)
+
+    def destroy(self) -> None:
+        """As `PetscMatrix.destroy`."""
+        self._solver.destroy()
+        self._matrix.destroy()
 
     def fill(self, name: str, similar: bool) -> None:
         """As `PetscMatrix.fill`."""
@@ -144,6 +174,13 @@ class MatrixOfMultigrid:
         vectors = self._matrix.createVecs()
         self._solver.setTolerances(rtol=tolerance, atol=0.0, max_it=most)
         return _solved("multigrid", self._comm, self._solver, vectors, owned, size, 2.0 * tolerance)
+
+
+def _destroy(matrix: weakref.ref[MatrixOfMultigrid]) -> None:
+    """Frees a matrix at the end of the run: PETSc ends after Python, and would call its objects."""
+    found = matrix()
+    if found is not None:
+        found.destroy()
 
 
 class AssembledMatrix:
@@ -169,10 +206,10 @@ class AssembledMatrix:
         start = np.concatenate([[0], np.cumsum(counts)])
         entry = np.arange(start[-1]) + np.repeat(active.row_start[owned] - start[:-1], counts)
         row, column = np.repeat(owned, counts), active.column[entry]
-        held: Flags = system.constrained
-        touched: Flags = np.asarray(held.any(axis=1))
+        held = system.constrained
+        touched = np.asarray(held.any(axis=1))
         self._entry = entry
-        self._masked = np.flatnonzero(touched[row] | touched[column])
+        self._masked = np.flatnonzero(np.logical_or(touched[row], touched[column]))
         self._free_rows = ~held[row[self._masked]]
         self._free_columns = ~held[column[self._masked]]
         self._diagonal = np.flatnonzero(row == column)
@@ -200,7 +237,7 @@ class AssembledMatrix:
         return [active.row_start, active.column, owned, number, system.constrained]
 
     def begin(self, system: LinearSystem) -> bool:
-        """Prepares for the systems of another step; returns False if their pattern differs."""
+        """As `PetscMatrix.begin`."""
         new = self._pattern_of(system)
         same = all(np.array_equal(a, b) for a, b in zip(self._kept, new, strict=True))
         if system.comm.max(float(not same)) > 0.0:
@@ -210,7 +247,7 @@ class AssembledMatrix:
         return True
 
     def destroy(self) -> None:
-        """Frees the memory in all processes."""
+        """As `PetscMatrix.destroy`."""
         self._destroy_solvers()
         self._matrix.destroy()
 
@@ -223,6 +260,8 @@ class AssembledMatrix:
         """As `PetscMatrix.fill`."""
         system = self._system
         blocks = system.blocks[self._entry]
+        if system.comm.max(float(not np.isfinite(blocks).all())) > 0.0:
+            raise SolveFailed("the matrix of the linear system has entries that are not numbers")
         masked = blocks[self._masked]
         masked *= self._free_rows[:, :, None]
         masked *= self._free_columns[:, None, :]
@@ -325,9 +364,14 @@ def _solved(
     vectors: two of PETSc, for right side and solution; they are destroyed.
     limit: largest relative residual.
     """
+    from petsc4py import PETSc
+
     b, x = vectors
     b.array[:] = owned.ravel()
-    solver.solve(b, x)
+    try:
+        solver.solve(b, x)
+    except PETSc.Error as error:
+        raise SolveFailed(f"{name} did not solve a linear system ({error})") from error
     iterations, reason = solver.getIterationNumber(), solver.getConvergedReason()
     residual = b.duplicate()
     solver.getOperators()[0].mult(x, residual)
