@@ -31,7 +31,6 @@ from tilth.output.checkpoint_thread import LARGEST_COPY
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
-from tilth.solvers.petsc import ITERATIVE
 
 UNDEFORMED = "the undeformed points of the stages"
 
@@ -293,7 +292,7 @@ def _of_solver(model: Model, solver: str, sides: Floats, blocks: float, distance
     dim, entries = model.dimension, blocks * model.dimension**2
     if solver == "multigrid":
         return MULTIGRID_PER_ENTRY * entries
-    if solver in ITERATIVE:
+    if solver in ("gamg", "hypre"):
         return PETSC_PER_ENTRY * entries
     if solver == "banded":
         unknowns = dim * float(np.prod(sides))
