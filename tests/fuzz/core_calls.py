@@ -265,6 +265,14 @@ def direct_calls() -> Iterator[Call]:
     cycle = ("cycle", [vectors[0], vectors[1].copy()])
     rest = [("sizes", []), ("bytes", []), ("begin", [])]
     yield Call("Multigrid", [2, 1, line, rows, column, free], [("fill", [blocks]), cycle, *rest])
+    coarse = _core.CoarsePart(2, 1, line, rows, column, free, ~free.ravel()).pattern()[0]
+    yield Call(
+        "CoarsePart", [2, 1, line, rows, column, free, ~free.ravel()],
+        [
+            ("pattern", []), ("blocks", [blocks]), ("restricted", [vectors[0]]),
+            ("interpolated", [np.zeros((len(coarse), 1))]),
+        ],
+    )  # fmt: skip
     half, corner = np.full((3, 2), 0.2), random.random((3, 4, 2)) - 0.5
     for corners in (corner, np.zeros((0, 4, 2))):
         at, normal = [2.0 * random.random((3, 2)) for _ in range(2)], np.tile([0.6, -0.8], (3, 1))
