@@ -97,6 +97,7 @@ def require_petsc() -> None:
 
         options = PETSc.Options()
         options["matstash_reproduce"] = options["vecstash_reproduce"] = ""
+        options["matptap_via"] = "allatonce"  # the others add in the order of arrival
     except (ImportError, ValueError) as error:  # of another version of NumPy
         missing = find_spec("petsc4py") is None
         reason = "is not installed" if missing else f"cannot be imported ({error})"
