@@ -4,8 +4,9 @@
 A long block of clay, perfectly plastic below a plate at its end, in 3D. Strong: the same block by
 more processes. Weak: a block as much longer as there are more processes. For each run the wall
 time by phase, of the slowest process; the efficiency, which is the time that one process would
-take over that of all processes together, with and without the linear solver; the largest peak
-memory of a process, and over the mean; the bytes that a process sends in a step.
+take over that of all processes together, with and without the linear solver; the largest memory
+of a process after the steps, over the mean, and its peak, when it reads the whole model; the bytes
+that a process sends in a step.
 
 One process runs twice: as any serial run, and with the solver of several processes.
 
@@ -125,7 +126,8 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
     phases["exchange"] = comm.seconds
     own = {
         "phases": {name: seconds / steps for name, seconds in phases.items()},
-        "memory": peak_memory(),
+        "memory": present_memory(),
+        "peak": peak_memory(),
         "sent": (comm.sent - sent) / steps,
         "points": len(simulation.points),
         "iterations": iterations,
@@ -136,13 +138,20 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
         print(json.dumps(found))
 
 
+def present_memory() -> float:
+    """The memory that the process has now [byte]."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024.0 * float(next(line for line in lines if line.startswith("VmRSS")).split()[1])
+
+
 @dataclass(frozen=True)
 class Run:
     """What the processes of a run measured.
 
     Attributes:
         phases: largest seconds a step of a process by phase.
-        memory: peaks of the processes [byte].
+        memory: of the processes at the end of the last step [byte].
+        peak: largest of a process since its start, when it reads the whole model [byte].
         sent: mean bytes that a process sends in a step.
         copies: points that processes have besides their own, over all points.
         iterations: of Newton.
@@ -151,6 +160,7 @@ class Run:
 
     phases: dict[str, float]
     memory: list[float]
+    peak: float
     sent: float
     copies: float
     iterations: int
@@ -172,6 +182,7 @@ def run(processes: int, cells: int, steps: int, petsc: bool = False) -> Run:
     return Run(
         {name: max(each["phases"].get(name, 0.0) for each in found) for name in names},
         [each["memory"] for each in found],
+        max(each["peak"] for each in found),
         sum(each["sent"] for each in found) / processes,
         sum(each["points"] for each in found) / (8.0 * cells * ACROSS**2) - 1.0,
         found[0]["iterations"],
@@ -184,7 +195,7 @@ def table(counts: list[int], cells: int, steps: int, weak: bool) -> None:
     print(f"\n{'weak' if weak else 'strong'} scaling; seconds a step")
     print(f"{'processes':16}{'points':>10}" + "".join(f"{name:>11}" for name in PHASES)
           + f"{'total':>9}{'exchange':>10}{'eff. all':>10}{'no solve':>10}{'solve':>7}"
-          + f"{'memory':>10}{'max/mean':>10}{'copies':>8}{'sent':>10}")  # fmt: skip
+          + f"{'memory':>10}{'max/mean':>10}{'peak':>10}{'copies':>8}{'sent':>10}")  # fmt: skip
     first: Run | None = None
     for processes, petsc in [(1, False), *((count, True) for count in counts)]:
         long = cells * processes if weak else cells
@@ -206,6 +217,7 @@ def table(counts: list[int], cells: int, steps: int, weak: bool) -> None:
             + f"{efficiency(first.without_solver, found.without_solver):>10}"
             + f"{efficiency(first.phases['solve'], found.phases['solve']):>7}"
             + f"{max(found.memory) / 1e6:>7.0f} MB{max(found.memory) / mean:>10.2f}"
+            + f"{found.peak / 1e6:>7.0f} MB"
             + f"{100 * found.copies:>6.0f} %{found.sent / 1e6:>7.1f} MB",
             flush=True,
         )

@@ -207,6 +207,7 @@ class Simulation:
         if comm.size > 1:
             self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
+            self._buffers = Buffers()  # those of all points
             self.distribution.own = self.distribution.own[self.distribution.own]
             self._solver = distributed_solver(
                 self.model.analysis.solver, self.run_warnings.fallback

@@ -154,29 +154,25 @@ class Distribution:
         """
         if self.serial:
             return points
-        own = self.owned(points)
-        self._share_out(own, grid)
-        owner = self.boxes.owner(_cells(own, grid))
-        rank = self.comm.rank
-        comes = self._exchanged(
-            own, [owner == r if r != rank else None for r in range(self.comm.size)]
-        )
+        rank, ranks = self.comm.rank, range(self.comm.size)
+        own, cell = self.own, _cells(points, grid)
+        self._share_out(cell[own])
+        owner = self.boxes.owner(cell)
+        goes = own & (owner != rank)
+        comes = self._exchanged(points, [goes & (owner == r) if r != rank else None for r in ranks])
         self.moved += sum(map(len, comes))
-        stays = owner == rank
-        mine = own if stays.all() else own.selected(stays)
-        if any(map(len, comes)):
-            mine = self._joined([mine, *comes])
-        found = self.comm.sum(float(len(mine)))
+        same = not goes.any() and not any(map(len, comes))
+        if not same:
+            points = self._joined([points.selected(own & ~goes), *comes])
+            own, cell = np.ones(len(points), dtype=bool), _cells(points, grid)
+        found = self.comm.sum(float(own.sum()))
         assert found == self._total, f"{found:.0f} of {self._total} points after their exchange"
-        cell, layers = _cells(mine, grid), LAYERS + _reach(self.comm, mine, grid)
-        copies = self._exchanged(
-            mine,
-            [
-                self.boxes.near(r, cell, layers) if r != self.comm.rank else None
-                for r in range(self.comm.size)
-            ],
-        )
-        copies[self.comm.rank] = mine
+        layers = LAYERS + _reach(self.comm, points, grid)
+        near = [own & self.boxes.near(r, cell, layers) if r != rank else None for r in ranks]
+        copies = self._exchanged(points, near)
+        if same and _renewed(points, ~own, copies):
+            return points
+        copies[rank] = points if own.all() else points.selected(own)
         return self._joined(copies)
 
     def located(self, active: ActiveGrid) -> ActiveGrid:
@@ -188,15 +184,15 @@ class Distribution:
         shared = SharedNodes(self.comm, self.boxes, active.key, active.fields)
         return replace(active, shared=shared)
 
-    def _share_out(self, own: MaterialPoints, grid: Grid) -> None:
-        """Shares the cells out anew if a process has too many points."""
-        load = max(self.comm.gathered(len(own))) * self.comm.size / self._total
+    def _share_out(self, cell: Integers) -> None:
+        """Shares the cells out anew if a process has too many points; cell: of the own ones."""
+        load = max(self.comm.gathered(len(cell))) * self.comm.size / self._total
         if load > LARGEST_LOAD * max(self._least_load, 1.0):
             before = self.boxes
-            self.boxes = bisected(self.comm, self.comm.size, _cells(own, grid))
+            self.boxes = bisected(self.comm, self.comm.size, cell)
             for each in self._keyed():
                 self._hand_out(each, before)
-            owner = self.boxes.owner(_cells(own, grid))
+            owner = self.boxes.owner(cell)
             owned = np.bincount(owner, minlength=self.comm.size).astype(float)
             self._least_load = total(self.comm, owned).max() * self.comm.size / self._total
 
@@ -310,6 +306,23 @@ class Distribution:
         for body in points.bodies:
             number[body.points] = of_range[body.body, body.layer]
         return number
+
+
+def _renewed(points: MaterialPoints, copied: Flags, copies: Sequence[MaterialPoints]) -> bool:
+    """Renews the copies of other processes' points, by flags (n,), if they are of the same points.
+
+    Returns whether they are: else the points are as before.
+    """
+    index = np.flatnonzero(copied)
+    number = np.concatenate([each.point_id for each in copies])
+    if len(number) != len(index):
+        return False
+    index, order = index[np.argsort(points.point_id[index])], np.argsort(number)
+    if not np.array_equal(points.point_id[index], number[order]):
+        return False
+    for name, array in points.arrays().items():
+        array[index] = np.concatenate([getattr(each, name) for each in copies])[order]
+    return True
 
 
 def _cells(points: MaterialPoints, grid: Grid) -> Integers:
