@@ -22,6 +22,7 @@ from tilth.comm import SERIAL, Communicator
 from tilth.terms.balance import Balance
 
 __all__ = ["whole_rows"]
+pytestmark = pytest.mark.slow
 
 Rows = dict[tuple[int, ...], Floats]
 

@@ -10,7 +10,8 @@ from mpi_runs import assert_as_serial
 
 from tilth import Model
 
-several = pytest.mark.parametrize("processes", [2, 3])
+pytestmark = pytest.mark.slow
+several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
 
 
 @several

@@ -12,7 +12,8 @@ from small_problems import block_entries, dimension, material_entries, plane, we
 
 from tilth import Model
 
-several = pytest.mark.parametrize("processes", [2, 3])
+pytestmark = pytest.mark.slow
+several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 
 

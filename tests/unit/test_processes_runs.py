@@ -19,6 +19,8 @@ from small_problems import block_entries, material_entries, rollers, weight
 from tilth.output import read_history
 from tilth.output.vtkhdf import read_results
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(autouse=True)
 def processes_can_run() -> None:
@@ -172,6 +174,16 @@ def wait_for(condition: Any) -> None:
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize(("processes", "problem"), [(2, "collapse"), (4, "plane_strain_block")])
+def test_reference_problems_are_within_their_tolerances(processes: int, problem: str) -> None:
+    with started(processes, "verify", problem, "--json") as process:
+        out, errors = process.communicate(timeout=2.0 * LIMIT)
+    assert process.returncode == 0, errors
+    rows = json.loads(out)
+    assert rows
+    assert all(row["passed"] for row in rows)
 
 
 def test_too_many_processes(tmp_path: Path) -> None:

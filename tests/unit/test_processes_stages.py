@@ -13,7 +13,8 @@ from staged_problems import KINDS, staged_entries
 
 from tilth import Model
 
-several = pytest.mark.parametrize("processes", [2, 3])
+pytestmark = pytest.mark.slow
+several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
 
 
 @several

@@ -12,7 +12,8 @@ from small_problems import weight as weight_of
 
 from tilth import Model
 
-several = pytest.mark.parametrize("processes", [2, 3])
+pytestmark = pytest.mark.slow
+several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
 
 
 def on_clay(kind: str, basis: str = "gimp", **changed: Any) -> dict[str, Any]:
