@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import io
 import math
 import os
@@ -54,6 +55,12 @@ def world() -> Communicator:
         raise BadInput(what, "start the run with the mpiexec of the library that mpi4py uses")
     sys.excepthook = _abort
     return Processes(MPI.COMM_WORLD)
+
+
+def return_memory() -> None:
+    """Gives memory that is not used any more back to the system: glibc would keep it."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 LONGEST_WAIT = 10.0

@@ -52,6 +52,7 @@ from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import StepFailed
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
+from tilth.mpi import return_memory
 from tilth.mpm.background import largest_face
 from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
@@ -208,6 +209,7 @@ class Simulation:
             self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
             self._buffers = Buffers()  # those of all points
+            return_memory()
             self.distribution.own = self.distribution.own[self.distribution.own]
             self._solver = distributed_solver(
                 self.model.analysis.solver, self.run_warnings.fallback
