@@ -7,10 +7,12 @@ The formulas are those of docs/theory/many_machines.md. Without arguments it pri
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import prod
+from math import ceil, prod
 
 from tilth.mpm.distribution import LAYERS
+from tilth.solvers.coarse_correction import LARGEST_COARSE_NODES
 
 MESSAGE = 2200
 """Bytes that the messages of a step to one neighbour have besides values (names, shapes)."""
@@ -18,17 +20,8 @@ MESSAGE = 2200
 TEMPORARY = 18 * 8
 """Bytes per point of temporary arrays (src/tilth/analysis/memory.py)."""
 
-AIJ_ENTRY = 12
-"""Bytes of an entry of PETSc's matrix: value and column."""
-
-COARSE_LEVELS = 1.5
-"""Memory of the levels of algebraic multigrid, relative to the matrix; assumed."""
-
-PRODUCTS = 6
-"""Products with the finest matrix in an iteration: the Krylov method's, and those of smoothing."""
-
-COARSE_PRODUCTS = 1.25
-"""Messages of all levels of multigrid, relative to those of the finest; assumed."""
+LEVELS = 8.5 / 8
+"""Memory of the levels of multigrid, relative to the matrix (src/tilth/analysis/memory.py)."""
 
 
 def state_bytes(
@@ -98,13 +91,36 @@ class Part:
     def neighbours(self) -> int:
         return prod(1 + a + b for _, a, b in self._axes()) - 1
 
-    def coupled_nodes(self) -> float:
-        """Nodes of other processes that are coupled with its own in the matrix."""
-        far = 1 + self.reach
-        return prod(s + far * (a + b) for s, a, b in self._axes()) - prod(self.cells)
+    def coarse_nodes(self, width: int) -> float:
+        """Coarse nodes, so many cells apart, that its nodes depend on; the mean over all places."""
+        layers = LAYERS + 2 * self.reach
+        return prod(_coarse(s + layers * (a + b), width, a) for s, a, b in self._axes())
+
+    def coarse_entries(self, width: int) -> float:
+        """Blocks of the coarse matrix that the rows of its own nodes contribute to.
+
+        Without `reach`, in which nodes are coupled with their neighbours alone.
+        """
+        return prod(
+            3 * _coarse(s - (1 if b else 0), width, a) - 2 + (a + b) / width
+            for s, a, b in self._axes()
+        )
 
     def _axes(self) -> list[tuple[float, bool, bool]]:
         return list(zip(self.cells, self.lower, self.upper, strict=True))
+
+
+def _coarse(length: float, width: int, anywhere: bool) -> float:
+    """Coarse nodes of a line of nodes over so many cells, which begins anywhere or at a node."""
+    return length / width + (width - 1) / width + 1 if anywhere else ceil(length / width) + 1
+
+
+def coarse_width(cells: float, dim: int = 3) -> tuple[int, int]:
+    """Cells between two coarse nodes, and the number of these, in a block so many cells long."""
+    width = 2
+    while (nodes := (ceil(cells / width) + 1) ** dim) > LARGEST_COARSE_NODES:
+        width *= 2
+    return width, nodes
 
 
 @dataclass(frozen=True)
@@ -114,38 +130,53 @@ class Step:
     Attributes:
         part: of the process.
         iterations: of Newton.
-        krylov: iterations of the linear solver a system.
+        krylov: iterations of the linear solver a system, in the mean.
+        fills: matrices of which new levels of multigrid are made.
+        processes: of the run.
+        width: cells between two nodes of the coarse grid that all processes have.
         guessed: whether the step has a first guess of the displacement.
         state: bytes of a point.
     """
 
     part: Part
     iterations: int = 3
-    krylov: int = 20
+    krylov: float = 20
+    fills: int = 3
+    processes: int = 1000
+    width: int = 32
     guessed: bool = True
     state: int = state_bytes(3)
 
     def sent(self) -> dict[str, float]:
         """Bytes that the process sends in a step, by what they are for.
 
-        The first three are those that `Communicator.sent` counts, on the mean over the processes.
+        They are those that `Communicator.sent` counts, in the mean over the processes.
         """
         part, dim = self.part, self.part.dim
+        copied = part.nodes - part.owned_nodes
         per_node = 2 * (8 + 8)  # keys and numbers, with and without the nodes of boundaries
         per_node += 2 * 8 * dim  # which boundary holds a node, and its motion
         per_node += 8 * dim * (self.iterations + self.guessed)
-        products = self.iterations * self.krylov * PRODUCTS * COARSE_PRODUCTS
         return {
             "copies of points": part.copies * self.state,
-            "nodal values": (part.nodes - part.owned_nodes) * per_node,
+            "nodal values": copied * per_node,
             "headers": float(MESSAGE * part.neighbours),
-            "linear solver": products * part.coupled_nodes() * 8 * dim,
+            "linear solver": copied * (8 + 8 * dim * (2 * self._corrections + self.iterations)),
+            "coarse residuals": self._corrections * self._to_all(part.coarse_nodes, dim),
+            "coarse matrices": self.fills * self._to_all(part.coarse_entries, dim**2),
         }
 
-    def exchanged(self) -> float:
-        """Bytes of all but the linear solver."""
-        found = self.sent()
-        return sum(found.values()) - found["linear solver"]
+    @property
+    def _corrections(self) -> float:
+        return self.iterations * self.krylov
+
+    def _to_all(self, count: Callable[[int], float], numbers: int) -> float:
+        return 8 * numbers * count(self.width) * (self.processes - 1)
+
+    @property
+    def messages(self) -> float:
+        """Messages from the process to each of the others for the coarse grid."""
+        return self._corrections + self.fills
 
     def memory(self, trial: int = 352, stencil: int = 37) -> dict[str, float]:
         """Bytes that the process stores, by what they are for; the program itself not counted.
@@ -154,13 +185,14 @@ class Step:
         """
         part, dim = self.part, self.part.dim
         row = (2 * (1 + part.reach) + 1) ** dim  # blocks
-        matrix = part.owned_nodes * row * dim**2 * AIJ_ENTRY
+        matrix = part.nodes * row * 8 * dim**2
         return {
             "points": (part.points + part.copies) * (self.state + trial + stencil + TEMPORARY),
             "exchange": 2.0 * part.copies * self.state,
-            "matrix": part.nodes * row * 8 * dim**2 * 1.125,
-            "PETSc": matrix,
-            "multigrid": COARSE_LEVELS * matrix,
+            "matrix": 1.125 * matrix,
+            "multigrid": LEVELS * matrix,
+            "Krylov method": (2 * self.krylov + 3) * part.owned_nodes * 8 * dim,
+            "coarse matrices": self._to_all(part.coarse_entries, dim**2),
         }
 
     @property
@@ -176,15 +208,19 @@ def boundary_bytes(points: float, dim: int = 3) -> float:
 
 def _table(total: float, processes: list[int]) -> None:
     print(f"{total:.0e} points, 8 a cell, linear basis, 3 Newton and 20 Krylov iterations")
-    print("processes | points | copies | work | sent [MB]: points, nodal, solver | memory [GB]")
+    width, nodes = coarse_width((total / 8.0) ** (1 / 3))
+    print(f"coarse grid of all: cells {width} times as large, {nodes:,} nodes")
+    print(
+        "processes | points | copies | work | sent [MB]: points, nodal, solver, coarse residuals, "
+        "coarse matrices | messages | memory [GB]"
+    )
     for number in processes:
-        step = Step(Part.inside(total / number))
-        sent = {name: value / 1e6 for name, value in step.sent().items()}
-        memory = sum(step.memory().values()) / 1e9
+        step = Step(Part.inside(total / number), processes=number, width=width)
+        sent = {name: value / 1e6 for name, value in step.sent().items() if name != "headers"}
         print(
             f"{number:,} | {total / number:,.0f} | {step.part.copies:,.0f} | {step.work:.2f} | "
-            f"{sent['copies of points']:.1f}, {sent['nodal values']:.1f}, "
-            f"{sent['linear solver']:.1f} | {memory:.2f}"
+            + ", ".join(f"{value:.1f}" for value in sent.values())
+            + f" | {step.messages * (number - 1):,.0f} | {sum(step.memory().values()) / 1e9:.2f}"
         )
 
 

@@ -61,7 +61,7 @@ _OUT = click.option(
 _QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 
-SHARED = ("run", "resume", "verify")
+SHARED = ("run", "resume", "verify", "safety")
 """Commands that several processes carry out together; of others it is the first one alone."""
 
 PICTURES = (".png", ".pdf", ".svg")

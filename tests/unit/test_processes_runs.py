@@ -169,6 +169,21 @@ def test_a_request_to_stop_reaches_all(tmp_path: Path) -> None:
     assert "interrupted by SIGTERM" in (folder / "log.txt").read_text()
 
 
+def test_factor_of_safety(tmp_path: Path) -> None:
+    """Of a folder that another number of processes wrote; process 0 alone prints."""
+    base = {"name": "base", "type": "plane", "axis": "y", "at": 0.0, "condition": "fixed"}
+    file = case(tmp_path, boundaries=[base], track=[])
+    done(1, "run", file, "--out", tmp_path / "out")
+    found = []
+    for processes in (1, 2):
+        with started(processes, "safety", tmp_path / "out", "--tolerance", "0.5") as process:
+            out, errors = process.communicate(timeout=LIMIT)
+        assert process.returncode == 0, out + errors
+        assert out.count("Factor of safety") == 1
+        found.append(json.loads((tmp_path / "out" / "safety.json").read_text())["factor"])
+    assert found[0] == found[1]
+
+
 def wait_for(condition: Any) -> None:
     deadline = time.monotonic() + LIMIT
     while not condition():

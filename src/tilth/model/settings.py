@@ -84,9 +84,9 @@ class Analysis(Declared):
         "auto", "superlu", "pardiso", "banded", "multigrid", "mumps", "gamg", "hypre"
     ] = "auto"
     """Linear solver; "auto" selects "multigrid" for many unknowns, "banded" for slender bodies, and
-    otherwise the fastest installed direct solver. "mumps" (direct), "gamg" and "hypre" (algebraic
-    multigrid) are those of PETSc, which several processes share: there "auto" selects among them.
-    """
+    otherwise the fastest installed direct solver. Several processes share "multigrid" and those of
+    PETSc, "mumps" (direct), "gamg" and "hypre" (algebraic multigrid), of which "auto" selects
+    "multigrid" or "mumps"."""
 
     @model_validator(mode="after")
     def _relaxation_fits(self) -> Any:
