@@ -114,10 +114,9 @@ def test_files_are_those_of_a_serial_run_and_resume_on_any_number(tmp_path: Path
     assert len({line.split("mass")[1].split(",")[0] for line in log.splitlines() if "mass" in line})
 
 
-@pytest.mark.parametrize("solver", ["gamg", "multigrid"])
-def test_the_same_bits_from_run_to_run(solver: str, tmp_path: Path) -> None:
-    """Of the iterative solvers; MUMPS promises no order of its sums."""
-    file = case(tmp_path, solver=solver)
+def test_the_same_bits_from_run_to_run(tmp_path: Path) -> None:
+    """With multigrid: PETSc's GAMG and MUMPS promise no order of their sums."""
+    file = case(tmp_path, solver="multigrid")
     for name in ("one", "two"):
         done(3, "run", file, "--out", tmp_path / name)
     first, second = (tmp_path / name / "history.csv" for name in ("one", "two"))

@@ -87,17 +87,13 @@ class PetscSolver:
 
 
 def require_petsc() -> None:
-    """Loads PETSc, which adds what processes send to each other in a fixed order.
+    """Checks that petsc4py can be imported.
 
     Raises:
-        BadInput: petsc4py cannot be imported.
+        BadInput: it cannot.
     """
     try:
-        from petsc4py import PETSc
-
-        options = PETSc.Options()
-        options["matstash_reproduce"] = options["vecstash_reproduce"] = ""
-        options["matptap_via"] = "allatonce"  # the others add in the order of arrival
+        from petsc4py import PETSc  # noqa: F401
     except (ImportError, ValueError) as error:  # of another version of NumPy
         missing = find_spec("petsc4py") is None
         reason = "is not installed" if missing else f"cannot be imported ({error})"
