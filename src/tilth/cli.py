@@ -16,7 +16,7 @@ from typing import TextIO
 import click
 
 from tilth import __version__
-from tilth.environment import set_environment
+from tilth.environment import set_environment, several_processes
 from tilth.errors import (
     EXIT_ANALYSIS_FAILED,
     EXIT_BAD_INPUT,
@@ -31,7 +31,6 @@ from tilth.errors import (
 )
 from tilth.interrupt import StopSignals, ignore_stop_signals
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
-from tilth.mpi import begin_together, leave_together
 
 _CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 _FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
@@ -85,8 +84,11 @@ def cli(context: click.Context) -> None:
     """
     from tilth.analysis.available_memory import require_memory_of_program
 
-    if not begin_together() and context.invoked_subcommand not in SHARED:
-        context.exit()
+    if several_processes():
+        from tilth.mpi import begin_together
+
+        if not begin_together() and context.invoked_subcommand not in SHARED:
+            context.exit()
     require_memory_of_program()
 
 
@@ -473,7 +475,10 @@ def main() -> None:
         except KeyboardInterrupt:  # while the end was reported
             code = EXIT_INTERRUPTED
         ignore_stop_signals()
-    leave_together(code)
+    if several_processes():
+        from tilth.mpi import leave_together
+
+        leave_together(code)
     _flush_or_forget(sys.stdout, sys.stderr)
     sys.exit(code)
 

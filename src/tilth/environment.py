@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import MutableMapping
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
@@ -24,3 +25,12 @@ def set_environment(environment: MutableMapping[str, str]) -> None:
             environment.setdefault(name, value)
     for name, value in ONE_RUNTIME.items():
         environment.setdefault(name, value)
+
+
+SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
+"""Variables of the environment by which launchers tell a process how many there are."""
+
+
+def several_processes() -> bool:
+    """Returns whether a launcher such as `mpiexec` started several processes."""
+    return any(int(os.environ.get(name) or 1) > 1 for name in SIZES)

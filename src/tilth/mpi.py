@@ -6,7 +6,6 @@ from __future__ import annotations
 import ctypes
 import io
 import math
-import os
 import pickle
 import sys
 import time
@@ -20,19 +19,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tilth.comm import SERIAL, Array, Communicator
+from tilth.environment import several_processes
 from tilth.errors import BadInput
 
 T = TypeVar("T")
 
-SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
-"""Variables of the environment by which launchers tell a process how many there are."""
-
 INSTALL = "install mpi4py and petsc4py (docs/howto/many_machines.md), or run without mpiexec"
-
-
-def _several() -> bool:
-    """Returns whether a launcher started several processes."""
-    return any(int(os.environ.get(name) or 1) > 1 for name in SIZES)
 
 
 @cache
@@ -42,7 +34,7 @@ def world() -> Communicator:
     Raises:
         BadInput: `mpiexec` started several processes, but mpi4py is not installed.
     """
-    if not _several():
+    if not several_processes():
         return SERIAL
     try:
         from mpi4py import MPI
@@ -85,8 +77,6 @@ def leave_together(code: int) -> None:
     Where this one ends by an error and another does not come, it waits for a message of this one,
     and all are ended.
     """
-    if not _several():
-        return
     with suppress(BadInput):  # there is no connection that could be ended
         if world().size > 1:
             _leave(code)
