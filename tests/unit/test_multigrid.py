@@ -23,7 +23,6 @@ from small_problems import BASES, KINDS, block_entries, dimension, plane, weight
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags
-from tilth.comm import Communicator
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -294,9 +293,9 @@ def test_levels_are_rebuilt_only_for_another_grid(monkeypatch: pytest.MonkeyPatc
     made: list[int] = []
 
     class Counted(Multigrid):
-        def __init__(self, active: ActiveGrid, constrained: Flags, comm: Communicator) -> None:
+        def __init__(self, active: ActiveGrid, constrained: Flags) -> None:
             made.append(len(constrained))
-            super().__init__(active, constrained, comm)
+            super().__init__(active, constrained)
 
     monkeypatch.setattr(linear_module, "Multigrid", Counted)
     solver = LinearSolver(choose_solver("superlu"), 0)
