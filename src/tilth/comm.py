@@ -99,15 +99,15 @@ SERIAL = Serial()
 
 
 @contextmanager
-def together(comm: Communicator) -> Iterator[None]:
-    """Raises an error of tilth that one process meets inside in all processes.
+def together(comm: Communicator, kind: type[Exception] = TilthError) -> Iterator[None]:
+    """Raises an error that one process meets inside in all processes.
 
-    No process may wait for another one inside.
+    No process may wait for another one inside. kind: of the error; those of tilth if not given.
     """
-    failure: TilthError | None = None
+    failure: Exception | None = None
     try:
         yield
-    except TilthError as error:
+    except kind as error:
         if comm.size == 1:
             raise
         failure = error

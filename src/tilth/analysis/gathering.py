@@ -98,7 +98,7 @@ def collected(simulation: Simulation) -> Simulation:
     if distribution.serial:
         return simulation
     for each in simulation.owners().values():
-        if hasattr(each, "rows"):
+        if isinstance(each, KeyedRows):
             (key, names), state = each.rows(), each.state()
             own = distribution.owns(key)
             parts = zip(*comm.gathered([state[name][own] for name in names]), strict=True)

@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
@@ -20,25 +19,6 @@ if TYPE_CHECKING:
 
 class SolveFailed(Exception):
     """The linear system could not be solved; the message says why."""
-
-
-@contextmanager
-def failing_together(comm: Communicator) -> Iterator[None]:
-    """Raises a `SolveFailed` that one process meets inside in all processes.
-
-    No process may wait for another one inside.
-    """
-    reason: str | None = None
-    try:
-        yield
-    except SolveFailed as failure:
-        if comm.size == 1:
-            raise
-        reason = str(failure)
-    if comm.size > 1:
-        found = [each for each in comm.gathered(reason) if each is not None]
-        if found:
-            raise SolveFailed(found[0])
 
 
 @dataclass(frozen=True)

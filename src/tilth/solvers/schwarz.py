@@ -12,9 +12,10 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
+from tilth.comm import together
 from tilth.solvers.coarse_correction import CoarseCorrection
 from tilth.solvers.multigrid import Multigrid
-from tilth.solvers.protocol import failing_together
+from tilth.solvers.protocol import SolveFailed
 from tilth.solvers.system import LinearSystem
 
 COMPLETE = 1e-6
@@ -36,7 +37,7 @@ class SchwarzMultigrid:
         self._constrained = system.constrained
         self._owned = np.arange(system.active.nodes)[system.active.owned]
         self._held = _held(system)
-        with failing_together(system.comm):
+        with together(system.comm, SolveFailed):
             self._local = Multigrid(system.active, self._held)
         self._coarse = CoarseCorrection(system.active, system.constrained)
 
@@ -66,7 +67,7 @@ class SchwarzMultigrid:
             SolveFailed: if the matrix has entries that are not numbers.
         """
         system = self._system
-        with failing_together(system.comm):
+        with together(system.comm, SolveFailed):
             self._local.fill(system.blocks, system.exact_nodes, keep_levels=keep_levels)
         if not keep_levels:
             self._coarse.fill(system.blocks)
@@ -82,7 +83,7 @@ class SchwarzMultigrid:
         Raises:
             SolveFailed: if their matrix is singular.
         """
-        with failing_together(self._system.comm):
+        with together(self._system.comm, SolveFailed):
             if self._local.may_increase:
                 self._local.increase()
 
