@@ -142,7 +142,7 @@ def test_commands_exist_with_their_options(page: Path) -> None:
         r"(?:^|`|&& |/)tilth ([a-z][^`\n|&]*)", page.read_text(encoding="utf-8")
     ):
         words = re.sub(r"[\[\]]", " ", line).split()
-        command = cli.commands.get(words[0])
+        command = cli.get_command(click.Context(cli), words[0])
         assert isinstance(command, click.Command), f"tilth {line}: no such command"
         known = {option for parameter in command.params for option in parameter.opts}
         options = {word for word in words if word.startswith("--")}

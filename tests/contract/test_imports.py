@@ -12,6 +12,7 @@ ROOT = Path(__file__).parents[2] / "src" / "tilth"
 ROOMS = [
     "__main__",
     "cli",
+    "commands",
     "verification",
     "analysis",
     "element_tests",

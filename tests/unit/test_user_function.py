@@ -159,3 +159,9 @@ def test_a_value_that_is_not_finite_names_the_first_place(folder):
     assert error.problem.startswith(
         "the function `lift` in `shape.py` returned [inf inf] at (1, 5) and inf"
     )
+
+
+@pytest.mark.parametrize("shape", [(), (2,)])
+def test_no_places_give_no_values_and_the_function_is_not_called(folder, shape):
+    values = UserFunction("shape.py:fails", folder, shape=shape)(np.empty((0, 2)))
+    assert values.shape == (0, *shape)

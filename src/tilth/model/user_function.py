@@ -102,6 +102,8 @@ class UserFunction:
         no numbers, or a value that is not finite.
         """
         wanted = (len(places), *self.shape)
+        if not len(places):  # as on one process of several; the function may not expect it
+            return np.empty(wanted)
         try:
             with np.errstate(all="ignore"):  # values that are not finite are refused below
                 result = self._function(places.copy(), *further)
