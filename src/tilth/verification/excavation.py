@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.gathering import whole_simulation
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
@@ -142,8 +143,8 @@ def resultants() -> Iterator[Comparison]:
 
 
 def positions(analysis: StagedAnalysis) -> Floats:
-    """Returns the positions in the order of the points' numbers [length], shape (n, 2)."""
-    points = analysis.simulation.points
+    """Returns all points' positions in the order of their numbers [length], shape (n, 2)."""
+    points = whole_simulation(analysis.simulation).points
     return np.asarray(points.position[points.in_order])
 
 
@@ -161,7 +162,7 @@ def forth_and_back(basis: str) -> Iterator[Comparison]:
     model = with_soil(elastic(example(PROBLEM), 1e7), basis, **changes)
     found: list[float] = []
 
-    def at_start(analysis: StagedAnalysis) -> None:
+    def drive(analysis: StagedAnalysis) -> None:
         if analysis.number < 2:
             return
         start, rebound = positions(analysis), 0.0
@@ -172,7 +173,7 @@ def forth_and_back(basis: str) -> Iterator[Comparison]:
         left = float(np.abs(positions(analysis) - start).max())
         found[:] = [left / rebound]
 
-    march_stages(with_stages(model, model.to_dict()["stages"][:3]), at_start=at_start)
+    march_stages(with_stages(model, model.to_dict()["stages"][:3]), drive=drive)
     quantity = f"rebound that is left when the forces act again, over the rebound, {basis}"
     yield vanishing(quantity, found[0], 1e-4, "elasticity")
 

@@ -63,6 +63,7 @@ def march_stages(
     after_step: Callable[[StagedAnalysis, StepResult], None] | None = None,
     at_start: Callable[[StagedAnalysis], None] | None = None,
     at_end: Callable[[StagedAnalysis], None] | None = None,
+    drive: Callable[[StagedAnalysis], None] | None = None,
 ) -> StagedAnalysis:
     """Finds the equilibrium of the starting state, then takes all load steps of all stages.
 
@@ -72,6 +73,8 @@ def march_stages(
         after_step: is told the analysis and the result after each converged step.
         at_start, at_end: are told the analysis at the start and the end of each stage. Its stage is
             `analysis.simulation.model.stage`.
+        drive: may take steps itself at the start of each stage; of several processes each gives it
+            the analysis with its own part of the points, and all take these steps together.
 
     Raises:
         AnalysisFailed: no equilibrium at the start, or with the least step.
@@ -87,13 +90,18 @@ def march_stages(
     def told(listener: Callable[[StagedAnalysis], None] | None) -> Callable[[], None]:
         return lambda: None if listener is None else listener(whole())
 
+    def starts() -> None:
+        if drive is not None:
+            drive(analysis)
+        told(at_start)()
+
     analysis = StagedAnalysis(model)
     analysis.check()
     analysis.distribute(processes_for(analysis.simulation))
     if has_initial_equilibrium(analysis.simulation.model):
         find_initial_equilibrium(analysis.simulation)
-    told(at_start)()
-    steps = analysis.steps(on_stage_start=told(at_start), on_stage_end=told(at_end))
+    starts()
+    steps = analysis.steps(on_stage_start=starts, on_stage_end=told(at_end))
     for _, result in steps:
         if after_step is not None:
             after_step(whole(), whole_result(result))

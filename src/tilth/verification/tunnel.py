@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
@@ -117,7 +118,7 @@ def settle(model: Model) -> Trough:
         sink=LineSink(lost, height - axis, height, width),
         x=x[order],
         settlement=settlement,
-        area=2.0 * float(np.trapezoid(settlement, x[order])),
+        area=2.0 * float(trapezoid(settlement, x[order])),
         area_of_points=-2.0 * spacing * float(simulation.points.displacement[row, 1].sum()),
         area_change=2.0 * abs(surface.enclosed() - before) / lost,
         lift=lift,
