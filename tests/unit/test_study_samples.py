@@ -109,7 +109,7 @@ def test_draws_depend_on_seed_number_and_key_alone() -> None:
         ({"vary": [{"key": "a", "values": [1]}], "samples": 3}, "there is no random entry"),
         ({"vary": [{"key": "a", "values": [1]}] * 2}, "is given twice"),
         ({"vary": [{"key": "a", "name": "status", "values": [1]}]}, "another column"),
-        ({"vary": [{"key": "a", "vlaues": [1]}]}, "did you mean `values`?"),
+        ({"vary": [{"key": "a", "value": [1]}]}, "did you mean `values`?"),
         ({"vary": [{"key": "a", "range": {"start": 0, "stop": 1, "count": 2, "spacing": "log"}}]},
          "must be greater than zero"),
         ({"outcomes": [{"type": "history", "name": "s", "column": "c", "take": "last",

@@ -175,8 +175,8 @@ class HistoryOutcome(Declared):
     """Name of the column of the run's table, with or without its unit."""
     table: Literal["history.csv", "boundaries.csv", "energies.csv"] = "history.csv"
     """The run's table."""
-    take: Literal["last", "largest", "smallest"] = "last"
-    """Which of its values; has no meaning with `at_time` or `at`."""
+    take: Literal["last", "largest", "smallest"] | None = None
+    """Which of its values; the last if neither this nor `at_time` or `at` is given."""
     at_time: Real | None = None
     """Time of the schedule at which the value is taken, interpolated linearly."""
     at: Place | None = None
@@ -186,7 +186,7 @@ class HistoryOutcome(Declared):
 
     @model_validator(mode="after")
     def _one_place(self) -> Any:
-        given = [key for key in ("take", "at_time", "at") if key in self.model_fields_set]
+        given = [key for key in ("take", "at_time", "at") if getattr(self, key) is not None]
         if len(given) > 1:
             what = f"has {' and '.join(f'`{key}`' for key in given)}"
             raise rejection([Problem("name", what, "give one of them", self.name)])
@@ -305,7 +305,7 @@ class Study(Declared):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the study as a dictionary that JSON stores without loss; see `from_dict`."""
-        return self.model_dump(mode="json", exclude_none=True, exclude_unset=True)
+        return self.model_dump(mode="json", exclude_none=True)
 
     @classmethod
     def from_dict(cls, entries: Mapping[str, Any]) -> Study:

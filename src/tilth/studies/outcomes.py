@@ -82,7 +82,7 @@ def _of_history(outcome: HistoryOutcome, table: Mapping[str, Floats]) -> float:
         other = _column(table, outcome.at.column)
         return _at(other, outcome.at.value, values, outcome.at.column)
     found = values[np.isfinite(values)]
-    if outcome.take == "last" or not len(found):
+    if outcome.take in (None, "last") or not len(found):
         return float(values[-1])
     return float(found.max() if outcome.take == "largest" else found.min())
 
