@@ -18,19 +18,22 @@ if TYPE_CHECKING:
     from tilth.analysis.safety_run import safety as safety
     from tilth.case import load_case as load_case
     from tilth.case import load_element_case as load_element_case
+    from tilth.case import load_study as load_study
     from tilth.element_tests.run import element as element
     from tilth.errors import AnalysisFailed as AnalysisFailed
     from tilth.errors import BadInput as BadInput
     from tilth.errors import Interrupted as Interrupted
     from tilth.errors import TilthError as TilthError
     from tilth.model import *  # noqa: F403 - all that can be declared
+    from tilth.studies.run import study as study
 
 _HOME = {
     "check": "tilth.analysis.check",
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
     "safety": "tilth.analysis.safety_run",
     "element": "tilth.element_tests.run",
-    **dict.fromkeys(("load_case", "load_element_case"), "tilth.case"),
+    "study": "tilth.studies.run",
+    **dict.fromkeys(("load_case", "load_element_case", "load_study"), "tilth.case"),
     **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),
 }
 """Where the public names are that are no declarations; those are all classes of `tilth.model`."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput, Problem
-from tilth.model import ElementCase, Model
+from tilth.model import ElementCase, FunctionOutcome, Model, Study
 from tilth.model.model import FORMAT
 from tilth.model.problems import dotted
 
@@ -36,13 +36,60 @@ def load_case(path: str | Path) -> Model:
     Paths in the file are relative to it. Raises `BadInput`, naming the file, for a file that
     cannot be read or is not TOML, and for every wrong entry.
     """
+    entries = case_entries(path)
+    try:
+        return Model.from_dict(entries)
+    except BadInput as error:
+        raise error.in_file(path) from None
+
+
+def case_entries(path: str | Path) -> dict[str, Any]:
+    """Returns what a case file contains, with absolute paths, before the model is validated.
+
+    Raises as `load_case`, but for entries that are wrong in the model.
+    """
     file = Path(path)
     try:
         entries = _entries(file)
         if "tests" in entries and "bodies" not in entries:
             raise BadInput("has element tests, no analysis", "make them with: tilth element")
+        if "vary" in entries and "bodies" not in entries:
+            raise BadInput("is a study, not a case", "run it with: tilth study")
         _resolve_files(entries, file.parent)
-        return Model.from_dict(entries)
+        return entries
+    except BadInput as error:
+        raise error.in_file(file) from None
+
+
+def named_files(entries: dict[str, Any]) -> set[str]:
+    """Returns the files, with absolute paths, that the entries of a case name."""
+    named = set()
+    for _, table, name in _files(entries):
+        if isinstance(given := table.get(name), str):
+            path = given if name in _PLAIN else given.rpartition(":")[0]
+            if path and _exists(Path(path), "file"):
+                named.add(path)
+    return named
+
+
+def load_study(path: str | Path) -> Study:
+    """Returns the study that a file declares, with absolute paths; raises as `load_case`."""
+    file = Path(path)
+    try:
+        entries = _entries(file)
+        if "bodies" in entries:
+            raise BadInput("is a case, not a study", "run it with: tilth run")
+        if "case" not in entries:
+            raise BadInput("missing", "name the case file", key="case")
+        study = Study.from_dict(entries)
+        case = str((file.parent / str(study.case)).resolve())
+        outcomes = [
+            each.model_copy(update={"function": str((file.parent / each.function).resolve())})
+            if isinstance(each, FunctionOutcome)
+            else each
+            for each in study.outcomes
+        ]
+        return study.model_copy(update={"case": case, "outcomes": outcomes})
     except BadInput as error:
         raise error.in_file(file) from None
 

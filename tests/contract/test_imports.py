@@ -13,7 +13,7 @@ ROOMS = [
     "__main__",
     "cli",
     "commands",
-    "verification",
+    "verification studies",
     "analysis",
     "element_tests",
     "boundaries",

@@ -78,6 +78,16 @@ from tilth.model.stages import Stage as Stage
 from tilth.model.stages import StageGrid as StageGrid
 from tilth.model.stages import StrengthReductionStage as StrengthReductionStage
 from tilth.model.strength_reduction import StrengthReduction as StrengthReduction
+from tilth.model.study import FunctionOutcome as FunctionOutcome
+from tilth.model.study import HistoryOutcome as HistoryOutcome
+from tilth.model.study import LognormalDistribution as LognormalDistribution
+from tilth.model.study import NormalDistribution as NormalDistribution
+from tilth.model.study import Place as Place
+from tilth.model.study import Range as Range
+from tilth.model.study import SafetyOutcome as SafetyOutcome
+from tilth.model.study import Study as Study
+from tilth.model.study import UniformDistribution as UniformDistribution
+from tilth.model.study import Vary as Vary
 from tilth.model.surface import Hydrostatic as Hydrostatic
 from tilth.model.surface import Surface as Surface
 from tilth.model.surface import SurfaceLoad as SurfaceLoad

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pictures of a study: distributions, convergence of the means, dependence on parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tilth.arrays import Floats
+from tilth.model import Study
+from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
+from tilth.studies.statistics import Statistics, running_mean
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from tilth.studies.run import StudyResult
+
+COLOUR, DARK, LINE = "#8fb3c9", "#1d3f58", "#c1121f"
+MOST_PANELS = 6
+"""Parameters and outcomes of one picture, at most."""
+
+
+def draw_outcomes(result: StudyResult) -> Figure:
+    """Returns a row for each outcome: histogram, cumulative distribution, mean of the first n."""
+    rows = list(zip(result.outcomes.values(), result.statistics, strict=True))[:MOST_PANELS]
+    figure = _figure(10.5, 3.0 * len(rows))
+    panels = figure.subplots(len(rows), 3, squeeze=False)
+    for (outcomes, found), (histogram, cumulative, convergence) in zip(rows, panels, strict=True):
+        numbers = outcomes[np.isfinite(outcomes)]
+        for panel in (histogram, cumulative):
+            _label(panel, "x", _heading(found))
+        _label(convergence, "y", f"mean of {_heading(found)}")
+        histogram.set_ylabel("samples")
+        cumulative.set_ylabel("share of samples")
+        convergence.set_xlabel("samples")
+        if not len(numbers):
+            for panel in (histogram, cumulative, convergence):
+                panel.text(0.5, 0.5, "no samples", ha="center", transform=panel.transAxes)
+            continue
+        _histogram(histogram, numbers, found)
+        cumulative.step(
+            np.sort(np.append(numbers, numbers.min())),
+            np.arange(len(numbers) + 1) / len(numbers),
+            where="post",
+            color=DARK,
+        )
+        cumulative.set_ylim(0.0, 1.02)
+        mean, error = running_mean(numbers)
+        count = np.arange(1, len(numbers) + 1)
+        convergence.plot(count, mean, color=DARK)
+        convergence.fill_between(
+            count, mean - error, mean + error, color=COLOUR, alpha=0.6, lw=0,
+            label="± standard error",
+        )  # fmt: skip
+        convergence.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def draw_dependence(asked: Study, result: StudyResult) -> Figure | None:
+    """Returns outcomes against parameters; None if no parameter has numbers that matter as such.
+
+    Seeds are left out, and lists and texts.
+    """
+    columns = [
+        (entry.column, np.array(result.values[entry.column], dtype=np.float64))
+        for entry in asked.vary
+        if not entry.new_seed
+        and not entry.key.endswith("seed")
+        and all(_is_number(value) for value in result.values[entry.column])
+        and len(set(result.values[entry.column])) > 1
+    ][:MOST_PANELS]
+    rows = list(zip(result.outcomes.values(), result.statistics, strict=True))[:MOST_PANELS]
+    if not columns:
+        return None
+    width = 3.5 * max(len(columns), 2)
+    figure = _figure(width, 3.0 * len(rows))
+    panels = figure.subplots(len(rows), len(columns), squeeze=False)
+    for (outcomes, found), line in zip(rows, panels, strict=True):
+        there = np.isfinite(outcomes)
+        for (name, values), panel in zip(columns, line, strict=True):
+            panel.plot(values[there], outcomes[there], "o", ms=4, color=DARK, alpha=0.7, mew=0)
+            for value in values[~there]:
+                panel.axvline(value, ymax=0.05, color=LINE, lw=1.2)
+            _label(panel, "x", name)
+            _label(panel, "y", _heading(found))
+    if result.reasons:
+        figure.suptitle("red: values of samples without the outcome", fontsize=9)
+    return figure
+
+
+def _histogram(panel: Axes, numbers: Floats, found: Statistics) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    bins: Any = "auto" if np.ptp(numbers) > 1e-9 * np.abs(numbers).max() else 1
+    panel.hist(numbers, bins=bins, color=COLOUR, edgecolor="white")
+    panel.axvline(found.mean, color=LINE, lw=1.4, label="mean")
+    panel.yaxis.set_major_locator(MaxNLocator(integer=True))
+    panel.legend(frameon=False, fontsize=8)
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def _label(panel: Axes, axis: str, text: str) -> None:
+    getattr(panel, f"set_{axis}label")(on_lines(text, LABEL_WIDTH - 16), **AS_IT_IS)
+
+
+def _heading(found: Statistics) -> str:
+    return f"{found.name} [{found.unit}]" if found.unit else found.name
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
