@@ -22,7 +22,7 @@ ROOMS = [
     "mpm",
     "report",
     "bodies curves",
-    "fields",
+    "fields templates",
     "output",
     "case",
     "model",

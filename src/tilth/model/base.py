@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Mapping
+from functools import cache
 from itertools import pairwise
 from textwrap import dedent
 from typing import TYPE_CHECKING, Any
@@ -106,16 +107,24 @@ def meaning_of(cls: type[Declared], key: str) -> str:
     It is read on demand: reading it for every field would slow down each start of the program.
     """
     owner = next(base for base in cls.__mro__ if key in inspect.get_annotations(base))
+    return _meanings(owner).get(key, "")
+
+
+@cache
+def _meanings(cls: type) -> dict[str, str]:
+    """Returns the text below each field in the source of `cls`."""
     try:
-        body = ast.parse(dedent(inspect.getsource(owner))).body[0]
+        body = ast.parse(dedent(inspect.getsource(cls))).body[0]
     except OSError:
-        return ""
+        return {}
     assert isinstance(body, ast.ClassDef)
-    for field, below in pairwise(body.body):
-        is_key = isinstance(field, ast.AnnAssign) and ast.unparse(field.target) == key
-        if is_key and isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
-            return " ".join(str(below.value.value).split())
-    return ""
+    return {
+        ast.unparse(field.target): " ".join(str(below.value.value).split())
+        for field, below in pairwise(body.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(below, ast.Expr)
+        and isinstance(below.value, ast.Constant)
+    }
 
 
 def _named(cls: type[Declared], problems: list[Problem]) -> list[Problem]:

@@ -88,11 +88,14 @@ def _distinct_and_some(value: tuple[str, ...]) -> tuple[str, ...]:
 
 
 Steps = Annotated[Count, AfterValidator(_steps)]
-Strains = Annotated[Vector, BeforeValidator(_targets), AfterValidator(_strains)]
-Pressures = Annotated[Vector, BeforeValidator(_targets), AfterValidator(_pressures)]
+Strains = Annotated[Vector, BeforeValidator(_targets, float | Vector), AfterValidator(_strains)]
+Pressures = Annotated[Vector, BeforeValidator(_targets, float | Vector), AfterValidator(_pressures)]
 AxialStrain = Annotated[Positive, AfterValidator(_strain)]
 Names = Annotated[
-    Sequence[Name], BeforeValidator(_names), AsTuple, AfterValidator(_distinct_and_some)
+    Sequence[Name],
+    BeforeValidator(_names, str | Sequence[str]),
+    AsTuple,
+    AfterValidator(_distinct_and_some),
 ]
 Tables = Mapping[Component, Table]
 

@@ -119,7 +119,9 @@ def _different(value: Sequence[StateVariable]) -> tuple[StateVariable, ...]:
 Numbers = Annotated[Sequence[float], PlainValidator(_numbers)]
 NumbersByName = Annotated[Mapping[str, Real], AfterValidator(_by_name)]
 StateVariables = Annotated[
-    Sequence[StateVariable], BeforeValidator(_counted), AfterValidator(_different)
+    Sequence[StateVariable],
+    BeforeValidator(_counted, int | Sequence[StateVariable]),
+    AfterValidator(_different),
 ]
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import PlainValidator, TypeAdapter, ValidationError, model_validator
 
@@ -235,7 +235,8 @@ def or_varying(number: Any, *, by_stress: bool = False) -> Any:
             raise reject(what, "such as { depth = [[0, 5e3], [10, 20e3]], surface = 0.0 }")
         return _declared(found[0], value)
 
-    return Annotated[Any, PlainValidator(checked)]
+    taken: Any = Union[(number, PythonFunction, *kinds.values())]
+    return Annotated[Any, PlainValidator(checked, json_schema_input_type=taken)]
 
 
 @cache

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`tilth schema`: the JSON schema of case files, for editors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from tilth.errors import BadInput, visible
+
+
+@click.command()
+@click.option("--element", is_flag=True, help="That of the case files of `tilth element`.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="File to write, replaced if it exists; default: print the schema.",
+)
+def schema(element: bool, out: Path | None) -> None:
+    """Write the JSON schema of case files, with which editors complete and check them.
+
+    The first line of a case file names it: #:schema ./tilth.schema.json
+    """
+    from tilth.model.json_schema import case_schema, element_schema
+
+    declared = element_schema() if element else case_schema()
+    text = json.dumps(declared, indent=1, ensure_ascii=False)
+    if out is None:
+        click.echo(text)
+        return
+    try:
+        out.write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        from tilth.output.disk import is_of_the_disk, reason_of
+
+        if is_of_the_disk(error):
+            raise
+        problem = f"the schema cannot be written to {out}: {reason_of(error)}"
+        raise BadInput(problem, "choose another file with --out") from None
+    click.echo(visible(f"schema written to {out}"))

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Commented case files to start from, one for each kind of problem."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tilth.errors import BadInput
+
+_FOLDER = Path(__file__).parent
+
+
+def template_names() -> tuple[str, ...]:
+    """Returns the names of the templates, in alphabetical order."""
+    return tuple(sorted(file.stem for file in _FOLDER.glob("*.toml")))
+
+
+def template(name: str) -> str:
+    """Returns the text of a template.
+
+    Raises:
+        BadInput: there is no template of this name.
+    """
+    if name not in template_names():
+        names = ", ".join(template_names())
+        raise BadInput("there is no such template", f"choose from {names}", key="NAME", value=name)
+    return (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def summary(name: str) -> str:
+    """Returns what a template is about: its first line."""
+    return template(name).partition("\n")[0].removeprefix("#").strip()
+
+
+def write_template(name: str, file: Path) -> None:
+    """Writes a template to a new file.
+
+    Raises:
+        BadInput: there is no such template, the file exists, or it cannot be written.
+    """
+    text = template(name)
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(text)
+    except FileExistsError:
+        raise BadInput(
+            "exists already", "choose another name", key="FILE", value=str(file)
+        ) from None
+    except OSError as error:
+        from tilth.output.disk import is_of_the_disk, reason_of
+
+        if is_of_the_disk(error):
+            raise
+        problem = f"cannot be written: {reason_of(error)}"
+        raise BadInput(problem, "choose another file", key="FILE", value=str(file)) from None
