@@ -34,7 +34,9 @@ def opened(page: Path, size: tuple[int, int] = (1200, 900), dark: bool = False) 
         metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         driver.get(page.resolve().as_uri())
-        WebDriverWait(driver, 60).until(lambda d: d.execute_script("return Tilth.ready === true"))
+        WebDriverWait(driver, 60).until(
+            lambda d: d.execute_script("return typeof Tilth === 'object' && Tilth.ready === true")
+        )
         yield driver
     finally:
         driver.quit()

@@ -7,6 +7,7 @@ import base64
 import json
 import re
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,29 @@ def write_run(folder: Path, dim: int, outputs: int = 5) -> None:
     results = ResultsWriter(folder / "results.vtkhdf", title="A <run>", units=UNITS)
     history = HistoryWriter(folder / "history.csv", [("settlement", "m")])
     log = RunLog(folder / "log.txt")
-    log.start({"points": "24", "tilth": "0.1"})
     for step in range(outputs):
         results.append(snapshot(dim, step))
         history.append(step, 0.25 * step, 3 * (step > 0), [0.5 * step])
     log.finish("", {}, "none")
     for file in (results, history, log):
         file.close()
+
+
+def write_random_results(folder: Path, points: int) -> None:
+    results = ResultsWriter(folder / "results.vtkhdf", title="Random", units=UNITS)
+    numbers = np.random.default_rng(2)
+    for step in range(5):
+        small = snapshot(2, step)
+        fields = {
+            name: numbers.uniform(0.5, 1.0, size=(points, *values.shape[1:]))
+            for name, values in small.point_fields.items()
+        }
+        place = numbers.uniform(size=(points, 2))
+        ids, bodies = np.arange(points), np.zeros(points, dtype=np.int64)
+        results.append(
+            replace(small, position=place, point_id=ids, body_id=bodies, point_fields=fields)
+        )
+    results.close()
 
 
 def restored(blobs: Blobs, stored: dict[str, Any]) -> np.ndarray[Any, Any]:
@@ -70,18 +87,23 @@ def packed(folder: Path, budget: int) -> tuple[dict[str, Any], Blobs]:
 def test_less_room_leaves_out_points_then_fields_then_outputs_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write_run(tmp_path, 2)
+    write_random_results(tmp_path, points=3000)
     whole, blobs = packed(tmp_path, 10**7)
     assert whole["notes"] == []
-    assert len(whole["frames"]) == 5
-    monkeypatch.setattr(body_module, "FEWEST_POINTS", 8)
-    less, small = packed(tmp_path, blobs.size // 3)
-    assert small.size <= blobs.size // 3
-    assert less["notes"]
-    assert len(less["frames"]) < 5 or len(less["fields"]) < len(whole["fields"])
-    first, last = less["frames"][0], less["frames"][-1]
-    assert (first["step"], last["step"]) == (0, 4)
-    assert last["count"] <= last["total"]
+    assert [frame["count"] for frame in whole["frames"]] == [3000] * 5
+    monkeypatch.setattr(body_module, "FEWEST_POINTS", 1000)
+    fewer, small = packed(tmp_path, blobs.size // 2)
+    assert small.size <= blobs.size // 2
+    assert 1000 <= fewer["frames"][0]["count"] < 2000
+    assert len({frame["id"] for frame in fewer["frames"]}) == 1, "the same points at all outputs"
+    assert (len(fewer["frames"]), len(fewer["fields"])) == (5, len(whole["fields"]))
+    assert len(fewer["notes"]) == 1
+    least, smallest = packed(tmp_path, blobs.size // 12)
+    assert smallest.size <= blobs.size // 12
+    assert least["frames"][0]["count"] == pytest.approx(1000, abs=100)
+    assert len(least["fields"]) < len(whole["fields"])
+    assert [least["frames"][k]["step"] for k in (0, -1)] == [0, 4]
+    assert len(least["notes"]) == 3
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -132,7 +154,7 @@ def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: in
         assert re.match(r"point\d", told)
         assert "Displacement magnitude" in told
         csv = run("return Tilth.curves.csv()").splitlines()
-        assert csv[0] == '"time [s]"'.strip('"').join(["step,", ",iterations,settlement [m]"])
+        assert csv[0] == f"step,time [{UNITS['time']}],iterations,settlement [m]"
         assert [float(row.split(",")[-1]) for row in csv[1:]] == [0.0, 0.5, 1.0, 1.5, 2.0]
         assert complaints(driver) == []
 
