@@ -304,16 +304,19 @@ class Checker(HTMLParser):
         self.text = ""
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "img"):
+        if tag not in ("meta", "img", "input"):
             self.open.append(tag)
-        self.references += [v or "" for k, v in attrs if k in ("src", "href")]
-        assert tag not in ("script", "link", "iframe")
+        self.references += [
+            v or "" for k, v in attrs if k in ("src", "href") and not (v or "").startswith("#")
+        ]
+        assert tag not in ("link", "iframe")
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        if self.open and self.open[-1] != "script":
+            self.text += data
 
 
 def read_page(path: Path) -> Checker:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import base64
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -32,6 +33,7 @@ from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.contact_plots import contact_note, draw_contact
 from tilth.report.energies import draw_energies, energy_table
+from tilth.report.explorer.page import LARGEST_PAGE, explorer_parts, styles
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
@@ -112,13 +114,23 @@ def write_report(
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
+    used = sum(len(part.encode()) for part in parts)
+    try:
+        explored, scripts = explorer_parts(
+            folder, results, history, summary, colour_by, setup, stages, LARGEST_PAGE - used
+        )
+    except MemoryError:
+        raise
+    except Exception as error:  # the page is of use without its interactive part
+        explored, scripts = f"<p>{_NOT_INTERACTIVE}: {escape(str(error))}</p>", ""
+    parts[1:1] = [_contents(parts, explored), explored]
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{CSS}</style>\n</head>\n<body>\n<main>\n"
+        f"<title>{escape(title)}</title>\n<style>{CSS}{styles()}</style>\n</head>\n<body>\n<main>\n"
         + "\n".join(parts)
         + f"\n</main>\n<footer>tilth {escape(log.facts.get('tilth', ''))}</footer>\n"
-        "</body>\n</html>\n"
+        + f"{scripts}</body>\n</html>\n"
     )
     path = folder / REPORT
     with writing(path, f"put this right, then write it again with: tilth report {folder}"):
@@ -364,8 +376,23 @@ def _warnings(log: LogContents) -> str:
     return warnings + cuts
 
 
+_NOT_INTERACTIVE = "The interactive curves and body could not be made"
+
+
 def _section(heading: str, content: str) -> str:
-    return f"<section>\n<h2>{escape(heading)}</h2>\n{content}\n</section>"
+    place = _SECTION_NAME.sub("-", heading.lower()).strip("-")
+    return f'<section id="{place}">\n<h2>{escape(heading)}</h2>\n{content}\n</section>'
+
+
+def _contents(parts: Sequence[str], explored: str) -> str:
+    """Returns links to all sections, those that can be explored first."""
+    found = _SECTION.findall(explored) + [each for part in parts for each in _SECTION.findall(part)]
+    links = "".join(f'<a href="#{place}">{heading}</a>\n' for place, heading in found)
+    return f'<nav class="contents" aria-label="Contents">\n{links}</nav>'
+
+
+_SECTION_NAME = re.compile(r"[^a-z0-9]+")
+_SECTION = re.compile(r'<section id="([^"]+)"[^>]*>\s*<h2>(.*?)</h2>')
 
 
 def _image(figure: Figure | SvgFigure, text: str) -> str:

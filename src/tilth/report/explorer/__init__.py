@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The interactive part of ``report.html``: curves, and the deformed body at all outputs."""

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All columns over steps, as numbers inside the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from tilth.arrays import Floats
+from tilth.report.explorer.packing import Blobs
+from tilth.report.motion_plots import Curve
+from tilth.report.stage_marks import Span
+
+
+def pack_curves(
+    tables: Sequence[Mapping[str, Floats]],
+    curves: Sequence[Curve],
+    spans: Sequence[Span],
+    time_unit: str,
+    blobs: Blobs,
+) -> dict[str, Any]:
+    """Returns the description of all columns of tables with a row per step.
+
+    ``curves`` are forces against displacements; the first is what the page shows first. Else it is
+    the first tracked quantity against time.
+    """
+    table: dict[str, Floats] = {}
+    for each in tables:
+        for name, values in each.items():
+            heading = f"time [{time_unit}]" if name == "time" and time_unit else name
+            table.setdefault(heading, values)
+    pairs = []
+    for curve in curves:
+        for name, values in (
+            (curve.motion_label, curve.motion),
+            (curve.reaction_label, curve.reaction),
+        ):
+            table.setdefault(name, np.asarray(values))
+        pairs.append([curve.motion_label, curve.reaction_label])
+    rows = min(len(values) for values in table.values())
+    names = list(table)
+    if not pairs:
+        own = ("step", "time", "iterations", "stage_time")
+        tracked = [name for name in names if name.split(" [")[0] not in own]
+        first = next(name for name in names if name.split(" [")[0] == "time")
+        pairs = [[first, (tracked or ["iterations"])[0]]]
+    content = np.concatenate([table[name][:rows] for name in names])
+    return {
+        "names": names,
+        "rows": rows,
+        "blob": blobs.exact(content, "<f8"),
+        "pairs": pairs,
+        "stages": [[name, begin, end] for name, begin, end in spans],
+    }
