@@ -29,7 +29,7 @@ from tilth.errors import (
 from tilth.interrupt import StopSignals, ignore_stop_signals
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
 
-COMMANDS = ("run", "check", "resume", "report", "safety", "element", "verify")
+COMMANDS = ("run", "check", "resume", "report", "plot", "safety", "element", "verify")
 """Each is the function of its name in the module of its name in `tilth.commands`."""
 
 SHARED = ("run", "resume", "verify", "safety")
