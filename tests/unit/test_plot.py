@@ -48,10 +48,10 @@ def test_a_field_and_curves_are_written(tmp_path: Path) -> None:
 def test_what_is_not_there_is_refused_with_what_is_near(tmp_path: Path) -> None:
     run = run_at(tmp_path / "a", 2)
     for ask, remedy in (
-        (lambda: field_figure(run, "displacment"), "did you mean displacement"),
+        (lambda: field_figure(run, "displacements"), "did you mean displacement"),
         (lambda: field_figure(run, "displacement", time=77.0), "choose from 0"),
         (lambda: field_figure(run, "displacement", section="x=1"), "leave it out"),
-        (lambda: curve_figure(run, "time", "lod"), "did you mean load"),
+        (lambda: curve_figure(run, "time", "loads"), "did you mean load"),
         (lambda: Section.of("w=1"), "write x=1.0"),
         (lambda: save_figure(field_figure(run, "displacement"), tmp_path / "x.doc"), ".svg"),
     ):
