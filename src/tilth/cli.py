@@ -34,6 +34,7 @@ COMMANDS = (
     "check",
     "resume",
     "report",
+    "plot",
     "safety",
     "study",
     "element",

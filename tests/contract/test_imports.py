@@ -20,6 +20,7 @@ ROOMS = [
     "geometry surface",
     "terms solvers",
     "mpm",
+    "plot",
     "report",
     "bodies curves",
     "fields templates",

@@ -249,7 +249,9 @@ def test_soil_without_a_value_is_grey(dim: int, tmp_path: Path) -> None:
     ]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        figure = draw_frames(frames, "suction", UNITS, titles=["one", "two"], initial=frames[0])
+        figure = draw_frames(
+            frames, "suction", UNITS, titles=["one", "two"], initial=frames[0], show="domains"
+        )
         save(figure, tmp_path / "frames.png")
     assert [axes.get_title() for axes in figure.axes[:2]] == ["one", "two"]
     assert figure.get_supxlabel() == "grey: no value for this soil"

@@ -11,10 +11,12 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
 from tilth.report.colour_scale import ColourScale
+from tilth.report.continuous import ContinuousField
 from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
-from tilth.report.fields import field_values, with_unit
+from tilth.report.fields import field_values, parameter_fields, with_unit
 from tilth.report.handles import collections_for
 from tilth.report.points_3d import draw_points_3d
+from tilth.report.region import Region
 from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
 from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
@@ -46,12 +48,15 @@ def draw_frames(
     titles: Sequence[str] | None = None,
     water: Callable[[float], Floats | None] = lambda time: None,
     page: bool = False,
+    show: str = "field",
+    scale: ColourScale | None = None,
 ) -> Any:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
-    ``colour_by`` is a name for :func:`tilth.report.fields.field_values`. In 2D the points'
-    domains are filled, in 3D the points that are visible from outside are drawn. Bodies more than
-    seven times longer than wide are drawn with the narrow side stretched, with a note.
+    ``colour_by`` is a name for :func:`tilth.report.fields.field_values`. In 2D the field is drawn
+    over the region of the soil, or as ``show`` tells, see :func:`draw_plane`; in 3D the points that
+    are visible from outside are drawn. ``scale``: of the colours, else of all values. Bodies more
+    than seven times longer than wide are drawn with the narrow side stretched, with a note.
     Tracked surfaces are drawn over the points, in 2D as lines, in 3D by their outline. In 2D those
     of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
     the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
@@ -62,7 +67,9 @@ def draw_frames(
     dim = snapshots[0].dim
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
     values = [pair[0] for pair in coloured]
-    scale = ColourScale.of(values)
+    scale = scale or ColourScale.of(values)
+    if colour_by in parameter_fields(snapshots[0]) and show == "field":
+        show = "domains"  # the values of neighbours may have nothing between them
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     tracked += rigid_vertices(snapshots)
     lower, upper = _extent(snapshots, tracked)
@@ -91,7 +98,7 @@ def draw_frames(
         first = panels[0] if panels else None
         if dim == 2:
             axes = figure.add_subplot(rows, columns, index + 1, sharex=first, sharey=first)
-            _draw_plane(axes, snapshot, of_values(value))
+            draw_plane(axes, snapshot, value, of_values, show)
             draw_rigid_2d(axes, snapshot.rigid_bodies)
             draw_tracked_2d(axes, snapshot, initial)
             _set_axes(axes, lower, upper, stretch, units.get("length", ""), axisymmetric)
@@ -192,13 +199,25 @@ def _figure(size: tuple[float, float], page: bool) -> Any:
     return Figure(figsize=size, layout=ConstrainedLayoutEngine(h_pad=0.12))
 
 
-def _draw_plane(axes: Any, snapshot: Snapshot, point_colours: Floats) -> None:
-    """Draws filled domains; dots as large as the points' spacing if there are none or too many."""
-    collections = collections_for(axes)
+def draw_plane(
+    axes: Any, snapshot: Snapshot, values: Floats, colours: Callable[[Floats], Any], show: str
+) -> None:
+    """Draws values (n,) of the points in the plane, in their colours.
+
+    ``show``: ``"field"`` over the region of the soil, ``"domains"`` each point's, filled, or
+    ``"points"``, dots as large as their spacing; those also if there are no domains, or too many.
+    """
     position = snapshot.position
     half = snapshot.point_fields.get("domain")
-    if half is not None and len(position) <= MAXIMUM_DRAWN_DOMAINS:
-        corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
+    corners = snapshot.point_fields.get("domain_corners")
+    if half is not None and corners is None:
+        corners = corners_of_boxes(half)
+    if corners is not None and show == "field":
+        region = Region.of(position, corners, snapshot.body_id, snapshot.surfaces)
+        ContinuousField(region, position, values, colours).add_to(axes)
+        return
+    collections, point_colours = collections_for(axes), colours(values)
+    if corners is not None and show != "points" and len(position) <= MAXIMUM_DRAWN_DOMAINS:
         area = drawn_at_once(outlines(position, corners))
         axes.add_collection(
             collections.PolyCollection(
@@ -208,7 +227,7 @@ def _draw_plane(axes: Any, snapshot: Snapshot, point_colours: Floats) -> None:
         return
     volume = snapshot.point_fields.get("volume")
     if half is not None:
-        diameter = 2.0 * half.max(axis=1)
+        diameter = (1.4 if show == "points" else 2.0) * half.max(axis=1)
     elif volume is not None:
         diameter = np.full(len(position), float(np.sqrt(np.median(volume))))
     else:

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`tilth plot`: pictures of fields, histories and lines through the soil."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tilth.errors import BadInput, visible
+
+
+@click.command()
+@click.argument(
+    "folders", metavar="DIR...", nargs=-1, required=True, type=click.Path(path_type=Path)
+)
+@click.option("--field", help="Field to draw, such as displacement_y or cauchy_stress_mean.")
+@click.option("--time", type=float, help="Time of the output to draw; the last one if not given.")
+@click.option(
+    "--show",
+    type=click.Choice(["field", "points", "domains"]),
+    default="field",
+    help="The field over the soil, each point, or each point's domain.",
+)
+@click.option("--section", metavar="x=1.0", help="In 3D: the plane across an axis to draw.")
+@click.option(
+    "--range", "values", nargs=2, type=float, metavar="LOW HIGH", help="Ends of the colours."
+)
+@click.option("--path", metavar="X0,Y0:X1,Y1", help="Draw the field along a line, by its ends.")
+@click.option(
+    "--history", nargs=2, metavar="X Y", help="Draw columns of the history; DIR can be several."
+)
+@click.option(
+    "--save",
+    "file",
+    type=click.Path(path_type=Path),
+    help="File to write: .svg, .pdf or .png; plot.png if not given.",
+)
+def plot(folders: tuple[Path, ...], file: Path | None, **options: Any) -> None:
+    """Draw a field at a time, a field along a line, or columns of histories."""
+    from tilth.plot.files import require_format, save_figure
+
+    file = Path("plot.png") if file is None else file
+    require_format(file)
+    save_figure(_figure(folders, **options), file)
+    click.echo(visible(f"picture written to {file}"))
+
+
+def _figure(
+    folders: tuple[Path, ...],
+    field: str | None,
+    time: float | None,
+    show: Any,
+    section: str | None,
+    values: tuple[float, float] | None,
+    path: str | None,
+    history: tuple[str, str] | None,
+) -> Any:
+    """Returns the figure that the options ask for; raises ``BadInput`` where they do not fit."""
+    from tilth.plot.curves import curve_figure
+    from tilth.plot.field import field_figure
+    from tilth.plot.path import path_figure
+
+    if (field is None) == (history is None):
+        raise BadInput(
+            "nothing to draw" if field is None else "both a field and a history are asked for",
+            "give either --field F or --history X Y",
+        )
+    if history is not None:
+        return curve_figure(folders, *history)
+    assert field is not None
+    if len(folders) > 1:
+        raise BadInput("a field is drawn of one run", "name one folder", key="DIR")
+    if path is None:
+        return field_figure(folders[0], field, time=time, show=show, section=section, values=values)
+    start, _, end = path.partition(":")
+    return path_figure(folders[0], field, _place(start, path), _place(end, path), time=time)
+
+
+def _place(text: str, path: str) -> Any:
+    import numpy as np
+
+    try:
+        place = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        place = np.array([np.nan])
+    if not np.isfinite(place).all():
+        raise BadInput("is not a line", "write X0,Y0:X1,Y1", key="path", value=path)
+    return place

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Columns of histories against each other, of one run or of several, as a figure for a paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tilth.output.folder import HISTORY, require_folder
+from tilth.output.history import read_history
+from tilth.plot.names import column_of
+from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
+"""Of curves, told apart also by those who see few colours (M. Okabe, K. Ito)."""
+STYLES = ("-", "--", "-.", ":")
+
+
+def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> Figure:
+    """Returns the figure of column ``y`` over column ``x`` of the histories of runs.
+
+    Args:
+        folders: of the runs, or of one; of several each has its curve, named after its folder.
+        x: a column of ``history.csv``, with its unit or without.
+        y: another one.
+
+    Raises:
+        BadInput: a folder holds no run, or its history no such column.
+    """
+    from matplotlib.figure import Figure
+
+    runs = [folders] if isinstance(folders, (str, Path)) else list(folders)
+    figure = Figure(figsize=(5.2, 3.9), layout="constrained")
+    axes = figure.add_subplot()
+    names = _names([Path(run) for run in runs])
+    labels = ("", "")
+    for number, (run, name) in enumerate(zip(runs, names, strict=True)):
+        require_folder(Path(run))
+        history = read_history(Path(run) / HISTORY)
+        across, up = column_of(list(history), x), column_of(list(history), y)
+        labels = labels if number else (across, up)
+        axes.plot(
+            history[across],
+            history[up],
+            color=COLOURS[number % len(COLOURS)],
+            linestyle=STYLES[number // len(COLOURS) % len(STYLES)],
+            linewidth=1.5,
+            marker="." if len(history[up]) == 1 else "",
+            label=f"run {name}",
+        )
+    axes.set_xlabel(on_lines(labels[0], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+    axes.set_ylabel(on_lines(labels[1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+    axes.tick_params(labelsize=8)
+    axes.grid(color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
+    if len(runs) > 1:
+        legend = axes.legend(fontsize=8, frameon=False)
+        for text, name in zip(legend.get_texts(), names, strict=True):
+            text.set(text=name, **AS_IT_IS)
+    return figure
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """Returns short names of runs: of their folders, with those above where these are the same."""
+    short = [folder.resolve().name for folder in folders]
+    if len(set(short)) == len(short):
+        return short
+    return [str(folder) for folder in folders]

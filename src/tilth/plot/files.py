@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writing figures into files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tilth.errors import BadInput
+from tilth.output.disk import writing
+from tilth.report.texts import save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("svg", "png", "pdf")
+RESOLUTION = 300
+"""Of pixels in files [pixels per inch]."""
+
+
+def require_format(path: Path, formats: tuple[str, ...] = FORMATS) -> None:
+    """Raises ``BadInput`` if a file's name ends otherwise, or its folder does not exist."""
+    if path.suffix.lower().removeprefix(".") not in formats:
+        known = ", ".join(f".{each}" for each in formats)
+        raise BadInput(
+            "is no format of pictures that can be written",
+            f"let the name end with one of {known}",
+            key="save",
+            value=str(path),
+        )
+    if not path.parent.is_dir():
+        raise BadInput(
+            "its folder does not exist", "make the folder first", key="save", value=str(path)
+        )
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Writes a figure; texts of SVG and PDF stay texts.
+
+    Raises:
+        BadInput: the name of the file does not say a format.
+        AnalysisFailed: the file cannot be written.
+    """
+    from matplotlib import rc_context
+
+    require_format(path)
+    kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
+    with rc_context(kept), writing(path):
+        save(figure, path, dpi=RESOLUTION, bbox_inches="tight")

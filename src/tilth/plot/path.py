@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A field along a line through the soil, as a figure for a paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tilth.arrays import Floats
+from tilth.errors import BadInput
+from tilth.output.snapshot import Snapshot
+from tilth.plot.curves import COLOURS
+from tilth.plot.field import results_of
+from tilth.plot.names import output_at, require_field
+from tilth.report.domains import corners_of_boxes
+from tilth.report.fields import field_values, with_unit
+from tilth.report.interpolation import values_at
+from tilth.report.region import Region
+from tilth.report.texts import AS_IT_IS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_PLACES = 401
+"""Places along a line at which a field is evaluated."""
+
+
+def path_figure(
+    folder: Path | str, field: str, start: Floats, end: Floats, *, time: float | None = None
+) -> Figure:
+    """Returns the figure of a field over the distance along a line; gaps where there is no soil.
+
+    Args:
+        folder: of the run.
+        field: its name, or with a component.
+        start: where the line begins [length], shape (dim,), in deformed coordinates.
+        end: where it ends, shape (dim,).
+        time: of an output; the last one if None.
+
+    Raises:
+        BadInput: as ``field_figure``, or the line has no length, or none of it is in the soil.
+    """
+    from matplotlib.figure import Figure
+
+    results = results_of(folder)
+    snapshot = results.snapshot(output_at(results, time))
+    require_field(snapshot, field)
+    values, label = field_values(snapshot, field, results.units)
+    first, last = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    given = ":".join(",".join(f"{each:g}" for each in point) for point in (first, last))
+    if not len(first) == len(last) == results.dim or (first == last).all():
+        problem = f"is not a line between two places with {results.dim} coordinates each"
+        raise BadInput(problem, key="path", value=given)
+    distance = np.linspace(0.0, float(np.linalg.norm(last - first)), _PLACES)
+    places = first + np.linspace(0.0, 1.0, _PLACES)[:, None] * (last - first)
+    found = values_along(snapshot, values, places)
+    if np.isnan(found).all():
+        raise BadInput("is not in the soil", "choose other ends", key="path", value=given)
+    figure = Figure(figsize=(5.2, 3.9), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(distance, found, color=COLOURS[0], linewidth=1.5)
+    unit = results.units.get("length", "")
+    axes.set_xlabel(with_unit("Distance along the line", unit), fontsize=9, **AS_IT_IS)
+    axes.set_ylabel(label, fontsize=9, **AS_IT_IS)
+    ends = [f"({', '.join(f'{each:g}' for each in point)})" for point in (first, last)]
+    title = f"{ends[0]} to {ends[1]}, time {snapshot.time:.4g}"
+    axes.set_title(title, fontsize=9, **AS_IT_IS)
+    axes.tick_params(labelsize=8)
+    axes.grid(color="0.9", linewidth=0.6)
+    return figure
+
+
+def values_along(snapshot: Snapshot, values: Floats, places: Floats) -> Floats:
+    """Returns a field's values at places (m, dim), shape (m,); NaN outside of the soil."""
+    corners = snapshot.point_fields.get("domain_corners")
+    if corners is None:
+        corners = corners_of_boxes(snapshot.point_fields["domain"])
+    if snapshot.dim == 2:
+        region = Region.of(snapshot.position, corners, snapshot.body_id, snapshot.surfaces)
+        return region.values_in(snapshot.position, values, places)
+    from scipy.spatial import cKDTree
+
+    half = 0.5 * np.ptp(corners, axis=1)
+    near = cKDTree(snapshot.position).query(places, k=[*range(1, min(9, len(half) + 1))])[1]
+    away = np.abs(places[:, None, :] - snapshot.position[near])
+    inside = (away <= 1.1 * half[near]).all(axis=2).any(axis=1)
+    return np.where(inside, values_at(snapshot.position, values, places), np.nan)

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A field over the region of the soil: an image of its values, clipped by the region's outline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tilth.arrays import Floats
+from tilth.report.raster import draw_polygons, png
+from tilth.report.region import Region, shares_of
+from tilth.report.svg_parts import Place, image_of, path_of
+
+OUTLINE_COLOUR, OUTLINE_WIDTH = "0.25", 0.5
+"""Of the line around the soil; the width [point]."""
+_FINER = 2.0
+"""Pixels of the image over those of the page."""
+_MOST_PIXELS = 1_600
+"""Of the longer side of an image for matplotlib."""
+_AROUND = 3
+"""Pixels around the region that also have its colours, so that its edge is full."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuousField:
+    """A field of points over their region, for axes of pages and of matplotlib."""
+
+    region: Region
+    position: Floats
+    """Of the points [length], shape (n, 2)."""
+    values: Floats
+    """Of the points, shape (n,)."""
+    colours: Callable[[Floats], Floats]
+    """Colours of values (n,), shape (n, 3 or 4)."""
+    zorder: float = 1.0
+
+    def values_image(
+        self, low: Floats, high: Floats, width: int, height: int
+    ) -> tuple[Floats, NDArray[np.bool_]]:
+        """Returns values and what is soil at pixels between two corners, the upper row first.
+
+        Both are of shape (height, width).
+        """
+        found = np.full((height, width), np.nan)
+        there = np.zeros((height, width), dtype=bool)
+        scale = np.array([width, height]) / (high - low)
+        for part in self.region.parts:
+            vertex = (part.vertex - low) * scale
+            vertex[:, 1] = height - vertex[:, 1]
+            triangle = part.triangle[np.argsort(_thickness(vertex[part.triangle]))]
+            corner = vertex[triangle]
+            number = draw_polygons(corner, width, height)
+            row, column = np.nonzero(number >= 0)
+            own = number[row, column]
+            centre = np.stack([column, row], axis=1).astype(np.float64) + 0.5
+            share = _shares_within(corner[own], centre)
+            at_vertex = part.values(self.position, self.values)
+            found[row, column] = (share * at_vertex[triangle[own]]).sum(axis=1)
+            there |= number >= 0
+        return found, there
+
+    def image(self, low: Floats, high: Floats, width: int, height: int) -> NDArray[np.uint8]:
+        """Returns the pixels: red, green, blue and opacity, shape (height, width, 4)."""
+        values, there = self.values_image(low, high, width, height)
+        pixels = np.zeros((height, width, 4), dtype=np.uint8)
+        colour = np.asarray(self.colours(values[there]))[:, :3]
+        pixels[there, :3] = np.rint(255.0 * colour).astype(np.uint8)
+        pixels[there, 3] = 255
+        for _ in range(_AROUND):
+            for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
+                moved = np.roll(pixels, shift, axis=axis)
+                edge = [slice(None), slice(None)]
+                edge[axis] = slice(0, 1) if shift == 1 else slice(-1, None)
+                moved[tuple(edge)] = 0
+                empty = (pixels[..., 3] == 0) & (moved[..., 3] > 0)
+                pixels[empty] = moved[empty]
+        return pixels
+
+    def lines(self) -> list[Floats]:
+        """Returns the closed lines around the region and its holes, shapes (k, 2)."""
+        return [line for part in self.region.parts for line in part.outline()]
+
+    def draw(self, place: Place, size: tuple[float, float]) -> str:
+        """Returns the field as SVG."""
+        lines = self.lines()
+        if not lines:
+            return ""
+        at = [place(line) for line in lines]
+        corner = np.concatenate(at)
+        low = np.clip(np.floor(corner.min(axis=0)) - 2.0, 0.0, size)
+        high = np.clip(np.ceil(corner.max(axis=0)) + 2.0, 0.0, size)
+        width, height = np.ceil(_FINER * (high - low)).astype(int).tolist()
+        if width <= 0 or height <= 0:
+            return ""
+        unit = place(np.array([[0.0, 0.0], [1.0, 1.0]]))
+        slope, start = unit[1] - unit[0], unit[0]
+        first = (low - start) / slope
+        last = (low + np.array([width, height]) / _FINER - start) / slope
+        lower, upper = np.minimum(first, last), np.maximum(first, last)
+        content = png(self.image(lower, upper, width, height))
+        data = "".join(path_of(line, closed=True) for line in at)
+        # Names of clip paths are those of the whole page.
+        name = f"soil-{_digest(data, content):08x}"
+        x, y = low.tolist()
+        return (
+            f'<clipPath id="{name}"><path d="{data}" clip-rule="evenodd"/></clipPath>'
+            f'<g clip-path="url(#{name})">'
+            f"{image_of(content, x, y, width / _FINER, height / _FINER)}</g>"
+            f'<path d="{data}" fill="none" stroke="#404040" stroke-width="{OUTLINE_WIDTH}"/>'
+        )
+
+    def add_to(self, axes: Any) -> None:
+        """Draws the field into axes of either kind; their limits remain."""
+        from tilth.report.svg_axes import SvgAxes
+
+        if isinstance(axes, SvgAxes):
+            axes.add_collection(self)
+        else:
+            self._add_to_matplotlib(axes)
+
+    def _add_to_matplotlib(self, axes: Any) -> None:
+        from matplotlib.collections import PathCollection
+        from matplotlib.image import AxesImage
+        from matplotlib.path import Path
+
+        lines = self.lines()
+        if not lines:
+            return
+        corner = np.concatenate(lines)
+        lower, upper = corner.min(axis=0), corner.max(axis=0)
+        size = upper - lower
+        lower, upper = lower - 0.004 * size.max(), upper + 0.004 * size.max()
+        size = upper - lower
+        width, height = np.maximum(_MOST_PIXELS * size / size.max(), 2.0).astype(int).tolist()
+        image = AxesImage(
+            axes,
+            extent=(lower[0], upper[0], lower[1], upper[1]),
+            origin="upper",
+            interpolation="nearest",
+            zorder=self.zorder,
+        )
+        image.set_data(self.image(lower, upper, width, height))
+        path = Path.make_compound_path(*(Path(line, closed=True) for line in lines))
+        axes.add_image(image)
+        image.set_clip_path(path, axes.transData)
+        axes.add_collection(
+            PathCollection(
+                [path],
+                facecolors="none",
+                edgecolors=OUTLINE_COLOUR,
+                linewidths=OUTLINE_WIDTH,
+                zorder=self.zorder + 0.01,
+            )
+        )
+
+
+def _thickness(corner: Floats) -> Floats:
+    """Returns the areas of triangles (n, 3, 2) over their longest sides, shape (n,)."""
+    side = np.linalg.norm(corner - np.roll(corner, -1, axis=1), axis=2).max(axis=1)
+    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    return np.asarray(area / np.maximum(side, 1e-300))
+
+
+def _shares_within(corner: Floats, place: Floats) -> Floats:
+    """Returns the weights of triangles' corners at places, or where they are nearest to those."""
+    share = shares_of(corner, place)
+    beside = np.flatnonzero((share < 0.0).any(axis=1))
+    best = np.full(len(beside), np.inf)
+    for first in range(3):
+        second = (first + 1) % 3
+        start, step = corner[beside, first], corner[beside, second] - corner[beside, first]
+        offset = place[beside] - start
+        along = (offset * step).sum(axis=1) / np.maximum((step**2).sum(axis=1), 1e-300)
+        along = np.clip(along, 0.0, 1.0)
+        away = np.linalg.norm(offset - along[:, None] * step, axis=1)
+        nearer = away < best
+        best = np.minimum(best, away)
+        own = np.zeros((int(nearer.sum()), 3))
+        own[:, first], own[:, second] = 1.0 - along[nearer], along[nearer]
+        share[beside[nearer]] = own
+    return share
+
+
+def _digest(*parts: str | bytes) -> int:
+    """Returns a number for contents, the same in each run."""
+    import zlib
+
+    number = 0
+    for part in parts:
+        number = zlib.crc32(part.encode() if isinstance(part, str) else part, number)
+    return number
