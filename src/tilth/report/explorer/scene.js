@@ -52,7 +52,7 @@ Tilth.Scene = class {
     this.sumMaterial = this.material("sums", { reach: { value: 2.8 * this.body.enlarged } });
     Object.assign(this.sumMaterial, { transparent: true, blending: THREE.CustomBlending, blendEquation: THREE.AddEquation, blendSrc: THREE.OneFactor, blendDst: THREE.OneFactor });
     this.fieldScene = new THREE.Scene();
-    const material = this.material("mean", { sums: { value: this.sums.texture } });
+    const material = this.material("mean", { sums: { value: this.sums.texture }, gap: { value: this.gap = new THREE.Vector2() } });
     const whole = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
     whole.frustumCulled = false; this.fieldScene.add(whole);
   }
@@ -200,6 +200,8 @@ Tilth.Scene = class {
     this.cloud.visible = this.drawn === "points"; this.box.visible = this.drawn === "domains" || field;
     if (field) {
       this.lines.visible = false; this.box.material = this.sumMaterial;
+      const gap = (0.6 * this.body.spacing * this.camera.zoom) / this.unit;
+      this.gap.set(gap / this.pixels.x, gap / this.pixels.y);
       this.renderer.setRenderTarget(this.sums); this.renderer.setClearColor(0, 0); this.renderer.clear();
       this.renderer.render(this.scene, this.camera); this.renderer.setRenderTarget(null);
       this.renderer.render(this.fieldScene, this.camera);

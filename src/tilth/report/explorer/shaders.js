@@ -45,7 +45,7 @@ void main() {
 }`,
 };
 
-// Weighted sums of the values around each pixel, and how much of it domains cover.
+// Weighted sums of the values around each pixel, and whether domains cover it.
 Tilth.shaders.sums = {
   vertexShader: Tilth.shaders.domains.vertexShader,
   fragmentShader: `
@@ -61,11 +61,26 @@ void main() {
 Tilth.shaders.mean = {
   vertexShader: `varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`,
   fragmentShader: `${COLOUR}
-uniform sampler2D sums; varying vec2 place;
+uniform sampler2D sums; uniform vec2 gap; varying vec2 place;
+bool covered(vec2 shift) { return texture2D(sums, place + shift * gap).z > 0.5; }
+// Between domains that have parted by less than about a spacing: soil on two opposite sides.
+bool between() {
+  for (int k = 0; k < 4; k++) {
+    float angle = 0.785398 * float(k);
+    vec2 along = vec2(cos(angle), sin(angle));
+    bool ahead = false, behind = false;
+    for (int i = 1; i <= 4; i++) {
+      ahead = ahead || covered(0.25 * float(i) * along);
+      behind = behind || covered(-0.25 * float(i) * along);
+    }
+    if (ahead && behind) return true;
+  }
+  return false;
+}
 void main() {
   vec4 sum = texture2D(sums, place);
-  if (sum.z < 0.5) discard;
-  gl_FragColor = vec4(colour(sum.x / max(sum.y, 1e-4)), 1.0);
+  if (sum.y < 1e-4 || (sum.z < 0.5 && !between())) discard;
+  gl_FragColor = vec4(colour(sum.x / sum.y), 1.0);
 }`,
 };
 
