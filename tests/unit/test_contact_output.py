@@ -315,5 +315,5 @@ def test_run_writes_contact_and_resumes_to_the_same_bytes(tmp_path: Path) -> Non
     last = read_results(tmp_path / "whole" / "results.vtkhdf").snapshot(-1)
     assert last.rigid_bodies[0].position[:, 1].min() == pytest.approx(1.8, abs=1e-12)
     page = (tmp_path / "whole" / "report.html").read_text()
-    assert page.index("Force against displacement") < page.index("Set-up")
+    assert page.index('alt="Force against displacement"') < page.index("<h2>Set-up")
     assert "Pressure and shear on ball" in page

@@ -189,7 +189,7 @@ def test_domains_with_corners_are_drawn_as_they_are(
     corners = random.uniform(0.2, 0.3, (24, 4, 2)) * [[-1, -1], [1, -1], [-1, 1], [1, 1]]
     expected = corners[:, [0, 1, 3, 2]]
     state = replace(state, point_fields={**state.point_fields, "domain_corners": corners})
-    axes = draw_frames([state], "displacement", UNITS).axes[0]
+    axes = draw_frames([state], "displacement", UNITS, show="domains").axes[0]
     (filled,) = (c for c in axes.collections if type(c) is PolyCollection)
     drawn = np.array([path.vertices[:4] for path in filled.get_paths()])
     np.testing.assert_array_equal(drawn, state.position[:, None] + expected)
@@ -358,6 +358,20 @@ def test_report_of_an_unfinished_run_says_so(tmp_path: Path, closed: bool) -> No
     assert "This run is incomplete." in page.text
     assert ("step 9 found no equilibrium" in page.text) == closed
     assert "axisymmetric" in page.text
+
+
+@pytest.mark.parametrize("part", ["draw_frames", "draw_curves", "draw_newton", "page_setup"])
+def test_a_picture_that_fails_leaves_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
+    def fails(*arguments: Any, **keywords: Any) -> None:
+        raise ValueError("no <colours>")
+
+    write_run(tmp_path)
+    monkeypatch.setattr(f"tilth.report.html.{part}", fails)
+    page = read_page(write_report(tmp_path, MODEL, setup=make_setup((6, 4))))
+    assert "could not be drawn (ValueError: no <colours>)" in page.text
+    assert len(page.references) == 3
 
 
 def test_report_of_nothing_is_bad_input(tmp_path: Path) -> None:

@@ -6,14 +6,15 @@ from __future__ import annotations
 import base64
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tilth.errors import visible
+from tilth.errors import TilthError, visible
+from tilth.memory_errors import is_memory_error
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
 from tilth.output.folder import (
@@ -90,27 +91,27 @@ def write_report(
     if (folder / SETUP).exists():
         staged = read_staged_setup(folder / SETUP)
         setup = staged or read_setup(folder / SETUP, results.snapshot(0))
-    if forces := _forces(folder, kind, summary, stages):
+    if forces := _drawn(_forces, folder, kind, summary, stages):
         parts.append(_section("Force and displacement", forces))
-    pictures = _setup_picture(setup) + _parameters(results, kind, summary, stages)
+    pictures = _drawn(_setup_picture, setup) + _drawn(_parameters, results, kind, summary, stages)
     parts.append(_section("Set-up", pictures))
     if stages:
         table = stage_table(summary["stages"], history, stages, log)
         parts.append(_section("Stages", table))
     if relaxed := relaxations(history):
         parts.append(_section("Beyond the limit load", relaxation_table(relaxed)))
-    frames = _frames(results, kind, colour_by, stages, setup, relaxed)
+    frames = _drawn(_frames, results, kind, colour_by, stages, setup, relaxed)
     parts.append(_section("Deformed states", frames))
-    if pressures := _contact(results, kind):
+    if pressures := _drawn(_contact, results, kind):
         parts.append(_section("Contact", pressures))
-    curves = draw_curves(history, results.units.get("time", ""), stages, relaxed)
-    content = _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
+    time_unit = results.units.get("time", "")
+    content = _drawn(_tracked, history, time_unit, stages, relaxed)
     parts.append(_section("Tracked quantities", content))
-    if balance := _energies(folder, results.units.get("time", ""), stages):
+    if balance := _drawn(_energies, folder, time_unit, stages):
         parts.append(_section("Energies", balance))
-    parts.append(_section("Convergence", _convergence(history, log, stages)))
+    parts.append(_section("Convergence", _drawn(_convergence, history, log, stages)))
     for heading, index in _reductions(folder, summary):
-        parts.append(_section(heading, _safety(folder, kind, index)))
+        parts.append(_section(heading, _drawn(_safety, folder, kind, index)))
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
@@ -136,6 +137,26 @@ def write_report(
     with writing(path, f"put this right, then write it again with: tilth report {folder}"):
         write_durably(path, page.encode(), f"{WRITTEN_ASIDE}{os.getpid()}")
     return path
+
+
+def _drawn(section: Callable[..., str], *arguments: Any) -> str:
+    """Returns the content of a section, or a sentence if it cannot be drawn: the rest is of use."""
+    try:
+        return section(*arguments)
+    except (TilthError, OSError):  # damaged results, a full disk: no matter of drawing
+        raise
+    except Exception as error:
+        if is_memory_error(error):
+            raise
+        reason = escape(f"{type(error).__name__}: {error}")
+        return f"<p>This part of the report could not be drawn ({reason}).</p>"
+
+
+def _tracked(
+    history: Mapping[str, Any], time_unit: str, stages: Sequence[Span], relaxed: Sequence[Relaxed]
+) -> str:
+    curves = draw_curves(history, time_unit, stages, relaxed)
+    return _image(curves, "Tracked quantities") if curves else "<p>Nothing was tracked.</p>"
 
 
 def _forces(folder: Path, kind: str, summary: Mapping[str, Any], stages: Sequence[Span]) -> str:
