@@ -73,7 +73,7 @@ def test_what_is_not_there_is_refused(unfinished: Path, tmp_path: Path) -> None:
         (lambda: run.points(index=99), "give a number from 0 to"),
         (lambda: run.points(0.5, index=0), "give one of them"),
         (lambda: run.field("cauchy_stres"), "did you mean cauchy_stress"),
-        (lambda: run.history["hight"], "did you mean height"),
+        (lambda: run.history["heights"], "did you mean height"),
     ):
         with pytest.raises(tilth.BadInput) as error:
             ask()
