@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tilth.errors import Interrupted as Interrupted
     from tilth.errors import TilthError as TilthError
     from tilth.model import *  # noqa: F403 - all that can be declared
+    from tilth.results.run_results import open as open
     from tilth.studies.run import study as study
 
 _HOME = {
@@ -32,6 +33,7 @@ _HOME = {
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
     "safety": "tilth.analysis.safety_run",
     "element": "tilth.element_tests.run",
+    "open": "tilth.results.run_results",
     "study": "tilth.studies.run",
     **dict.fromkeys(("load_case", "load_element_case", "load_study"), "tilth.case"),
     **dict.fromkeys(("AnalysisFailed", "BadInput", "Interrupted", "TilthError"), "tilth.errors"),

@@ -20,6 +20,7 @@ ROOMS = [
     "geometry surface",
     "terms solvers",
     "mpm",
+    "results",
     "plot",
     "report",
     "bodies curves",

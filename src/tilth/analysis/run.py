@@ -65,6 +65,11 @@ class Result:
     seconds: dict[str, float]
     processor_seconds: dict[str, float]
 
+    def __repr__(self) -> str:
+        end = "finished" if self.finished else "stopped before its end"
+        size = f"{len(self.points)} points, {self.steps} steps, {self.iterations} iterations"
+        return f"<Result: {end}, {size}, in {self.folder}>"
+
     @property
     def history(self) -> dict[str, Floats]:
         """Columns of history.csv by heading (`name [unit]`), each of shape (rows,)."""

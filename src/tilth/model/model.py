@@ -157,6 +157,15 @@ class Model(Declared):
             raise rejection(problems)
         return self
 
+    def __repr__(self) -> str:
+        lists = ("bodies", "boundaries", "rigid_bodies", "loads", "stages", "track")
+        counts = ((key, len(getattr(self, key))) for key in lists)
+        said = "".join(f", {key}: {count}" for key, count in counts if count)
+        return f"<Model {self.title!r}: {self.analysis.kind}{said}>"
+
+    def __str__(self) -> str:
+        return repr(self)
+
     @property
     def dimension(self) -> int:
         """Number of grid directions: 2 in plane strain and axisymmetry, 3 in 3D."""

@@ -39,7 +39,7 @@ def field_values(snapshot: Snapshot, name: str, units: Mapping[str, str]) -> tup
             words = [title.replace("_", " "), component.replace("_", " ")]
             text = " ".join(word for word in words if word).capitalize()
             text = text.replace("von mises", "von Mises")
-            return scalar, f"{text} [{_unit(field, units)}]"
+            return scalar, f"{text} [{field_unit(field, units)}]"
     known = ", ".join(sorted(fields.keys() - {"domain_corners"}))
     raise BadInput(
         "is not a field of the results",
@@ -86,8 +86,8 @@ def _component(values: Floats, component: str) -> Floats | None:
     return flat[:, names9.index(component)] if component in names9 else None
 
 
-def _unit(field: str, units: Mapping[str, str]) -> str:
-    """Returns the label of a field's unit, "-" if it has none."""
+def field_unit(field: str, units: Mapping[str, str]) -> str:
+    """Returns the label of the unit of a point field, without component; "-" if it has none."""
     if field in ("displacement", "domain"):
         return units.get("length", "") or "-"
     if field in ("cauchy_stress", "effective_stress", "pore_pressure"):

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The history of a run as a table of columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from tilth.arrays import Floats
+from tilth.errors import BadInput
+from tilth.plot.names import column_of
+from tilth.results.extras import require_extra
+
+
+class UnknownColumn(BadInput, KeyError):
+    """There is no such column; also a ``KeyError``, as of any other mapping."""
+
+
+class History(Mapping[str, Floats]):
+    """Columns of ``history.csv`` by heading (``name [unit]``), each of shape (rows,).
+
+    A column is also found by its name without the unit. Any other name raises ``BadInput`` with
+    those near it.
+    """
+
+    def __init__(self, columns: Mapping[str, Floats]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> Floats:
+        try:
+            return self._columns[column_of(list(self._columns), name)]
+        except BadInput as error:
+            raise UnknownColumn.of(error.problems) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows: the initial state and one for each step."""
+        return len(self["step"])
+
+    def to_pandas(self) -> Any:
+        """Returns a ``pandas.DataFrame`` with the columns, one row per step.
+
+        Raises ``BadInput`` if pandas is not installed.
+        """
+        return require_extra("pandas").DataFrame(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<History: {self.rows} rows, columns {', '.join(self)}>"
