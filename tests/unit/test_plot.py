@@ -16,7 +16,6 @@ from tilth.plot.curves import curve_figure
 from tilth.plot.field import field_figure
 from tilth.plot.files import save_figure
 from tilth.plot.path import values_along
-from tilth.plot.section import Section, section_of
 
 
 def run_at(folder: Path, dim: int) -> Path:
@@ -50,9 +49,7 @@ def test_what_is_not_there_is_refused_with_what_is_near(tmp_path: Path) -> None:
     for ask, remedy in (
         (lambda: field_figure(run, "displacements"), "did you mean displacement"),
         (lambda: field_figure(run, "displacement", time=77.0), "choose from 0"),
-        (lambda: field_figure(run, "displacement", section="x=1"), "leave it out"),
         (lambda: curve_figure(run, "time", "loads"), "did you mean load"),
-        (lambda: Section.of("w=1"), "write x=1.0"),
         (lambda: save_figure(field_figure(run, "displacement"), tmp_path / "x.doc"), ".svg"),
     ):
         with pytest.raises(BadInput) as error:
@@ -60,13 +57,10 @@ def test_what_is_not_there_is_refused_with_what_is_near(tmp_path: Path) -> None:
         assert remedy in error.value.remedy
 
 
-def test_a_section_and_a_line_have_the_values_of_a_linear_field() -> None:
+def test_a_line_has_the_values_of_a_linear_field() -> None:
     state = snapshot(3, 0)
     centre = state.position.mean(axis=0)
     linear = state.position @ [1.0, 2.0, 3.0]
-    plane, values = section_of(state, linear, Section(0, float(centre[0])))
-    expected = centre[0] + plane.position @ [2.0, 3.0]
-    np.testing.assert_allclose(values, expected, atol=1e-6)
     ends = np.stack([centre, centre + 100.0])
     found = values_along(replace(state, surfaces=()), linear, ends)
     assert found[0] == pytest.approx(centre @ [1.0, 2.0, 3.0], abs=1e-6)

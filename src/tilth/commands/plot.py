@@ -23,7 +23,6 @@ from tilth.errors import BadInput, visible
     default="field",
     help="The field over the soil, each point, or each point's domain.",
 )
-@click.option("--section", metavar="x=1.0", help="In 3D: the plane across an axis to draw.")
 @click.option(
     "--range", "values", nargs=2, type=float, metavar="LOW HIGH", help="Ends of the colours."
 )
@@ -52,7 +51,6 @@ def _figure(
     field: str | None,
     time: float | None,
     show: Any,
-    section: str | None,
     values: tuple[float, float] | None,
     path: str | None,
     history: tuple[str, str] | None,
@@ -73,7 +71,7 @@ def _figure(
     if len(folders) > 1:
         raise BadInput("a field is drawn of one run", "name one folder", key="DIR")
     if path is None:
-        return field_figure(folders[0], field, time=time, show=show, section=section, values=values)
+        return field_figure(folders[0], field, time=time, show=show, values=values)
     start, _, end = path.partition(":")
     return path_figure(folders[0], field, _place(start, path), _place(end, path), time=time)
 

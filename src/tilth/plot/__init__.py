@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of results for papers: fields, sections, histories."""
+"""Pictures of results for papers: fields, lines, histories."""

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`tilth plot`: the files it writes, and names and times that are refused."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from .conftest import Outcome
+
+
+def test_pictures_are_written_and_wrong_names_refused(
+    tilth: Callable[..., Outcome], case: Callable[..., Path], tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    assert tilth("run", case(), "--out", run, "--quiet").code == 0
+    for number, ask in enumerate((("--field", "displacement"), ("--history", "time", "top"))):
+        file = tmp_path / f"{number}.png"
+        assert tilth("plot", run, *ask, "--save", file).code == 0
+        assert file.read_bytes().startswith(b"\x89PNG")
+    for ask, remedy in (
+        (("--field", "displacements"), "did you mean displacement"),
+        (("--field", "displacement", "--time", "77"), "choose from 0,"),
+        (("--history", "time", "topp"), "did you mean top"),
+    ):
+        refused = tilth("plot", run, *ask, "--save", tmp_path / "refused.png")
+        assert refused.code == 2
+        assert remedy in refused.err
+    assert not (tmp_path / "refused.png").exists()
