@@ -9,7 +9,8 @@ at one time with several bases, on the true domains. For the example of element 
 first picture of each of its case files, `picture.png` of case.toml.
 Of those in `HISTORIES` it draws tracked quantities over time.
 Of those in `SAFETY` it draws the mechanism at the factor of safety. Of `hertz` it draws the shear
-under the cylinder of cattaneo.toml as well, cattaneo.png; of `strip_footing` graded.toml as well.
+under the cylinder of cattaneo.toml as well, cattaneo.png; of `strip_footing` graded.toml as
+well, graded.png.
 """
 
 import shutil

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A headless Chromium that opens pages of reports from the disk."""
+"""A headless Chromium that opens pages of reports and of the manual from the disk."""
 
 from __future__ import annotations
 
@@ -17,10 +17,14 @@ FLAGS = (
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
 )  # fmt: skip
 
+REPORT_READY = "typeof Tilth === 'object' && Tilth.ready === true"
+
 
 @contextmanager
-def opened(page: Path, size: tuple[int, int] = (1200, 900), dark: bool = False) -> Iterator[Any]:
-    """Yields the driver of a browser that shows the page, once its interactive part is ready."""
+def opened(
+    page: Path, size: tuple[int, int] = (1200, 900), dark: bool = False, ready: str = REPORT_READY
+) -> Iterator[Any]:
+    """Yields the driver of a browser that shows the page, once the JavaScript condition holds."""
     options = Options()
     for flag in FLAGS:
         options.add_argument(flag)
@@ -34,9 +38,7 @@ def opened(page: Path, size: tuple[int, int] = (1200, 900), dark: bool = False) 
         metrics = {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False}
         driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         driver.get(page.resolve().as_uri())
-        WebDriverWait(driver, 60).until(
-            lambda d: d.execute_script("return typeof Tilth === 'object' && Tilth.ready === true")
-        )
+        WebDriverWait(driver, 60).until(lambda d: d.execute_script(f"return {ready}"))
         yield driver
     finally:
         driver.quit()
