@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import shutil
 import subprocess
@@ -12,6 +11,7 @@ from typing import Any
 
 import click
 import pytest
+from script_module import module_of
 
 import tilth
 from tilth.cli import cli
@@ -151,12 +151,7 @@ def test_commands_exist_with_their_options(page: Path) -> None:
 
 def test_reference_of_case_files_is_up_to_date() -> None:
     """Run `python docs/generate_reference.py` where it is not."""
-    file = ROOT / "docs" / "generate_reference.py"
-    spec = importlib.util.spec_from_file_location("generate_reference", file)
-    assert spec is not None
-    assert spec.loader is not None
-    generator = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(generator)
+    generator = module_of(ROOT / "docs" / "generate_reference.py")
     assert generator.PAGE.read_text(encoding="utf-8") == generator.page()
     assert generator.ELEMENT_PAGE.read_text(encoding="utf-8") == generator.element_page()
 

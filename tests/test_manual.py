@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import re
@@ -12,10 +11,10 @@ import sys
 import urllib.parse
 from html.parser import HTMLParser
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from report_browser import complaints, opened
+from script_module import module_of
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
@@ -143,20 +142,12 @@ def test_a_browser_searches_from_the_disk(site: Path) -> None:
         assert not complaints(driver)
 
 
-def generator() -> ModuleType:
-    """The module that writes docs/verification.md."""
-    file = ROOT / "docs" / "generate_verification.py"
-    spec = importlib.util.spec_from_file_location("generate_verification", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+GENERATOR = ROOT / "docs" / "generate_verification.py"
 
 
 def test_verification_is_up_to_date() -> None:
     """Run `python docs/generate_verification.py` where it is not."""
-    module = generator()
+    module = module_of(GENERATOR)
     rows = json.loads(module.STORED.read_text(encoding="utf-8"))
     assert module.PAGE.read_text(encoding="utf-8") == module.page(rows)
     missed = [row for row in rows if not row["error"] <= row["tolerance"]]
@@ -165,7 +156,7 @@ def test_verification_is_up_to_date() -> None:
 
 
 def test_new_problems_of_the_verification_replace_stored_ones() -> None:
-    module = generator()
+    module = module_of(GENERATOR)
     row = {"quantity": "height", "unit": "m", "computed": 1.0, "reference": 1.0, "error": 0.0}
     row |= {"tolerance": 0.1, "source": "theory", "passed": True, "seconds": 1.0}
     stored = [row | {"problem": "slope"}, row | {"problem": "collapse", "computed": 2.0}]

@@ -27,6 +27,11 @@ def set_environment(environment: MutableMapping[str, str]) -> None:
         environment.setdefault(name, value)
 
 
+def available_cores() -> int:
+    """Returns the number of cores that this process may use; 1 where nobody can tell."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
 """Variables of the environment by which launchers tell a process how many there are."""
 

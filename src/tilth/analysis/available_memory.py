@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tilth.environment import available_cores
 from tilth.errors import BadInput
 
 UNITS = {
@@ -161,9 +162,10 @@ def limits_of_process(root: Path = Path("/")) -> Iterator[AvailableMemory]:
         import resource
     except ModuleNotFoundError:  # not on this system
         return
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     threads = os.environ.get("OPENBLAS_NUM_THREADS", "")
-    of_threads = RESERVED_PER_THREAD * ((int(threads) if threads.isdigit() else cores or 1) - 1)
+    of_threads = RESERVED_PER_THREAD * (
+        (int(threads) if threads.isdigit() else available_cores()) - 1
+    )
     for name, command, used in (
         ("RLIMIT_AS", "ulimit -v", "VmSize"),
         ("RLIMIT_DATA", "ulimit -d", "VmData"),

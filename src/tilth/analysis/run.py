@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -23,6 +22,7 @@ from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
+from tilth.environment import available_cores
 from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
 from tilth.interrupt import DeferredStop, StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
@@ -228,8 +228,7 @@ def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
 
     comm: processes that have the cores together; each has one thread if None.
     """
-    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    used = threads or (1 if comm.size > 1 else available) or 1
+    used = threads or (1 if comm.size > 1 else available_cores())
     _core.set_threads(used)
     return used
 

@@ -46,7 +46,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.analysis.run import set_threads
     from tilth.analysis.run_time import time_text
     from tilth.analysis.setup import setup_figures
-    from tilth.output.disk import is_of_the_disk, reason_of
+    from tilth.output.disk import asked_to_write
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -62,14 +62,10 @@ def check(case: Path, picture: Path | None) -> None:
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     files = {name: _beside(file, name) for name in figures}
-    try:
+    problem = f"the picture cannot be written to {file}"
+    with asked_to_write(problem, "choose another file with --picture"):
         for name, figure in figures.items():
             save(figure, files[name])
-    except OSError as error:
-        if is_of_the_disk(error):
-            raise
-        problem = f"the picture cannot be written to {file}: {reason_of(error)}"
-        raise BadInput(problem, "choose another file with --picture") from None
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
     for name, drawn in files.items():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from tilth.errors import BadInput, visible
+from tilth.errors import visible
 
 
 @click.command()
@@ -25,19 +25,14 @@ def schema(element: bool, out: Path | None) -> None:
     The first line of a case file names it: #:schema ./tilth.schema.json
     """
     from tilth.model.json_schema import case_schema, element_schema
+    from tilth.output.disk import asked_to_write
 
     declared = element_schema() if element else case_schema()
     text = json.dumps(declared, indent=1, ensure_ascii=False)
     if out is None:
         click.echo(text)
         return
-    try:
+    problem = f"the schema cannot be written to {out}"
+    with asked_to_write(problem, "choose another file with --out"):
         out.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        from tilth.output.disk import is_of_the_disk, reason_of
-
-        if is_of_the_disk(error):
-            raise
-        problem = f"the schema cannot be written to {out}: {reason_of(error)}"
-        raise BadInput(problem, "choose another file with --out") from None
     click.echo(visible(f"schema written to {out}"))

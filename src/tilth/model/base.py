@@ -19,6 +19,9 @@ from tilth.model.problems import MOST_NAMES, problems_of, rejection, suggestion
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+MOST_LEVELS = 20
+"""Levels of lists and tables in a case file, at most."""
+
 
 class Declared(BaseModel):
     """An immutable, validated declaration; a wrong entry raises `BadInput` with key and value."""
@@ -87,6 +90,36 @@ class Declared(BaseModel):
         if problems:
             raise rejection(problems)
         return data
+
+
+class DeclaredFile(Declared):
+    """A declaration that is the whole of a file of the user."""
+
+    @classmethod
+    def from_dict(cls, entries: Mapping[str, Any]) -> Self:
+        """Returns the declaration from a dictionary like that of its file; raises `BadInput`."""
+        _require_few_levels(entries)
+        try:
+            return cls.model_validate(dict(entries))
+        except ValidationError as error:
+            raise BadInput.of(problems_of(error, entries)) from None
+
+
+def _require_few_levels(entries: Mapping[str, Any]) -> None:
+    """Refuses lists and tables nested so deeply that functions that call themselves end in them."""
+    found: list[tuple[str, Any, int]] = [(str(key), value, 1) for key, value in entries.items()]
+    while found:
+        key, value, level = found.pop()
+        if isinstance(value, Mapping):
+            value = list(value.values())
+        if not isinstance(value, list | tuple):
+            continue
+        if level > MOST_LEVELS:
+            what = f"has more than {MOST_LEVELS} levels of lists and tables"
+            raise BadInput(what, "a case file needs six at most", key=key)
+        found += [
+            (key, each, level + 1) for each in value if isinstance(each, Mapping | list | tuple)
+        ]
 
 
 def chosen_by(discriminator: str, *classes: type[Declared]) -> BeforeValidator:

@@ -8,17 +8,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
+from pydantic import AfterValidator, PlainValidator, model_validator
 
-from tilth.errors import BadInput, Problem
-from tilth.model.base import Declared
+from tilth.errors import Problem
+from tilth.model.base import Declared, DeclaredFile
 from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.element_tests import AnyElementTest, Names
 from tilth.model.fields import AsTuple, CellName, Entries, Name, Text
 from tilth.model.laws import Law
 from tilth.model.materials import Material, codes_of, laws_of
-from tilth.model.model import FORMAT, format_of, one, require_few_levels
-from tilth.model.problems import dotted, problems_of, rejection, unknown_name
+from tilth.model.model import FORMAT, format_of, one
+from tilth.model.problems import dotted, rejection, unknown_name
 from tilth.model.settings import Units
 
 Panel = Literal["p-q", "q-strain", "volume-strain", "pressure-strain", "compression"]
@@ -42,7 +42,7 @@ class ElementPlot(Declared):
     """Format of the file."""
 
 
-class ElementCase(Declared):
+class ElementCase(DeclaredFile):
     """Element tests with their materials and pictures; the names are those of the case file.
 
     Units are the user's and must be consistent. Compression is positive, for normal stresses and
@@ -116,15 +116,6 @@ class ElementCase(Declared):
             BadInput: a law of the user cannot be loaded.
         """
         return laws_of(self.materials)
-
-    @classmethod
-    def from_dict(cls, entries: Mapping[str, Any]) -> ElementCase:
-        """Returns the case from a dictionary like that of a case file; raises `BadInput`."""
-        require_few_levels(entries)
-        try:
-            return cls.model_validate(dict(entries))
-        except ValidationError as error:
-            raise BadInput.of(problems_of(error, entries)) from None
 
 
 def table_of(test: str, material: str) -> str:

@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, PlainValidator, ValidationError, model_validator
+from pydantic import AfterValidator, PlainValidator, model_validator
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.model.base import Declared
+from tilth.model.base import DeclaredFile
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries, state_variable_problems
@@ -34,7 +34,7 @@ from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, LineForce, Load, PointForce, SeismicLoad
 from tilth.model.materials import Material, codes_of, laws_of
-from tilth.model.problems import problems_of, reject, rejection
+from tilth.model.problems import reject, rejection
 from tilth.model.rigid_bodies import RigidBody
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
@@ -62,9 +62,6 @@ Loaded = (
 FORMAT = 1
 """Version of the case file's schema that this version of tilth reads."""
 
-MOST_LEVELS = 20
-"""Levels of lists and tables in a case file, at most."""
-
 BAND = 1e-3
 """Default width of an implicit boundary's band as a fraction of a cell's smallest edge."""
 
@@ -84,24 +81,7 @@ def one(value: Any) -> Any:
     return value
 
 
-def require_few_levels(entries: Mapping[str, Any]) -> None:
-    """Refuses lists and tables nested so deeply that functions that call themselves end in them."""
-    found: list[tuple[str, Any, int]] = [(str(key), value, 1) for key, value in entries.items()]
-    while found:
-        key, value, level = found.pop()
-        if isinstance(value, Mapping):
-            value = list(value.values())
-        if not isinstance(value, list | tuple):
-            continue
-        if level > MOST_LEVELS:
-            what = f"has more than {MOST_LEVELS} levels of lists and tables"
-            raise BadInput(what, "a case file needs six at most", key=key)
-        found += [
-            (key, each, level + 1) for each in value if isinstance(each, Mapping | list | tuple)
-        ]
-
-
-class Model(Declared):
+class Model(DeclaredFile):
     """A declared, validated and immutable problem; the names are those of the case file.
 
     Units are the user's and must be consistent. Tension is positive; y is up in 2D, z is up in 3D;
@@ -358,12 +338,3 @@ class Model(Declared):
         """Returns the model as a dictionary that JSON stores without loss; see `from_dict`."""
         without = {"schedule"} if self.stages else {"stages"}
         return self.model_dump(mode="json", exclude_none=True, by_alias=True, exclude=without)
-
-    @classmethod
-    def from_dict(cls, entries: Mapping[str, Any]) -> Model:
-        """Returns the model from such a dictionary or that of a case file; raises `BadInput`."""
-        require_few_levels(entries)
-        try:
-            return cls.model_validate(dict(entries))
-        except ValidationError as error:
-            raise BadInput.of(problems_of(error, entries)) from None

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationError, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
-from tilth.errors import BadInput, Problem
-from tilth.model.base import Declared, chosen_by
+from tilth.errors import Problem
+from tilth.model.base import Declared, DeclaredFile, chosen_by
 from tilth.model.fields import (
     AsTuple,
     CellName,
@@ -24,8 +24,8 @@ from tilth.model.fields import (
     Text,
     as_list,
 )
-from tilth.model.model import FORMAT, format_of, one, require_few_levels
-from tilth.model.problems import problems_of, reject, rejection
+from tilth.model.model import FORMAT, format_of, one
+from tilth.model.problems import reject, rejection
 from tilth.model.strength_reduction import FactorTolerance
 
 MOST_SAMPLES = 100_000
@@ -228,7 +228,7 @@ Outcome = Annotated[
 ]
 
 
-class Study(Declared):
+class Study(DeclaredFile):
     """Many runs of one case with other values in it, and what is taken from each of them.
 
     The names are those of the study's file. Raises `BadInput` with every wrong entry.
@@ -306,12 +306,3 @@ class Study(Declared):
     def to_dict(self) -> dict[str, Any]:
         """Returns the study as a dictionary that JSON stores without loss; see `from_dict`."""
         return self.model_dump(mode="json", exclude_none=True)
-
-    @classmethod
-    def from_dict(cls, entries: Mapping[str, Any]) -> Study:
-        """Returns the study from a dictionary like that of its file; raises `BadInput`."""
-        require_few_levels(entries)
-        try:
-            return cls.model_validate(dict(entries))
-        except ValidationError as error:
-            raise BadInput.of(problems_of(error, entries)) from None

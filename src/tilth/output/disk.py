@@ -8,8 +8,9 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from tilth.errors import AnalysisFailed
+from tilth.errors import NOT_GIVEN, AnalysisFailed, BadInput
 
 _REASONS = {
     errno.ENOSPC: "the disk is full",
@@ -51,6 +52,23 @@ def writing(path: Path, remedy: str = "") -> Iterator[None]:
         raise AnalysisFailed(
             f"{path} cannot be written: {reason_of(error)}", remedy or _how_to_go_on(path.parent)
         ) from error
+
+
+@contextmanager
+def asked_to_write(
+    problem: str, remedy: str, *, key: str = "", value: Any = NOT_GIVEN
+) -> Iterator[None]:
+    """Within this context an `OSError` for a file that the user named becomes `BadInput`.
+
+    One that is of the disk is raised as it is. ``problem`` is followed by the reason; the other
+    arguments are as of ``BadInput``.
+    """
+    try:
+        yield
+    except OSError as error:
+        if is_of_the_disk(error):
+            raise
+        raise BadInput(f"{problem}: {reason_of(error)}", remedy, key=key, value=value) from None
 
 
 def _how_to_go_on(folder: Path) -> str:

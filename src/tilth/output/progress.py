@@ -137,7 +137,7 @@ class Progress:
             of_stage = f"{visible(self._stage)}, " if self._stage else ""
             self._console.print(
                 f"{of_stage}step {step}, time {self._time_text()}, {iterations} Newton iterations, "
-                f"{self._points:,} points, {_clock(clock - self._began)} elapsed"
+                f"{self._points:,} points, {clock_text(clock - self._began)} elapsed"
                 + (f", {left}" if (left := self._left_text()) and not at_end else ""),
                 soft_wrap=True,
                 highlight=False,
@@ -162,10 +162,11 @@ class Progress:
         if fraction <= 0.0:
             return ""
         elapsed = time.perf_counter() - self._began
-        return f"{_clock(elapsed * (1.0 - fraction) / fraction)} left"
+        return f"{clock_text(elapsed * (1.0 - fraction) / fraction)} left"
 
 
-def _clock(seconds: float) -> str:
+def clock_text(seconds: float) -> str:
+    """Returns a time [s] as hours, minutes and seconds, such as 1:02:03."""
     whole = int(seconds + 0.5)
     hours, minutes = divmod(whole // 60, 60)
     return f"{hours}:{minutes:02d}:{whole % 60:02d}"

@@ -13,11 +13,14 @@ from tilth.plot.names import column_of
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000")
 """Of curves, told apart also by those who see few colours (M. Okabe, K. Ito)."""
 STYLES = ("-", "--", "-.", ":")
+SIZE = (5.2, 3.9)
+"""Of a figure with lines [inch]."""
 
 
 def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> Figure:
@@ -34,9 +37,9 @@ def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> 
     from matplotlib.figure import Figure
 
     runs = [folders] if isinstance(folders, (str, Path)) else list(folders)
-    figure = Figure(figsize=(5.2, 3.9), layout="constrained")
-    axes = figure.add_subplot()
     names = _names([Path(run) for run in runs])
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
     labels = ("", "")
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         require_folder(Path(run))
@@ -52,16 +55,21 @@ def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> 
             marker="." if len(history[up]) == 1 else "",
             label=f"run {name}",
         )
-    axes.set_xlabel(on_lines(labels[0], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-    axes.set_ylabel(on_lines(labels[1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-    axes.tick_params(labelsize=8)
-    axes.grid(color="0.9", linewidth=0.6)
-    axes.set_axisbelow(True)
+    finish_lines(axes, *labels)
     if len(runs) > 1:
         legend = axes.legend(fontsize=8, frameon=False)
         for text, name in zip(legend.get_texts(), names, strict=True):
             text.set(text=name, **AS_IT_IS)
     return figure
+
+
+def finish_lines(axes: Axes, across: str, up: str) -> None:
+    """Gives axes with lines their labels, and a grid behind the lines."""
+    axes.set_xlabel(on_lines(across, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+    axes.set_ylabel(on_lines(up, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+    axes.tick_params(labelsize=8)
+    axes.grid(color="0.9", linewidth=0.6)
+    axes.set_axisbelow(True)
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from tilth.errors import BadInput
-from tilth.output.folder import MODEL, RESULTS, require_folder
+from tilth.output.folder import RESULTS, read_declared, require_folder
 from tilth.output.vtkhdf import Results, read_results
 from tilth.plot.names import output_at, require_field
 from tilth.report.colour_scale import ColourScale
@@ -44,25 +43,7 @@ def field_figure(
         BadInput: there are no results, or the field or the time is none of theirs.
     """
     results = results_of(folder)
-    return figure_of(folder, results, output_at(results, time), field, show, values)
-
-
-def results_of(folder: Path | str) -> Results:
-    """Returns the results in the folder of a run; raises ``BadInput`` if there are none."""
-    require_folder(Path(folder))
-    return read_results(Path(folder) / RESULTS)
-
-
-def figure_of(
-    folder: Path | str,
-    results: Results,
-    index: int,
-    field: str,
-    show: Show = "field",
-    values: tuple[float, float] | None = None,
-) -> Figure:
-    """Returns the figure of output number ``index``; arguments as of :func:`field_figure`."""
-    snapshot = results.snapshot(index)
+    snapshot = results.snapshot(output_at(results, time))
     require_field(snapshot, field)
     scale = None if values is None else _given_scale(*values)
     figure: Any = draw_frames(
@@ -74,7 +55,15 @@ def figure_of(
         show=show,
         scale=scale,
     )
-    return _finished(figure)
+    for axes in figure.axes:
+        axes.set_facecolor("white")
+    return figure  # type: ignore[no-any-return]
+
+
+def results_of(folder: Path | str) -> Results:
+    """Returns the results in the folder of a run; raises ``BadInput`` if there are none."""
+    require_folder(Path(folder))
+    return read_results(Path(folder) / RESULTS)
 
 
 def _given_scale(low: float, high: float) -> ColourScale:
@@ -84,14 +73,6 @@ def _given_scale(low: float, high: float) -> ColourScale:
 
 
 def _is_axisymmetric(folder: Path | str) -> bool:
-    with suppress(OSError, ValueError, KeyError, TypeError):
-        model = json.loads((Path(folder) / MODEL).read_text(encoding="utf-8"))
-        return bool(model["analysis"]["kind"] == "axisymmetric")
+    with suppress(BadInput, KeyError, TypeError):
+        return bool(read_declared(folder)["analysis"]["kind"] == "axisymmetric")
     return False
-
-
-def _finished(figure: Any) -> Figure:
-    """Returns a figure with a white background around the soil."""
-    for axes in figure.axes:
-        axes.set_facecolor("white")
-    return figure  # type: ignore[no-any-return]

@@ -18,10 +18,10 @@ RESOLUTION = 300
 """Of pixels in files [pixels per inch]."""
 
 
-def require_format(path: Path, formats: tuple[str, ...] = FORMATS) -> None:
+def require_format(path: Path) -> None:
     """Raises ``BadInput`` if a file's name ends otherwise, or its folder does not exist."""
-    if path.suffix.lower().removeprefix(".") not in formats:
-        known = ", ".join(f".{each}" for each in formats)
+    if path.suffix.lower().removeprefix(".") not in FORMATS:
+        known = ", ".join(f".{each}" for each in FORMATS)
         raise BadInput(
             "is no format of pictures that can be written",
             f"let the name end with one of {known}",

@@ -11,10 +11,10 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.output.snapshot import Snapshot
-from tilth.plot.curves import COLOURS
+from tilth.plot.curves import COLOURS, SIZE, finish_lines
 from tilth.plot.field import results_of
 from tilth.plot.names import output_at, require_field
-from tilth.report.domains import corners_of_boxes
+from tilth.report.domains import corners_of
 from tilth.report.fields import field_values, with_unit
 from tilth.report.interpolation import values_at
 from tilth.report.region import Region
@@ -58,25 +58,21 @@ def path_figure(
     found = values_along(snapshot, values, places)
     if np.isnan(found).all():
         raise BadInput("is not in the soil", "choose other ends", key="path", value=given)
-    figure = Figure(figsize=(5.2, 3.9), layout="constrained")
+    unit = results.units.get("length", "")
+    figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
     axes.plot(distance, found, color=COLOURS[0], linewidth=1.5)
-    unit = results.units.get("length", "")
-    axes.set_xlabel(with_unit("Distance along the line", unit), fontsize=9, **AS_IT_IS)
-    axes.set_ylabel(label, fontsize=9, **AS_IT_IS)
+    finish_lines(axes, with_unit("Distance along the line", unit), label)
     ends = [f"({', '.join(f'{each:g}' for each in point)})" for point in (first, last)]
     title = f"{ends[0]} to {ends[1]}, time {snapshot.time:.4g}"
     axes.set_title(title, fontsize=9, **AS_IT_IS)
-    axes.tick_params(labelsize=8)
-    axes.grid(color="0.9", linewidth=0.6)
     return figure
 
 
 def values_along(snapshot: Snapshot, values: Floats, places: Floats) -> Floats:
     """Returns a field's values at places (m, dim), shape (m,); NaN outside of the soil."""
-    corners = snapshot.point_fields.get("domain_corners")
-    if corners is None:
-        corners = corners_of_boxes(snapshot.point_fields["domain"])
+    corners = corners_of(snapshot)
+    assert corners is not None
     if snapshot.dim == 2:
         region = Region.of(snapshot.position, corners, snapshot.body_id, snapshot.surfaces)
         return region.values_in(snapshot.position, values, places)

@@ -161,13 +161,14 @@ def _draw_soil(
     """Draws the soil near the surface, the rigid bodies and the pressure normal to the surface."""
     from matplotlib.collections import LineCollection, PolyCollection
 
-    from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
+    from tilth.report.domains import corners_of, drawn_at_once, outlines
 
     low, high = shape.position.min(axis=0), shape.position.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
     low, high = low - 0.6 * size, high + 0.6 * size
     half = snapshot.point_fields["domain"]
-    corners = snapshot.point_fields.get("domain_corners", corners_of_boxes(half))
+    corners = corners_of(snapshot)
+    assert corners is not None
     near = ((snapshot.position + half >= low) & (snapshot.position - half <= high)).all(axis=1)
     axes.add_collection(
         PolyCollection(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats
 from tilth.report.raster import draw_polygons, png
-from tilth.report.region import Region, shares_of
+from tilth.report.region import Region, areas_of, shares_of
 from tilth.report.svg_parts import Place, image_of, path_of
 
 OUTLINE_COLOUR, OUTLINE_WIDTH = "0.25", 0.5
@@ -161,9 +161,7 @@ class ContinuousField:
 def _thickness(corner: Floats) -> Floats:
     """Returns the areas of triangles (n, 3, 2) over their longest sides, shape (n,)."""
     side = np.linalg.norm(corner - np.roll(corner, -1, axis=1), axis=2).max(axis=1)
-    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    area = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
-    return np.asarray(area / np.maximum(side, 1e-300))
+    return np.asarray(np.abs(areas_of(corner)) / np.maximum(side, 1e-300))
 
 
 def _shares_within(corner: Floats, place: Floats) -> Floats:

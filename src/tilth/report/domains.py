@@ -10,11 +10,20 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs
+from tilth.output.snapshot import Snapshot
 
 
 def corners_of_boxes(half_lengths: Floats) -> Floats:
     """Returns corners (n, 2**dim, dim) of boxes with half lengths (n, dim), relative to centres."""
     return corner_signs(half_lengths.shape[1]) * half_lengths[:, None, :]
+
+
+def corners_of(snapshot: Snapshot) -> Floats | None:
+    """Returns the corners of the points' domains, relative to them, (n, 2**dim, dim), or None."""
+    fields = snapshot.point_fields
+    if "domain_corners" in fields or "domain" not in fields:
+        return fields.get("domain_corners")
+    return corners_of_boxes(fields["domain"])
 
 
 def outlines(position: Floats, corners: Floats) -> Floats:

@@ -12,7 +12,7 @@ from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
 from tilth.report.colour_scale import ColourScale
 from tilth.report.continuous import ContinuousField
-from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines
+from tilth.report.domains import corners_of, drawn_at_once, outlines
 from tilth.report.fields import field_values, parameter_fields, with_unit
 from tilth.report.handles import collections_for
 from tilth.report.points_3d import draw_points_3d
@@ -209,9 +209,7 @@ def draw_plane(
     """
     position = snapshot.position
     half = snapshot.point_fields.get("domain")
-    corners = snapshot.point_fields.get("domain_corners")
-    if half is not None and corners is None:
-        corners = corners_of_boxes(half)
+    corners = corners_of(snapshot)
     if corners is not None and show == "field":
         region = Region.of(position, corners, snapshot.body_id, snapshot.surfaces)
         ContinuousField(region, position, values, colours).add_to(axes)

@@ -49,7 +49,7 @@ class Part:
     @property
     def area(self) -> float:
         """Area of the region [length^2]."""
-        return float(_areas(self.vertex[self.triangle]).sum())
+        return float(areas_of(self.vertex[self.triangle]).sum())
 
     def outline(self) -> list[Floats]:
         """Returns the closed lines around the region and its holes, shapes (k, 2)."""
@@ -141,7 +141,7 @@ def shares_of(corner: Floats, place: Floats) -> Floats:
     return np.stack([1.0 - one - two, one, two], axis=1)
 
 
-def _areas(corner: Floats) -> Floats:
+def areas_of(corner: Floats) -> Floats:
     """Returns the areas of triangles (n, 3, 2), positive if counter-clockwise."""
     first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     return np.asarray(0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]))
@@ -226,14 +226,14 @@ def _distinct(corner: Floats, size: Floats) -> tuple[Floats, Floats]:
 
 def _turned(vertex: Floats, triangle: Integers) -> Integers:
     """Returns the triangles counter-clockwise."""
-    clockwise = _areas(vertex[triangle]) < 0.0
+    clockwise = areas_of(vertex[triangle]) < 0.0
     return np.where(clockwise[:, None], triangle[:, ::-1], triangle).astype(np.int64)
 
 
 def _kept(corner: Floats, size: Floats, neighbours: Integers) -> Flags:
     """Returns which triangles (n, 3, 2) are in the region; ``size``: half of a diagonal, (n,)."""
     radius, longest = _radii(corner)
-    area = np.abs(_areas(corner))
+    area = np.abs(areas_of(corner))
     kept = radius <= _RADIUS * size
     depth = 2.0 * area / np.maximum(longest, 1e-300)
     notch = (depth <= 2.0 * _NOTCH_DEPTH * size) & (longest <= 2.0 * _NOTCH_LENGTH * size)
@@ -250,7 +250,7 @@ def _kept(corner: Floats, size: Floats, neighbours: Integers) -> Flags:
 def _radii(corner: Floats) -> tuple[Floats, Floats]:
     """Returns the circumradii and the longest sides of triangles (n, 3, 2)."""
     side = np.linalg.norm(corner - np.roll(corner, -1, axis=1), axis=2)
-    area = np.abs(_areas(corner))
+    area = np.abs(areas_of(corner))
     return side.prod(axis=1) / np.maximum(4.0 * area, 1e-300), side.max(axis=1)
 
 

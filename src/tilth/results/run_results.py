@@ -17,7 +17,7 @@ from tilth.output.folder import HISTORY, RESULTS, load_model, require_folder
 from tilth.output.history import read_history, read_stages
 from tilth.output.snapshot import Snapshot, SurfaceShape
 from tilth.output.vtkhdf import read_results
-from tilth.plot.names import field_names, not_one_of, output_at
+from tilth.plot.names import output_at, require_field
 from tilth.report.fields import field_unit, field_values
 from tilth.results.meshes import blocks_of
 from tilth.results.table import History
@@ -128,9 +128,7 @@ class RunResults:
         snapshot = self.snapshot(time, index=index)
         if name in snapshot.point_fields:
             return snapshot.point_fields[name].copy()
-        names = field_names(snapshot)
-        if name not in names:
-            raise not_one_of(name, names, "field", "is not a field of the results")
+        require_field(snapshot, name)
         return field_values(snapshot, name, self.units)[0].copy()
 
     def surfaces(

@@ -19,6 +19,7 @@ from tilth.model.user_function import described, file_of, load_function
 from tilth.output.folder import HISTORY
 from tilth.output.history import FIRST_COLUMNS, OF_STAGES, read_history
 from tilth.output.safety_files import read_safety
+from tilth.report.fields import with_unit
 
 
 def require_outcomes(study: Study, model: Model) -> None:
@@ -118,7 +119,7 @@ def _names(headings: Sequence[str]) -> dict[str, str]:
 
 
 def _headings(model: Model) -> list[str]:
-    tracked = [f"{name} [{unit}]" if unit else name for name, unit in tracked_columns(model)]
+    tracked = [with_unit(name, unit) for name, unit in tracked_columns(model)]
     return [*FIRST_COLUMNS, *(OF_STAGES[1:] if model.stages else ()), *tracked]
 
 

@@ -18,6 +18,7 @@ from tilth.report.style import CSS
 from tilth.report.texts import png
 from tilth.studies.folder import RUN, SAMPLES, text_of
 from tilth.studies.pictures import draw_dependence, draw_outcomes
+from tilth.studies.samples import folder_of
 from tilth.studies.statistics import QUANTILES, Statistics
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def _state(result: StudyResult) -> str:
 
 def _table_of_statistics(rows: Sequence[Statistics]) -> str:
     """Returns a table with a column for each outcome."""
-    lines = [("", [f"{s.name} [{s.unit}]" if s.unit else s.name for s in rows])]
+    lines = [("", [s.heading for s in rows])]
     lines += [
         ("samples", [f"{s.count}" for s in rows]),
         ("without it", [f"{s.without}" for s in rows]),
@@ -109,9 +110,9 @@ def _table_of_samples(result: StudyResult) -> str:
     return f"<h2>Samples</h2><p>All digits are in study.csv.</p>{table}{note}"
 
 
-def _link(number: int | None) -> str:
+def _link(number: int) -> str:
     """Returns a link to the folder of a sample's run."""
-    return f'<a href="{SAMPLES}/{number:04d}/{RUN}">sample {number}</a>'
+    return f'<a href="{SAMPLES}/{folder_of(number)}/{RUN}">sample {number}</a>'
 
 
 def _row(cells: Sequence[str], kind: str) -> str:

@@ -31,8 +31,8 @@ def draw_outcomes(result: StudyResult) -> Figure:
     for (outcomes, found), (histogram, cumulative, convergence) in zip(rows, panels, strict=True):
         numbers = outcomes[np.isfinite(outcomes)]
         for panel in (histogram, cumulative):
-            _label(panel, "x", _heading(found))
-        _label(convergence, "y", f"mean of {_heading(found)}")
+            _label(panel, "x", found.heading)
+        _label(convergence, "y", f"mean of {found.heading}")
         histogram.set_ylabel("samples")
         cumulative.set_ylabel("share of samples")
         convergence.set_xlabel("samples")
@@ -85,7 +85,7 @@ def draw_dependence(asked: Study, result: StudyResult) -> Figure | None:
             for value in values[~there]:
                 panel.axvline(value, ymax=0.05, color=LINE, lw=1.2)
             _label(panel, "x", name)
-            _label(panel, "y", _heading(found))
+            _label(panel, "y", found.heading)
     if result.reasons:
         figure.suptitle("red: values of samples without the outcome", fontsize=9)
     return figure
@@ -109,10 +109,6 @@ def _figure(width: float, height: float) -> Figure:
 
 def _label(panel: Axes, axis: str, text: str) -> None:
     getattr(panel, f"set_{axis}label")(on_lines(text, LABEL_WIDTH - 16), **AS_IT_IS)
-
-
-def _heading(found: Statistics) -> str:
-    return f"{found.name} [{found.unit}]" if found.unit else found.name
 
 
 def _is_number(value: Any) -> bool:

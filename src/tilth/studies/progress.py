@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from tilth.errors import visible
+from tilth.output.progress import clock_text
 from tilth.output.screen import Screen
 
 if TYPE_CHECKING:
@@ -91,6 +92,5 @@ class StudyProgress:
         left = ""
         if done and self._complete < self._samples:
             each = (time.monotonic() - self._began) / done
-            seconds = round(each * (self._samples - self._complete))
-            left = f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d} left"
+            left = f"{clock_text(each * (self._samples - self._complete))} left"
         return {"failed": f"{self._failed} failed" if self._failed else "", "left": left}

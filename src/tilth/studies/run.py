@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,11 +14,13 @@ import numpy as np
 from tilth.analysis.check import check
 from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
+from tilth.environment import available_cores
 from tilth.errors import BadInput
 from tilth.interrupt import StopSignals
 from tilth.model import Model, Study
 from tilth.output.folder import make_folder
 from tilth.output.lock import FolderLock
+from tilth.report.fields import with_unit
 from tilth.studies.folder import (
     PAGE,
     PICTURE,
@@ -116,7 +117,7 @@ def study(
     with FolderLock(folder):
         prepare(folder, asked, entries, samples, overwrite)
         running = _Running(folder, asked, base, samples)
-        running.run(processes or _cores(), quiet)
+        running.run(processes or available_cores(), quiet)
         return running.result()
 
 
@@ -128,10 +129,6 @@ def _case_of(asked: Study, model: Model | None) -> dict[str, Any]:
     return case_entries(str(asked.case)) if model is None else model.to_dict()
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 class _Running:
     """A study in its folder, with what has come out so far."""
 
@@ -140,7 +137,7 @@ class _Running:
         self.units = [unit_of(outcome, base) for outcome in asked.outcomes]
         names = zip(asked.outcomes, self.units, strict=True)
         self.headings = [v.column for v in asked.vary]
-        self.headings += [f"{o.name} [{unit}]" if unit else o.name for o, unit in names]
+        self.headings += [with_unit(o.name, unit) for o, unit in names]
         self.taken: dict[int, Taken] = {}
         self._written = time.monotonic()
         for sample in samples:

@@ -37,7 +37,12 @@ class Sample:
     @property
     def folder(self) -> str:
         """Name of its folder."""
-        return f"{self.number:04d}"
+        return folder_of(self.number)
+
+
+def folder_of(number: int) -> str:
+    """Returns the name of the folder of a sample."""
+    return f"{number:04d}"
 
 
 def values_of_samples(study: Study) -> list[tuple[Any, ...]]:

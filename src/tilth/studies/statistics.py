@@ -16,6 +16,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
+from tilth.report.fields import with_unit
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -50,6 +51,11 @@ class Statistics:
     quantiles: tuple[float, ...]
     worst: float
     worst_sample: int | None
+
+    @property
+    def heading(self) -> str:
+        """Name with the unit in brackets, if there is one."""
+        return with_unit(self.name, self.unit)
 
 
 def statistics(

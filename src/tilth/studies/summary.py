@@ -32,7 +32,7 @@ def print_study(result: StudyResult) -> None:
 
 def _line(found: Statistics) -> str:
     """Returns the statistics of an outcome in one line."""
-    name = f"{found.name} [{found.unit}]" if found.unit else found.name
+    name = found.heading
     if found.worst_sample is None:
         return f"{name}: no sample has it"
     line = f"{name}: {found.count} samples, mean {found.mean:.5g}"

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tilth.errors import BadInput
+from tilth.output.disk import asked_to_write
 
 _FOLDER = Path(__file__).parent
 
@@ -38,18 +39,12 @@ def write_template(name: str, file: Path) -> None:
     Raises:
         BadInput: there is no such template, the file exists, or it cannot be written.
     """
-    text = template(name)
-    try:
-        with file.open("x", encoding="utf-8") as opened:
-            opened.write(text)
-    except FileExistsError:
-        raise BadInput(
-            "exists already", "choose another name", key="FILE", value=str(file)
-        ) from None
-    except OSError as error:
-        from tilth.output.disk import is_of_the_disk, reason_of
-
-        if is_of_the_disk(error):
-            raise
-        problem = f"cannot be written: {reason_of(error)}"
-        raise BadInput(problem, "choose another file", key="FILE", value=str(file)) from None
+    text, value = template(name), str(file)
+    with asked_to_write("cannot be written", "choose another file", key="FILE", value=value):
+        try:
+            with file.open("x", encoding="utf-8") as opened:
+                opened.write(text)
+        except FileExistsError:
+            raise BadInput(
+                "exists already", "choose another name", key="FILE", value=value
+            ) from None

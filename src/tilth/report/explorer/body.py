@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.bodies.corners import corner_signs
 from tilth.output.snapshot import Snapshot, SurfaceShape
 from tilth.output.vtkhdf import Results
 from tilth.report.colour_scale import ColourScale
-from tilth.report.domains import corners_of_boxes
 from tilth.report.explorer.fields import Shown, column_values, columns_of, shown_fields
 from tilth.report.explorer.packing import Blobs
 from tilth.report.fields import field_values
@@ -50,9 +50,9 @@ def pack_body(
     the description say so. ``stage_at`` names the stage at a total time, ``boundaries`` returns the
     boundaries at a step as parts with ``name``, ``position`` (k, 2, dim) and ``kind``.
     """
-    last = results.snapshot(-1)
+    first, last = results.snapshot(0), results.snapshot(-1)
     every = shown_fields(last, results.units, colour_by)
-    count = max(len(results.snapshot(0).position), len(last.position))
+    count = max(len(first.position), len(last.position))
     everything = Choice(tuple(range(len(results))), tuple(every), 1.0)
     choice = everything
     for _ in range(_TRIES):
@@ -62,7 +62,6 @@ def pack_body(
             break
         choice = _less(choice, 0.93 / share_used, count)
     notes = _notes(everything, choice, count)
-    snapshot = results.snapshot(0)
     low = np.min([frame["low"] for frame in frames], axis=0)
     high = np.max([frame["high"] for frame in frames], axis=0)
     named = next((s.name for s in choice.fields if s.name == colour_by), choice.fields[0].name)
@@ -73,7 +72,7 @@ def pack_body(
         "time_unit": results.units.get("time", ""),
         "low": low.tolist(),
         "high": high.tolist(),
-        "spacing": _spacing(snapshot) * choice.share ** (-1.0 / results.dim),
+        "spacing": _spacing(first) * choice.share ** (-1.0 / results.dim),
         "enlarged": choice.share ** (-1.0 / results.dim),
         "columns": [list(column) for column in columns_of(choice.fields)],
         "fields": _described(choice.fields, frames),
@@ -190,7 +189,7 @@ def _edges(snapshot: Snapshot, chosen: Integers) -> Floats:
     dim, fields = snapshot.dim, snapshot.point_fields
     if "domain_corners" in fields:
         corners = np.asarray(fields["domain_corners"])[chosen]
-        signs = np.sign(corners_of_boxes(np.ones((1, dim)))[0])
+        signs = corner_signs(dim)
         parts = [np.einsum("c,pcx->px", signs[:, axis], corners) for axis in range(dim)]
         if dim == 2:
             parts.append(np.einsum("c,pcx->px", signs.prod(axis=1), corners))
