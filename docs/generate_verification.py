@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes docs/verification.md: `python docs/generate_verification.py [FILE.json]...`.
 
-The files are the output of `tilth verify [NAME]... --json`, each by one process with one thread.
-Their problems replace those in docs/verification.json, from which the page is written; problems
-that are in no file stay as they are.
+The files are the output of `tilth verify [NAME]... --json` with one thread; `--processes N` says
+that it was computed by N processes (`mpiexec -n N tilth verify ...`). Their problems replace those
+in docs/verification.json, from which the page is written; problems that are in no file stay as they
+are.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -25,17 +26,21 @@ INTRODUCTION = """\
 
 What `tilth verify` found: computed value, reference, error and tolerance of every comparison.
 `tilth verify NAME` computes a problem again. The values were computed by one process with one
-thread. An error is a share of the reference, a difference in the quantity's unit, or a factor, as
-`src/tilth/verification` defines it for each problem. Rows marked **missed** are out of their
-tolerance, which was not widened to fit. More about them: [boundaries inside
-cells](decisions/0018-multiplier-space.md), the
+thread, or by as many processes as are named. An error is a share of the reference, a difference in
+the quantity's unit, or a factor, as `src/tilth/verification` defines it for each problem. Rows
+marked **missed** are out of their tolerance, which was not widened to fit. More about them:
+[boundaries inside cells](decisions/0018-multiplier-space.md), the
 [rigid sphere](../examples/rigid_sphere/README.md#numbers). The page is written by
 `docs/generate_verification.py`.
 """
 
 
-def merged(stored: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def merged(
+    stored: list[dict[str, Any]], new: list[dict[str, Any]], processes: int = 1
+) -> list[dict[str, Any]]:
     """Returns the rows of both in the order of the problems; new problems replace stored ones.
+
+    The new ones were computed by this number of processes.
 
     Raises ValueError for a problem that there is not.
     """
@@ -45,7 +50,8 @@ def merged(stored: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[dict
     replaced = {row["problem"] for row in new}
     kept = [row for row in stored if row["problem"] not in replaced]
     order = {name: place for place, name in enumerate(PROBLEMS)}
-    rows = [*kept, *({key: row[key] for key in KEPT} for row in new)]
+    more = {"processes": processes} if processes > 1 else {}
+    rows = [*kept, *({key: row[key] for key in KEPT} | more for row in new)]
     return sorted(rows, key=lambda row: order[row["problem"]])
 
 
@@ -72,16 +78,22 @@ def page(rows: list[dict[str, Any]]) -> str:
         lines.append(f"Not on this page, since they take long: {', '.join(missing)}.\n")
     for name in PROBLEMS:
         if name in present:
-            own = table([row for row in rows if row["problem"] == name])
-            lines += [f"## {name}\n", f"[Example](../examples/{name})\n", *own, ""]
+            own = [row for row in rows if row["problem"] == name]
+            processes = own[0].get("processes", 1)
+            more = f", computed by {processes} processes" if processes > 1 else ""
+            lines += [f"## {name}\n", f"[Example](../examples/{name}){more}\n", *table(own), ""]
     return "\n".join(lines)
 
 
 def main() -> None:
     """Merges the files into the stored rows, and writes both."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("files", nargs="*", type=Path)
+    parser.add_argument("--processes", type=int, default=1)
+    given = parser.parse_args()
     stored = json.loads(STORED.read_text(encoding="utf-8")) if STORED.is_file() else []
-    new = [row for name in sys.argv[1:] for row in json.loads(Path(name).read_text("utf-8"))]
-    rows = merged(stored, new)
+    new = [row for file in given.files for row in json.loads(file.read_text(encoding="utf-8"))]
+    rows = merged(stored, new, given.processes)
     STORED.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n", encoding="utf-8")
     PAGE.write_text(page(rows), encoding="utf-8")
 
