@@ -67,13 +67,16 @@ def make_picture(name: str, case: str = "case", picture: str = "picture") -> Non
 
 
 def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
+    """The surfaces of pressure_cantilever with some case files."""
+    models = [tilth.load_case(EXAMPLES / name / file) for file in files]
+    surface_figure(models).savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
+def surface_figure(models: list[tilth.Model]) -> Figure:
     """The surface after every step, the points at the end and the reference, on the grid."""
-    figure = Figure(figsize=(5.2 * len(files), 5.0), layout="constrained")
-    axes_of = figure.subplots(1, len(files), sharex=True, sharey=True, squeeze=False)[0]
-    cells = []
-    for axes, file in zip(axes_of, files, strict=True):
-        model = tilth.load_case(EXAMPLES / name / file)
-        cells.append(model.cell_size)
+    figure = Figure(figsize=(5.2 * len(models), 5.0), layout="constrained")
+    axes_of = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, model in zip(axes_of, models, strict=True):
         lines = []
 
         def after_step(simulation, result, time, lines=lines):
@@ -92,12 +95,15 @@ def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
         axes.set_title(f"E {modulus / 1e3:g} kPa, h {model.cell_size[0]:g} m", fontsize=9)
         axes.set_xlabel("x [m]")
     lower, upper = np.transpose([axes_of[0].get_xlim(), axes_of[0].get_ylim()])
-    for axes, cell in zip(axes_of, cells, strict=True):
+    width, height = upper - lower
+    figure.set_figheight(4.5 * height / width + 0.8)
+    for axes, model in zip(axes_of, models, strict=True):
+        cell = model.cell_size
         for k, draw in enumerate((axes.axvline, axes.axhline)):
             for line in range(int(np.ceil(lower[k] / cell[k])), int(upper[k] / cell[k]) + 1):
                 draw(line * cell[k], color="0.85", linewidth=0.4, zorder=0)
     axes_of[0].set_ylabel("y [m]")
-    figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+    return figure
 
 
 def stack(name: str, pictures: list[np.ndarray]) -> None:

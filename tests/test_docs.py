@@ -113,6 +113,16 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert heading in anchors(place), f"{target}: no such heading"
 
 
+@every_page
+def test_a_command_makes_each_picture(page: Path) -> None:
+    """Those of examples are made by make_pictures.py; of others the page names the script."""
+    text = page.read_text(encoding="utf-8")
+    of_examples = {p.resolve() for p in (ROOT / "examples").glob("*/*.png")}
+    for target in re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", text):
+        if (page.parent / target).resolve() not in of_examples:
+            assert re.search(r"(docs|benchmarks)/\w+\.py", text), f"{target}: made by what?"
+
+
 def anchors(page: Path) -> set[str]:
     """The anchors of a page's headings, made as the usual renderers do."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)

@@ -30,6 +30,7 @@ def test_the_first_steps_of_a_case_file_run(case: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "results.vtkhdf").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ELEMENT_TESTS, ids=lambda case: case.stem)
 def test_element_tests_are_made(case: Path, tmp_path: Path) -> None:
     """To their ends, with all outputs; the tangents along them are right."""

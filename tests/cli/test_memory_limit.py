@@ -117,6 +117,7 @@ PLACES: dict[str, tuple[Any, str, int]] = {
 """Method that fails, and after how many calls."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "error",
     [

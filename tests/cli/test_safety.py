@@ -22,6 +22,7 @@ STRONGER = ("yield_stress = 2e4", "yield_stress = 1e5")
 """A column of 4 m whose weight makes 70 kPa at its base."""
 
 
+@pytest.mark.slow
 def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     file, folder = case(STRONGER), tmp_path / "column"
     done = tilth("safety", file, "--tolerance", "0.02", "--threads", "1")
@@ -136,6 +137,7 @@ def test_wrong_folders(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert "has no checkpoint" in done.err
 
 
+@pytest.mark.slow
 def test_safety_after_the_last_stage(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     """Without its upper half a column has at least twice the factor; points are gone then."""
     steps = "[schedule]\nsteps = 2\n"

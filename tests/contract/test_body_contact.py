@@ -30,6 +30,7 @@ ONLY = {
 """Branches of the laws that have not all three."""
 
 
+@pytest.mark.slow
 @every_kind
 @every_law
 @pytest.mark.parametrize("basis", ["gimp", "cpdi2"])

@@ -66,6 +66,7 @@ def top(steps: int, method: TimeIntegration = NEWMARK) -> tuple[float, float, fl
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_symmetric_top_precesses(method: TimeIntegration) -> None:
     """With order 2, keeping angular momentum and energy."""

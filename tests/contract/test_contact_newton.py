@@ -35,6 +35,7 @@ def soft(kind: str, law: str, way: str) -> Simulation:
     return Simulation(Model.from_dict(entries))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("law", ["smooth", "friction", "adhesion", "held friction", "glued"])
 @pytest.mark.parametrize("way", [FREE, DRIVEN])

@@ -28,6 +28,7 @@ BRANCHES = {
 """Of the laws that have not all three."""
 
 
+@pytest.mark.slow
 @every_kind
 @every_law
 def test_derivatives(kind: str, law: str, monkeypatch: pytest.MonkeyPatch) -> None:
