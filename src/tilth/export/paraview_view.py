@@ -138,4 +138,5 @@ def _radius(snapshot: Snapshot) -> float:
     if len(half):
         return float(half.mean())
     extent = np.ptp(snapshot.position, axis=0)
-    return 0.5 * float(extent.max()) / len(snapshot.position) ** (1.0 / snapshot.dim)
+    spacing = extent.max() / len(snapshot.position) ** (1.0 / snapshot.dim)
+    return float(0.5 * spacing)
