@@ -35,6 +35,7 @@ COMMANDS = (
     "resume",
     "report",
     "plot",
+    "export",
     "safety",
     "study",
     "element",

@@ -21,6 +21,7 @@ ROOMS = [
     "terms solvers",
     "mpm",
     "results",
+    "export",
     "plot",
     "report",
     "bodies curves",

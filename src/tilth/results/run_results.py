@@ -23,8 +23,13 @@ from tilth.results.meshes import blocks_of
 from tilth.results.table import History
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
 
+    from tilth.export.parts import Show
+    from tilth.export.run import Format
+    from tilth.export.source import Times
     from tilth.model import Model
 
 
@@ -173,6 +178,23 @@ class RunResults:
         from tilth.plot.curves import curve_figure
 
         return curve_figure(self.folder, x, y)
+
+    def export(
+        self,
+        to: Format,
+        out: Path | str | None = None,
+        *,
+        times: Times = None,
+        fields: Sequence[str] | None = None,
+        show: Show = "domains",
+    ) -> list[Path]:
+        """Writes files for other programs, as ``tilth export``; returns them.
+
+        Arguments and errors as of ``tilth.export.run.export_run``.
+        """
+        from tilth.export.run import export_run
+
+        return export_run(self.folder, to, out, times=times, fields=fields, show=show)
 
     def __repr__(self) -> str:
         facts = ", ".join(value for key, value in self._facts() if key != "folder")
