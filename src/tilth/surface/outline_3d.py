@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,10 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
-from tilth.bodies.mesh import read_mesh
+from tilth.bodies.forms import form_of
+from tilth.bodies.mesh import Elements
 from tilth.bodies.request import Request
-from tilth.model import Body, Box, Cylinder, Mesh, Sphere
+from tilth.model import Body, Box, Cylinder, Sphere
 from tilth.model.shapes import side_signs
 from tilth.mpm.grid import Grid
 from tilth.surface.panels import (
@@ -65,14 +65,15 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
     """
     cell = np.asarray(cell_size, dtype=float)
     request = Request(body.name, False, Grid(np.zeros_like(cell), cell))
-    if type(body.shape) not in SHAPES or body.shape.dimension == 2 or len(cell) != 3:
+    if 3 not in body.shape.dimensions or body.shape.dimension == 2 or len(cell) != 3:
         raise request.refused(
             f"a {body.shape.type} has no surface in space",
-            "surfaces of this kind are for boxes, cylinders, spheres and meshes in 3D",
+            "surfaces of this kind are for shapes in 3D",
             "shape.type",
         )
     size = 0.5 * float(cell.min()) if spacing is None else spacing
-    return SHAPES[type(body.shape)](body.shape, request, size)
+    form = form_of(body.shape, request)
+    return FORMS[type(form)](form, request, size)
 
 
 def _box(shape: Box, _: Request, spacing: float) -> Triangles:
@@ -145,15 +146,14 @@ def _mirrored(panels: list[Panel], signs: tuple[int, ...], centre: Floats) -> Tr
     )
 
 
-def _mesh(shape: Mesh, request: Request, spacing: float) -> Triangles:
+def _mesh(form: Elements, request: Request, spacing: float) -> Triangles:
     """Returns the triangles of the faces that belong to one element only.
 
     Quadrilaterals are cut along the shorter diagonal; long edges are halved.
     """
-    blocks = read_mesh(Path(shape.file), 3, request)
     position: dict[int, Floats] = {}
     faces: dict[tuple[int, ...], list[int]] = {}
-    for block in blocks:
+    for block in form.blocks:
         position.update(
             zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 3), strict=True)
         )
@@ -192,9 +192,9 @@ def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
     return [[a, b, c], [a, c, d]] if first <= second else [[a, b, d], [b, c, d]]
 
 
-SHAPES: dict[type, Callable[[Any, Request, float], Triangles]] = {
+FORMS: dict[type, Callable[[Any, Request, float], Triangles]] = {
     Box: _box,
     Cylinder: _cylinder,
     Sphere: _sphere,
-    Mesh: _mesh,
+    Elements: _mesh,
 }
