@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -157,6 +158,14 @@ SHAPE_VOLUMES: list[tuple[dict[str, Any], str, float]] = [
         "3d", 2.0 / 3.0 * math.pi * (1.5**3 - 0.5**3),
     ),
     ({"type": "mesh", "file": "soil.msh"}, "plane_strain", 3.0 + 3.25),
+    ({"type": "outline", "file": "soil.json", "scale": 0.5}, "plane_strain", 1.0),
+    (
+        {
+            "type": "terrain", "surface": [[0, 3], [2, 1]], "base": 0, "lower": [0.5],
+            "upper": [1.5],
+        },
+        "axisymmetric", 2.0 * math.pi * (3.0 - (1.5**3 - 0.5**3) / 3.0),
+    ),
 ]  # fmt: skip
 
 
@@ -176,6 +185,11 @@ def test_the_volumes_of_the_points_sum_to_that_of_the_shape(
         points, cells = TRIANGLES
         mesh = meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), [(n, np.array(c)) for n, c in cells])
         mesh.write(given["file"], file_format="gmsh22", binary=False)
+    if given["type"] == "outline":
+        given = {**given, "file": f"{tmp_path}/{given['file']}"}
+        corners = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]
+        polygon = json.dumps({"type": "Polygon", "coordinates": [corners]})
+        Path(given["file"]).write_text(polygon, encoding="utf-8")
     body = Body(name="soil", material="soil", shape=given, basis="linear", points_per_cell=2)  # type: ignore[arg-type]
     dimension = 3 if kind == "3d" else 2
     found = discretise(body, kind, Grid(np.zeros(dimension), np.full(dimension, 0.25)))

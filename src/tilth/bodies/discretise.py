@@ -17,6 +17,7 @@ from tilth.bodies.mesh import Elements, mesh_points
 from tilth.bodies.polygon import polygon_points
 from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
+from tilth.bodies.terrain import HeightField, height_field_points
 from tilth.model import Body, Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import SHAPES, DeclaredShape
 
@@ -30,6 +31,7 @@ FORMS: dict[type, Callable[[Any, Request], BodyPoints]] = {
     Cylinder: cylinder_points,
     Sphere: sphere_points,
     Elements: mesh_points,
+    HeightField: height_field_points,
 }
 """One line per form: the function that divides it into material points."""
 

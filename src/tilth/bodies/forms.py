@@ -11,10 +11,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tilth.bodies.mesh import Elements, read_mesh
+from tilth.bodies.outline_file import outline_of
 from tilth.bodies.request import Request
-from tilth.model import Mesh
-from tilth.model.shapes import DeclaredShape
+from tilth.bodies.terrain import terrain_of
+from tilth.model import Mesh, Outline, Terrain
+from tilth.model.magnitudes import MOST_CELLS
+from tilth.model.shape_base import Bounds, DeclaredShape
 
 Form = Any
 """A declared shape with a closed form, or what a reader below returns."""
@@ -27,7 +32,25 @@ def form_of(shape: DeclaredShape, request: Request) -> Form:
         BadInput: its file cannot be read; `request` names the body.
     """
     reader = READERS.get(type(shape))
-    return shape if reader is None else reader(shape, request)
+    if reader is None:
+        return shape
+    form = reader(shape, request)
+    _require_near(form.bounds(), request)
+    return form
+
+
+def _require_near(bounds: Bounds, request: Request) -> None:
+    """Refuses a form too far from the grid's origin, as map coordinates often are."""
+    for corner in bounds:
+        cells = np.abs(request.grid.in_cells(np.array(corner)))
+        if cells.max() > MOST_CELLS:
+            axis = "xyz"[int(cells.argmax())]
+            raise request.refused(
+                f"reaches to {axis} = {corner[int(cells.argmax())]:.9g}, {cells.max():.3g} cells "
+                "from the origin of the grid",
+                f"at most {MOST_CELLS:,} are possible: move the file's coordinates, or give "
+                "`grid.origin` near them",
+            )
 
 
 def _mesh(shape: Mesh, request: Request) -> Elements:
@@ -36,5 +59,7 @@ def _mesh(shape: Mesh, request: Request) -> Elements:
 
 READERS: dict[type[DeclaredShape], Callable[[Any, Request], Form]] = {
     Mesh: _mesh,
+    Outline: outline_of,
+    Terrain: terrain_of,
 }
 """One line per shape that a file knows: the function that reads it."""

@@ -12,7 +12,7 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies.inside import in_polygon
 from tilth.bodies.polygon import OUTLINE_TOLERANCE, area_and_centroid
 from tilth.bodies.request import BodyPoints, Request
-from tilth.model.holes import Disc, HoledShape, Outline
+from tilth.model.holes import Disc, HoledShape, Ring
 from tilth.model.shape_base import DeclaredShape
 
 
@@ -53,7 +53,7 @@ def without_holes(points: BodyPoints, shape: DeclaredShape, request: Request) ->
     return replace(left, volume=left.volume * (volume / math.fsum(left.volume)))
 
 
-def _volume(outline: Outline, area: float, request: Request) -> float:
+def _volume(outline: Ring, area: float, request: Request) -> float:
     """Returns the volume of a hole [length^3]: per unit thickness, or in full circle (Pappus)."""
     if not request.axisymmetric:
         return area
@@ -61,7 +61,7 @@ def _volume(outline: Outline, area: float, request: Request) -> float:
     return area * 2.0 * math.pi * float(centre[0])
 
 
-def _deep_in(outline: Outline, position: Floats, margin: float) -> Flags:
+def _deep_in(outline: Ring, position: Floats, margin: float) -> Flags:
     """Returns which positions are inside an outline, farther than a margin from it, shape (n,)."""
     if isinstance(outline, Disc):
         distance = np.linalg.norm(position - outline.centre, axis=1)

@@ -17,6 +17,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.elements import ELEMENTS
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import spacing_of, tile_points
+from tilth.model.shape_base import Bounds
 
 # Elements with a volume below this fraction of their longest extent to the power d are degenerate.
 DEGENERACY_TOLERANCE = 1e-9
@@ -35,6 +36,13 @@ class Elements:
 
     file: str
     blocks: list[Block]
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        every = [block.corners.reshape(-1, block.corners.shape[2]) for block in self.blocks]
+        lower = np.min([own.min(axis=0) for own in every], axis=0)
+        upper = np.max([own.max(axis=0) for own in every], axis=0)
+        return tuple(lower.tolist()), tuple(upper.tolist())
 
     def of_group(self, name: str) -> Elements:
         """Returns those of a physical group; perhaps none."""

@@ -133,6 +133,11 @@ class Request:
         return np.ones(len(position))
 
     @property
+    def key(self) -> str:
+        """Key of the entry with the shape."""
+        return self.entry or f'bodies "{self.name}"'
+
+    @property
     def resolution(self) -> str:
         """Key of the case file that determines the resolution of this body."""
         if self.points_per_cell is not None:
@@ -146,8 +151,7 @@ class Request:
 
         key, value: the wrong entry of the body, and its value if the message is to show it.
         """
-        entry = self.entry or f'bodies "{self.name}"'
-        return BadInput(problem, remedy, key=f"{entry}.{key}", value=value)
+        return BadInput(problem, remedy, key=f"{self.key}.{key}", value=value)
 
     def check_radius(self, least: float, what: str) -> None:
         """Refuses, in axisymmetry, a body whose least x is below 0 by more than round-off.

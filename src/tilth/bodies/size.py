@@ -108,9 +108,7 @@ def _of_mesh(shape: Elements, request: Request) -> tuple[float, float, Floats, F
         pieces = own / spacing_of(block, request).prod(axis=1)
         points += float(np.maximum(np.rint(pieces), 1.0).sum())
         cells += float((own / request.grid.sizes_at(block.corners.mean(axis=1)).prod(axis=1)).sum())
-    corners = [block.corners.reshape(-1, len(request.cell_size)) for block in blocks]
-    lower = np.min([own.min(axis=0) for own in corners], axis=0)
-    upper = np.max([own.max(axis=0) for own in corners], axis=0)
+    lower, upper = (np.array(corner) for corner in shape.bounds())
     return points, cells, lower, upper
 
 

@@ -19,6 +19,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.forms import Form
 from tilth.bodies.inside import simplices
 from tilth.bodies.mesh import Elements
+from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape, side_signs
 
@@ -66,6 +67,7 @@ def crossings_of(form: Form, place: Floats) -> Crossings:
         Cylinder: _of_cylinder,
         Sphere: _of_sphere,
         Elements: lambda form, place: mesh_crossings(form.blocks, place).found,
+        HeightField: _of_height_field,
     }
     found = list(functions[type(form)](form, place))
     if isinstance(form, DeclaredShape):
@@ -156,6 +158,11 @@ def _of_sphere(shape: Sphere, place: Floats) -> Iterator[Crossing]:
     inside = (offset * signs[:2] >= 0.0).all(axis=1)
     radius = np.linalg.norm(offset, axis=1)
     yield from _of_rings(shape, radius, inside, centre[2], int(signs[2]))
+
+
+def _of_height_field(form: HeightField, place: Floats) -> Iterator[Crossing]:
+    base, top = form.heights(place)
+    yield from _between(np.where(form.over(place), base, top), top)
 
 
 def _of_rings(

@@ -26,14 +26,14 @@ class Disc(NamedTuple):
     radius: float
 
 
-Outline = Disc | Floats
+Ring = Disc | Floats
 """A disc, or the vertices of a polygon, shape (n, 2)."""
 
 
 class HoledShape(DeclaredShape):
     """A shape that may have holes in the plane."""
 
-    def outline(self) -> Outline:
+    def outline(self) -> Ring:
         """Returns the outline without the holes; in the plane."""
         raise NotImplementedError
 
@@ -70,7 +70,7 @@ def hole_problems(shape: HoledShape) -> list[Problem]:
     return problems or [*_misplaced(shape.outline(), [hole.outline() for hole in holes])]
 
 
-def _misplaced(outer: Outline, holes: list[Outline]) -> Iterator[Problem]:
+def _misplaced(outer: Ring, holes: list[Ring]) -> Iterator[Problem]:
     """Yields holes that are not inside the outline, or not apart from an earlier one."""
     for i, hole in enumerate(holes):
         if _meet(outer, hole) or not _contains(outer, _place_in(hole)):
@@ -83,7 +83,7 @@ def _misplaced(outer: Outline, holes: list[Outline]) -> Iterator[Problem]:
                 yield Problem(f"holes[{i}]", f"touches or overlaps holes[{j}]", NOT_INSIDE[1])
 
 
-def _reach(outline: Outline) -> str:
+def _reach(outline: Ring) -> str:
     lower, upper = (
         (outline.centre - outline.radius, outline.centre + outline.radius)
         if isinstance(outline, Disc)
@@ -92,12 +92,12 @@ def _reach(outline: Outline) -> str:
     return f"reaches from ({lower[0]:g}, {lower[1]:g}) to ({upper[0]:g}, {upper[1]:g})"
 
 
-def _place_in(outline: Outline) -> Floats:
+def _place_in(outline: Ring) -> Floats:
     """Returns a place of the outline, or inside it, shape (2,)."""
     return outline.centre if isinstance(outline, Disc) else outline[0]
 
 
-def _contains(outline: Outline, place: Floats) -> bool:
+def _contains(outline: Ring, place: Floats) -> bool:
     """Whether a place (2,) is inside an outline."""
     if isinstance(outline, Disc):
         return bool(np.linalg.norm(place - outline.centre) < outline.radius)
@@ -108,7 +108,7 @@ def _contains(outline: Outline, place: Floats) -> bool:
     return bool((crosses & (x < x0 + (y - y0) * (x1 - x0) / rise)).sum() % 2)
 
 
-def _meet(one: Outline, other: Outline) -> bool:
+def _meet(one: Ring, other: Ring) -> bool:
     """Whether two outlines have a place in common."""
     if isinstance(one, Disc) and isinstance(other, Disc):
         apart = float(np.linalg.norm(one.centre - other.centre))

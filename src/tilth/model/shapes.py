@@ -29,7 +29,9 @@ from tilth.model.fields import (
 )
 from tilth.model.file_shapes import FileShape
 from tilth.model.file_shapes import Mesh as Mesh
-from tilth.model.holes import Disc, HoledShape, Outline, hole_problems
+from tilth.model.file_shapes import Outline as Outline
+from tilth.model.file_shapes import Terrain as Terrain
+from tilth.model.holes import Disc, HoledShape, Ring, hole_problems
 from tilth.model.problems import rejection
 from tilth.model.shape_base import Bounds as Bounds
 from tilth.model.shape_base import DeclaredShape as DeclaredShape
@@ -67,7 +69,7 @@ class Box(HoledShape):
         """Number of directions."""
         return len(self.lower)
 
-    def outline(self) -> Outline:
+    def outline(self) -> Ring:
         """As `HoledShape.outline`."""
         edges = np.array(self.axes) * np.subtract(self.upper, self.lower)[:, None]
         shares = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -135,7 +137,7 @@ class Polygon(HoledShape):
             raise rejection(problems)
         return self
 
-    def outline(self) -> Outline:
+    def outline(self) -> Ring:
         """As `HoledShape.outline`."""
         return np.array(self.vertices, dtype=float)
 
@@ -177,7 +179,7 @@ class Circle(HoledShape):
             raise rejection(problems)
         return self
 
-    def outline(self) -> Outline:
+    def outline(self) -> Ring:
         """As `HoledShape.outline`."""
         return Disc(np.array(self.centre, dtype=float), self.radius)
 

@@ -16,6 +16,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.forms import form_of
 from tilth.bodies.mesh import Elements
 from tilth.bodies.request import Request
+from tilth.bodies.terrain import HeightField
 from tilth.model import Body, Box, Cylinder, Sphere
 from tilth.model.shapes import side_signs
 from tilth.mpm.grid import Grid
@@ -50,7 +51,8 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
 
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
     own axes; of a cylinder "side", "low" and "high", of a tube "inner" as well; of a sphere
-    "surface", of a shell "outer" and "inner"; of a mesh "surface". Where `sides` cuts a cylinder or
+    "surface", of a shell "outer" and "inner"; of a mesh "surface"; of a terrain
+    "top", "base", and "x-" to "y+". Where `sides` cuts a cylinder or
     sphere at a plane through its centre normal to x, y or z, the part is "cut x", "cut y" or
     "cut z": a plane of symmetry, which is no surface of the soil.
 
@@ -192,9 +194,36 @@ def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
     return [[a, b, c], [a, c, d]] if first <= second else [[a, b, d], [b, c, d]]
 
 
+def _height_field(form: HeightField, _: Request, spacing: float) -> Triangles:
+    """Returns the triangles between rows of vertices on both surfaces and on the vertical sides."""
+    axes = [
+        np.linspace(line[0], line[-1], number_of_parts(float(np.ptp(line)), spacing) + 1)
+        for line in form.lines
+    ]
+    place = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    base, top = (
+        np.concatenate([place, z.reshape(*place.shape[:2], 1)], axis=2)
+        for z in form.heights(place.reshape(-1, 2))
+    )
+    rows = number_of_parts(float((form.top - form.base).max()), spacing)
+    panels = [
+        triangulate_rows("base", list(base.swapaxes(0, 1))),
+        triangulate_rows("top", list(top.swapaxes(0, 1))).flipped(),
+    ]
+    for name, at, turned in (
+        ("x-", (0,), True), ("x+", (-1,), False),
+        ("y-", (slice(None), 0), False), ("y+", (slice(None), -1), True),
+    ):  # fmt: skip
+        low, high = base[at], top[at]
+        wall = triangulate_rows(name, [low + k / rows * (high - low) for k in range(rows + 1)])
+        panels.append(wall if turned else wall.flipped())
+    return joined(panels)
+
+
 FORMS: dict[type, Callable[[Any, Request, float], Triangles]] = {
     Box: _box,
     Cylinder: _cylinder,
     Sphere: _sphere,
     Elements: _mesh,
+    HeightField: _height_field,
 }
