@@ -158,6 +158,7 @@ SHAPE_VOLUMES: list[tuple[dict[str, Any], str, float]] = [
         "3d", 2.0 / 3.0 * math.pi * (1.5**3 - 0.5**3),
     ),
     ({"type": "mesh", "file": "soil.msh"}, "plane_strain", 3.0 + 3.25),
+    ({"type": "stl", "file": "soil.stl", "scale": 3.0}, "3d", 27.0 / 6.0),
     ({"type": "outline", "file": "soil.json", "scale": 0.5}, "plane_strain", 1.0),
     (
         {
@@ -185,6 +186,10 @@ def test_the_volumes_of_the_points_sum_to_that_of_the_shape(
         points, cells = TRIANGLES
         mesh = meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), [(n, np.array(c)) for n, c in cells])
         mesh.write(given["file"], file_format="gmsh22", binary=False)
+    if given["type"] == "stl":
+        given = {**given, "file": f"{tmp_path}/{given['file']}"}
+        cells = [("triangle", np.arange(12).reshape(4, 3))]
+        meshio.write_points_cells(given["file"], np.reshape(TETRAHEDRON, (-1, 3)), cells)
     if given["type"] == "outline":
         given = {**given, "file": f"{tmp_path}/{given['file']}"}
         corners = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Outlines from DXF drawings and GeoJSON: areas in closed form, the bits of a typed one, refusals."""
+"""Outlines from DXF drawings and GeoJSON: areas in closed form, bits of a typed one, refusals."""
 
 from __future__ import annotations
 

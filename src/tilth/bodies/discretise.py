@@ -15,6 +15,7 @@ from tilth.bodies.holes import without_holes
 from tilth.bodies.inside import Inside, inside_of
 from tilth.bodies.mesh import Elements, mesh_points
 from tilth.bodies.polygon import polygon_points
+from tilth.bodies.polyhedron import Polyhedron, polyhedron_points
 from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
 from tilth.bodies.terrain import HeightField, height_field_points
@@ -32,6 +33,7 @@ FORMS: dict[type, Callable[[Any, Request], BodyPoints]] = {
     Sphere: sphere_points,
     Elements: mesh_points,
     HeightField: height_field_points,
+    Polyhedron: polyhedron_points,
 }
 """One line per form: the function that divides it into material points."""
 

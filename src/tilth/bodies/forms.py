@@ -15,10 +15,12 @@ import numpy as np
 
 from tilth.bodies.mesh import Elements, read_mesh
 from tilth.bodies.outline_file import outline_of
+from tilth.bodies.polyhedron import polyhedron_of
 from tilth.bodies.request import Request
 from tilth.bodies.terrain import terrain_of
-from tilth.model import Mesh, Outline, Terrain
+from tilth.model import Mesh, Outline, Stl, Terrain
 from tilth.model.magnitudes import MOST_CELLS
+from tilth.model.problems import unknown_name
 from tilth.model.shape_base import Bounds, DeclaredShape
 
 Form = Any
@@ -54,12 +56,21 @@ def _require_near(bounds: Bounds, request: Request) -> None:
 
 
 def _mesh(shape: Mesh, request: Request) -> Elements:
-    return Elements(shape.file, read_mesh(Path(shape.file), request.grid.dim, request))
+    whole = Elements(shape.file, read_mesh(Path(shape.file), request.grid.dim, request))
+    if shape.group is None:
+        return whole
+    group = whole.of_group(shape.group)
+    if not group.blocks:
+        names = sorted({str(name) for block in whole.blocks for name in block.group} - {""})
+        problem, remedy = unknown_name("physical group with elements", shape.group, names)
+        raise request.refused(problem, remedy, "shape.group", shape.group)
+    return group
 
 
 READERS: dict[type[DeclaredShape], Callable[[Any, Request], Form]] = {
     Mesh: _mesh,
     Outline: outline_of,
     Terrain: terrain_of,
+    Stl: polyhedron_of,
 }
 """One line per shape that a file knows: the function that reads it."""

@@ -15,6 +15,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.elements import Brick
 from tilth.bodies.forms import Form
 from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape, side_signs
@@ -33,6 +34,7 @@ def inside_of(form: Form) -> Inside:
         Sphere: lambda form: partial(_in_sphere, form),
         Elements: lambda form: inside_mesh(form.blocks),
         HeightField: lambda form: form.inside,
+        Polyhedron: lambda form: form.inside,
     }
     whole = tests[type(form)](form)
     if not (isinstance(form, DeclaredShape) and form.cavities()):

@@ -19,6 +19,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.forms import Form
 from tilth.bodies.inside import simplices
 from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape, side_signs
@@ -68,6 +69,7 @@ def crossings_of(form: Form, place: Floats) -> Crossings:
         Sphere: _of_sphere,
         Elements: lambda form, place: mesh_crossings(form.blocks, place).found,
         HeightField: _of_height_field,
+        Polyhedron: _of_polyhedron,
     }
     found = list(functions[type(form)](form, place))
     if isinstance(form, DeclaredShape):
@@ -163,6 +165,12 @@ def _of_sphere(shape: Sphere, place: Floats) -> Iterator[Crossing]:
 def _of_height_field(form: HeightField, place: Floats) -> Iterator[Crossing]:
     base, top = form.heights(place)
     yield from _between(np.where(form.over(place), base, top), top)
+
+
+def _of_polyhedron(form: Polyhedron, place: Floats) -> Iterator[Crossing]:
+    line, height, sign = form.crossings(place)
+    for each in (-1.0, 1.0):
+        yield each, line[sign == each], height[sign == each]
 
 
 def _of_rings(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.fields.csv_file import MOST_BYTES
 from tilth.fields.grid_file import RegularGrid, read_grid
@@ -82,5 +83,6 @@ def _read_ascii(file: str, key: str) -> RegularGrid:
     if (none := header.get("nodata_value")) is not None:
         value = np.where(value == none, np.nan, value)
     (x0, y0), (dx, dy) = origin, size
-    x, y = x0 + dx * np.arange(columns), y0 + dy * np.arange(rows)
+    x: Floats = np.asarray(x0 + dx * np.arange(columns), dtype=np.float64)
+    y: Floats = np.asarray(y0 + dy * np.arange(rows), dtype=np.float64)
     return RegularGrid((0, 1), (x, y), value)

@@ -31,6 +31,8 @@ class Mesh(FileShape):
     type: Literal["mesh"] = "mesh"
     file: FileName
     """Path of the .msh file, relative to the case file."""
+    group: Name | None = None
+    """Name of the physical group whose elements are the body; all elements if not given."""
 
 
 class Outline(FileShape):
@@ -99,6 +101,24 @@ class Terrain(FileShape):
     def levels(self) -> dict[str, Any]:
         """Returns its elevations by key."""
         return {"surface": self.surface, "base": self.base}
+
+
+class Stl(FileShape):
+    """Body within a closed triangulated surface in an STL file (3D), also with cavities.
+
+    Its points are the centres of the grid's sub-cells inside it. The surface must not pass through
+    itself.
+    """
+
+    dimensions = (3,)
+
+    type: Literal["stl"] = "stl"
+    file: FileName
+    """Path of the .stl file, text or binary, relative to the case file."""
+    scale: Positive
+    """Length in the case for one unit of the file: 1 for the same unit, 0.001 for a file in mm and
+    a case in m.
+    """
 
 
 def _ending(file: str, known: tuple[str, ...]) -> Iterator[Problem]:

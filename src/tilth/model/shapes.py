@@ -30,6 +30,7 @@ from tilth.model.fields import (
 from tilth.model.file_shapes import FileShape
 from tilth.model.file_shapes import Mesh as Mesh
 from tilth.model.file_shapes import Outline as Outline
+from tilth.model.file_shapes import Stl as Stl
 from tilth.model.file_shapes import Terrain as Terrain
 from tilth.model.holes import Disc, HoledShape, Ring, hole_problems
 from tilth.model.problems import rejection

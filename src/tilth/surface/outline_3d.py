@@ -15,6 +15,7 @@ from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.forms import form_of
 from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.request import Request
 from tilth.bodies.terrain import HeightField
 from tilth.model import Body, Box, Cylinder, Sphere
@@ -51,7 +52,7 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
 
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
     own axes; of a cylinder "side", "low" and "high", of a tube "inner" as well; of a sphere
-    "surface", of a shell "outer" and "inner"; of a mesh "surface"; of a terrain
+    "surface", of a shell "outer" and "inner"; of a mesh or an STL file "surface"; of a terrain
     "top", "base", and "x-" to "y+". Where `sides` cuts a cylinder or
     sphere at a plane through its centre normal to x, y or z, the part is "cut x", "cut y" or
     "cut z": a plane of symmetry, which is no surface of the soil.
@@ -220,10 +221,16 @@ def _height_field(form: HeightField, _: Request, spacing: float) -> Triangles:
     return joined(panels)
 
 
+def _polyhedron(form: Polyhedron, _: Request, spacing: float) -> Triangles:
+    surface = Triangles(form.vertices, form.triangle[:, ::-1])
+    return subdivide(surface, LONGEST_EDGE_RATIO * spacing).triangles
+
+
 FORMS: dict[type, Callable[[Any, Request, float], Triangles]] = {
     Box: _box,
     Cylinder: _cylinder,
     Sphere: _sphere,
     Elements: _mesh,
     HeightField: _height_field,
+    Polyhedron: _polyhedron,
 }
