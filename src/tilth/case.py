@@ -205,8 +205,7 @@ def _exists(file: Path, key: str) -> bool:
 def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]:
     """Yields every entry that may name another file: key of its table, table, key in it."""
     for i, body in enumerate(_tables(entries.get("bodies"))):
-        if isinstance(body.get("shape"), dict):
-            yield f"bodies[{i}].shape", body["shape"], "file"
+        yield from _files_of_shape(f"bodies[{i}].shape", body.get("shape"))
         for j, layer in enumerate(_tables(body.get("layers"))):
             if isinstance(layer.get("bottom"), dict):
                 yield f"bodies[{i}].layers[{j}].bottom", layer["bottom"], "file"
@@ -219,6 +218,9 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
     for i, entry in enumerate(_tables(velocities)):
         yield from _files_of_parameters(f"initial.velocity[{i}]", entry)
     stages = _tables(entries.get("stages"))
+    for i, stage in enumerate(stages):
+        for j, region in enumerate(_tables(stage.get("excavate"))):
+            yield from _files_of_shape(f"stages[{i}].excavate[{j}].shape", region.get("shape"))
     tables = {"water": entries.get("water")}
     tables |= {f"stages[{i}].water": stage.get("water") for i, stage in enumerate(stages)}
     for key, water in tables.items():
@@ -238,6 +240,14 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
         yield from _files_of_geometry(f"rigid_bodies[{i}].geometry", body.get("geometry"))
         for j, shape in enumerate(_tables(body.get("geometries"))):
             yield from _files_of_geometry(f"rigid_bodies[{i}].geometries[{j}]", shape)
+
+
+def _files_of_shape(key: str, shape: Any) -> Iterator[tuple[str, dict[str, Any], str]]:
+    if isinstance(shape, dict):
+        yield key, shape, "file"
+        for level in ("surface", "base"):
+            if isinstance(shape.get(level), dict):
+                yield f"{key}.{level}", shape[level], "file"
 
 
 def _files_of_geometry(key: str, geometry: Any) -> Iterator[tuple[str, dict[str, Any], str]]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,8 @@ from implicit_entries import (
     entries,
 )
 
-from tilth.bodies.discretise import SHAPES, discretise
+from tilth.bodies.discretise import FORMS, discretise
+from tilth.bodies.forms import READERS
 from tilth.geometry.make import GEOMETRIES, Geometry, make_geometry
 from tilth.model import Body, Model, shapes
 from tilth.model import geometry as geometries
@@ -156,12 +158,21 @@ SHAPE_VOLUMES: list[tuple[dict[str, Any], str, float]] = [
         "3d", 2.0 / 3.0 * math.pi * (1.5**3 - 0.5**3),
     ),
     ({"type": "mesh", "file": "soil.msh"}, "plane_strain", 3.0 + 3.25),
+    ({"type": "stl", "file": "soil.stl", "scale": 3.0}, "3d", 27.0 / 6.0),
+    ({"type": "outline", "file": "soil.json", "scale": 0.5}, "plane_strain", 1.0),
+    (
+        {
+            "type": "terrain", "surface": [[0, 3], [2, 1]], "base": 0, "lower": [0.5],
+            "upper": [1.5],
+        },
+        "axisymmetric", 2.0 * math.pi * (3.0 - (1.5**3 - 0.5**3) / 3.0),
+    ),
 ]  # fmt: skip
 
 
 def test_every_declared_shape_can_be_divided_and_is_tested() -> None:
-    assert tuple(SHAPES) == shapes.SHAPES
-    types = [cls.model_fields["type"].default for cls in SHAPES]
+    assert set(shapes.SHAPES) == {*READERS, *FORMS} & set(shapes.SHAPES)
+    types = [cls.model_fields["type"].default for cls in shapes.SHAPES]
     assert set(types) == {given["type"] for given, *_ in SHAPE_VOLUMES}
     assert len(set(types)) == len(types)
 
@@ -175,6 +186,15 @@ def test_the_volumes_of_the_points_sum_to_that_of_the_shape(
         points, cells = TRIANGLES
         mesh = meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), [(n, np.array(c)) for n, c in cells])
         mesh.write(given["file"], file_format="gmsh22", binary=False)
+    if given["type"] == "stl":
+        given = {**given, "file": f"{tmp_path}/{given['file']}"}
+        cells = [("triangle", np.arange(12).reshape(4, 3))]
+        meshio.write_points_cells(given["file"], np.reshape(TETRAHEDRON, (-1, 3)), cells)
+    if given["type"] == "outline":
+        given = {**given, "file": f"{tmp_path}/{given['file']}"}
+        corners = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]]
+        polygon = json.dumps({"type": "Polygon", "coordinates": [corners]})
+        Path(given["file"]).write_text(polygon, encoding="utf-8")
     body = Body(name="soil", material="soil", shape=given, basis="linear", points_per_cell=2)  # type: ignore[arg-type]
     dimension = 3 if kind == "3d" else 2
     found = discretise(body, kind, Grid(np.zeros(dimension), np.full(dimension, 0.25)))

@@ -288,3 +288,18 @@ def test_a_coefficient_is_needed_for_each_material() -> None:
     entry["materials"] = {"loose": {"K0": 0.4}}
     with pytest.raises(BadInput, match=r"K0: missing for the material 'soil'"):
         Model.from_dict(entries)
+
+
+def test_the_soil_above_a_hole_has_no_weight_of_the_hole() -> None:
+    """But the hole counts as soil under a given ground, as before it was made."""
+    hole = {"type": "box", "lower": [0.5, 1.0], "upper": [1.5, 2.0]}
+    shape = {"type": "box", "lower": [0.0, 0.0], "upper": [2.0, 4.0], "holes": [hole]}
+    entries = ground("plane_strain", shape)
+    position, stress = vertical(entries)
+    x, y = position.T
+    above = (x > 0.5) & (x < 1.5) & (y < 1.0)
+    np.testing.assert_allclose(stress, 20.0 * (4.0 - y - above), rtol=1e-13)
+    assert above.any()
+    assert not above.all()
+    entries["initial"]["stress"][0]["ground"] = 4.0
+    np.testing.assert_allclose(vertical(entries)[1], 20.0 * (4.0 - y), rtol=1e-13)

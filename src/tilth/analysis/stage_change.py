@@ -14,7 +14,9 @@ from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.placement import placed_on_ground, settlement
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags, Floats
+from tilth.bodies.forms import form_of
 from tilth.bodies.inside import inside_of
+from tilth.bodies.request import Request
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
@@ -23,6 +25,7 @@ from tilth.model import Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
 from tilth.model.staging import copied
+from tilth.mpm.background import background_grid
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.wet_mass import total_mass
@@ -70,14 +73,17 @@ def _remaining(points: MaterialPoints, model: Model, stage: Stage) -> Flags:
     """Returns which points are still there at the start of the stage, shape (n,)."""
     kept = present_points(model, points)
     for i, region in enumerate(stage.excavate):
-        inside = inside_of(region.shape)
+        entry = f"{model.stage.key}.excavate[{i}]"
+        axisymmetric = model.analysis.kind == "axisymmetric"
+        request = Request(region.body, axisymmetric, background_grid(model), entry=entry)
+        inside = inside_of(form_of(region.shape, request))
         own = points.of_body(region.body)
         removed = inside(points.position[own])
         if not removed.any():
             raise BadInput(
                 f"no soil of {region.body!r} is in this region at the start of {stage.name!r}",
                 "correct its shape, which lies in the deformed ground",
-                key=f"{model.stage.key}.excavate[{i}].shape",
+                key=f"{entry}.shape",
             )
         kept[own] &= ~removed
     return kept

@@ -5,32 +5,37 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tilth.bodies.box import box_points
-from tilth.bodies.inside import Inside, inside_mesh, inside_of
-from tilth.bodies.mesh import mesh_points, read_mesh
+from tilth.bodies.forms import form_of
+from tilth.bodies.holes import without_holes
+from tilth.bodies.inside import Inside, inside_of
+from tilth.bodies.mesh import Elements, mesh_points
 from tilth.bodies.polygon import polygon_points
+from tilth.bodies.polyhedron import Polyhedron, polyhedron_points
 from tilth.bodies.request import BodyPoints, Request, per_direction
 from tilth.bodies.round import circle_points, cylinder_points, sphere_points
-from tilth.model import Body, Box, Circle, Cylinder, Mesh, Polygon, Sphere
-from tilth.model.shapes import DeclaredShape
+from tilth.bodies.terrain import HeightField, height_field_points
+from tilth.model import Body, Box, Circle, Cylinder, Polygon, Sphere
+from tilth.model.shapes import SHAPES, DeclaredShape
 
 if TYPE_CHECKING:
     from tilth.mpm.grid import Grid
 
-SHAPES: dict[type[DeclaredShape], Callable[[Any, Request], BodyPoints]] = {
+FORMS: dict[type, Callable[[Any, Request], BodyPoints]] = {
     Box: box_points,
     Polygon: polygon_points,
     Circle: circle_points,
     Cylinder: cylinder_points,
     Sphere: sphere_points,
-    Mesh: mesh_points,
+    Elements: mesh_points,
+    HeightField: height_field_points,
+    Polyhedron: polyhedron_points,
 }
-"""One line per shape: the function that divides it into material points."""
+"""One line per form: the function that divides it into material points."""
 
 
 def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
@@ -52,7 +57,10 @@ def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
         )
     if request.points is None:
         request.check_spacing(request.cell_size / request.requested_spacing())
-    points = SHAPES[type(body.shape)](body.shape, request)
+    form = form_of(body.shape, request)
+    points = FORMS[type(form)](form, request)
+    if isinstance(form, DeclaredShape) and form.cavities():
+        points = without_holes(points, form, request)
     request.check_distance(points)
     rotated = points.frame is not None and request.has_corners
     if not request.axisymmetric or rotated or points.corner is not None:
@@ -65,12 +73,9 @@ def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
 def inside_body(body: Body, kind: str, grid: Grid) -> Inside:
     """Returns the test of which positions [length], (n, dimension), are inside a body's shape.
 
-    Arguments as those of `discretise`. Raises BadInput for a mesh that cannot be read.
+    Arguments as those of `discretise`. Raises BadInput for a file that cannot be read.
     """
-    if not isinstance(body.shape, Mesh):
-        return inside_of(body.shape)
-    request = requested(body, kind, grid)
-    return inside_mesh(read_mesh(Path(body.shape.file), grid.dim, request))
+    return inside_of(form_of(body.shape, requested(body, kind, grid)))
 
 
 def requested(body: Body, kind: str, grid: Grid) -> Request:

@@ -13,6 +13,10 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.elements import Brick
+from tilth.bodies.forms import Form
+from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
+from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape, side_signs
 
@@ -20,16 +24,23 @@ Inside = Callable[[Floats], Flags]
 """Tells of positions [length], shape (n, d), which are inside, shape (n,)."""
 
 
-def inside_of(shape: DeclaredShape) -> Inside:
-    """Returns the test for a shape with a closed form: all but a mesh."""
-    tests: dict[type[DeclaredShape], Callable[[Any, Floats], Flags]] = {
-        Box: _in_box,
-        Polygon: _in_polygon,
-        Circle: _in_circle,
-        Cylinder: _in_cylinder,
-        Sphere: _in_sphere,
+def inside_of(form: Form) -> Inside:
+    """Returns the test for a form."""
+    tests: dict[type, Callable[[Any], Inside]] = {
+        Box: lambda form: partial(_in_box, form),
+        Polygon: lambda form: partial(in_polygon, np.asarray(form.vertices, dtype=float)),
+        Circle: lambda form: partial(_in_circle, form),
+        Cylinder: lambda form: partial(_in_cylinder, form),
+        Sphere: lambda form: partial(_in_sphere, form),
+        Elements: lambda form: inside_mesh(form.blocks),
+        HeightField: lambda form: form.inside,
+        Polyhedron: lambda form: form.inside,
     }
-    return partial(tests[type(shape)], shape)
+    whole = tests[type(form)](form)
+    if not (isinstance(form, DeclaredShape) and form.cavities()):
+        return whole
+    holes = [inside_of(hole) for hole in form.cavities()]
+    return lambda position: whole(position) & ~np.any([hole(position) for hole in holes], axis=0)
 
 
 def inside_mesh(blocks: list[Block]) -> Inside:
@@ -47,9 +58,8 @@ def _in_box(shape: Box, position: Floats) -> Flags:
     return np.asarray(((own >= 0.0) & (own <= side)).all(axis=1))
 
 
-def _in_polygon(shape: Polygon, position: Floats) -> Flags:
-    """Odd number of edges to the right of the position."""
-    start = np.asarray(shape.vertices, dtype=float)
+def in_polygon(start: Floats, position: Floats) -> Flags:
+    """Returns which positions (n, 2) are inside a polygon of vertices `start` (m, 2), (n,)."""
     inside = np.zeros(len(position), dtype=bool)
     x, y = position.T
     for (x0, y0), (x1, y1) in zip(start, np.roll(start, -1, axis=0), strict=True):

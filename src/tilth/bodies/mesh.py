@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from tilth.bodies.block import Block
 from tilth.bodies.elements import ELEMENTS
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import spacing_of, tile_points
-from tilth.model import Mesh
+from tilth.model.shape_base import Bounds
 
 # Elements with a volume below this fraction of their longest extent to the power d are degenerate.
 DEGENERACY_TOLERANCE = 1e-9
@@ -24,7 +25,32 @@ DEGENERACY_TOLERANCE = 1e-9
 MAXIMUM_LISTED = 5
 
 
-def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
+@dataclass(frozen=True)
+class Elements:
+    """The elements of a mesh, as they are in its file.
+
+    Attributes:
+        file: its path.
+        blocks: the elements.
+    """
+
+    file: str
+    blocks: list[Block]
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        every = [block.corners.reshape(-1, block.corners.shape[2]) for block in self.blocks]
+        lower = np.min([own.min(axis=0) for own in every], axis=0)
+        upper = np.max([own.max(axis=0) for own in every], axis=0)
+        return tuple(lower.tolist()), tuple(upper.tolist())
+
+    def of_group(self, name: str) -> Elements:
+        """Returns those of a physical group; perhaps none."""
+        own = [block.of(block.group == name) for block in self.blocks]
+        return Elements(self.file, [block for block in own if len(block.corners)])
+
+
+def mesh_points(form: Elements, request: Request) -> BodyPoints:
     """Returns the points of a mesh of triangles and quadrilaterals, or tetrahedra and hexahedra.
 
     An element is divided into k parts along each edge, k at least 1 and such that its pieces have
@@ -36,7 +62,7 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     inverted or repeated elements.
     """
     dimension = len(request.cell_size)
-    blocks, measures = measured_blocks(shape, request)
+    blocks, measures = measured_blocks(form, request)
     if request.has_corners:
         return tile_points(blocks, measures, request)
     spacings = [spacing_of(block, request) for block in blocks]
@@ -56,14 +82,14 @@ def mesh_points(shape: Mesh, request: Request) -> BodyPoints:
     return BodyPoints(position, volume, half_length, group=group)
 
 
-def measured_blocks(shape: Mesh, request: Request) -> tuple[list[Block], list[Floats]]:
+def measured_blocks(form: Elements, request: Request) -> tuple[list[Block], list[Floats]]:
     """Returns the blocks of a mesh and their elements' areas or volumes, shape (n,), > 0.
 
     Raises BadInput as `mesh_points`.
     """
-    blocks = read_mesh(Path(shape.file), len(request.cell_size), request)
+    blocks = form.blocks
     _check_repeated(blocks, request)
-    request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {shape.file}")
+    request.check_radius(min(b.corners[..., 0].min() for b in blocks), f"mesh {form.file}")
     measures = [_measure(block, request) for block in blocks]
     if sum(measure.sum() for measure in measures) < 0.0:  # all have reversed orientation
         blocks = [b.mirrored() for b in blocks]

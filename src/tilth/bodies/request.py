@@ -78,6 +78,7 @@ class Request:
     points_per_cell, points, spacing: shape (d,) each; material points per cell and direction,
     points per side, or distance of the points along each direction.
     basis: name of the basis, which determines the domains of the points.
+    entry: key of the entry with the shape, for messages; that of the body if not given.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Request:
     points: Floats | None = None
     spacing: Floats | None = None
     basis: str = "linear"
+    entry: str = ""
 
     @property
     def has_corners(self) -> bool:
@@ -131,6 +133,11 @@ class Request:
         return np.ones(len(position))
 
     @property
+    def key(self) -> str:
+        """Key of the entry with the shape."""
+        return self.entry or f'bodies "{self.name}"'
+
+    @property
     def resolution(self) -> str:
         """Key of the case file that determines the resolution of this body."""
         if self.points_per_cell is not None:
@@ -144,7 +151,7 @@ class Request:
 
         key, value: the wrong entry of the body, and its value if the message is to show it.
         """
-        return BadInput(problem, remedy, key=f'bodies "{self.name}".{key}', value=value)
+        return BadInput(problem, remedy, key=f"{self.key}.{key}", value=value)
 
     def check_radius(self, least: float, what: str) -> None:
         """Refuses, in axisymmetry, a body whose least x is below 0 by more than round-off.

@@ -11,13 +11,13 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.bodies.discretise import requested
+from tilth.bodies.forms import Form, form_of
 from tilth.bodies.inside import inside_of
 from tilth.bodies.lattice import full_lattice
-from tilth.bodies.mesh import measured_blocks
+from tilth.bodies.mesh import Elements, measured_blocks
 from tilth.bodies.request import Request
 from tilth.bodies.tiling import spacing_of
-from tilth.model import Body, Box, Circle, Mesh
-from tilth.model.shapes import DeclaredShape
+from tilth.model import Body, Box, Circle
 
 if TYPE_CHECKING:
     from tilth.mpm.grid import Grid
@@ -46,7 +46,7 @@ class BodySize:
 
 
 def body_size(body: Body, kind: str, grid: Grid) -> BodySize:
-    """Returns the size of a body; a mesh is read, other shapes take no time.
+    """Returns the size of a body; files are read, other shapes take no time.
 
     kind: plane_strain, axisymmetric or 3d.
 
@@ -56,17 +56,14 @@ def body_size(body: Body, kind: str, grid: Grid) -> BodySize:
     request = requested(body, kind, grid)
     if request.points is None:
         request.check_spacing(request.cell_size / request.requested_spacing())
-    shape = body.shape
-    if isinstance(shape, Mesh):
+    shape = form_of(body.shape, request)
+    if isinstance(shape, Elements):
         points, cells, lower, upper = _of_mesh(shape, request)
     else:
-        bounds, declared = shape.bounds(), shape.measure()
-        assert bounds is not None, "only a mesh does not know its bounds"
-        assert declared is not None, "only a mesh does not know its size"
-        lower, upper = (np.array(corner, dtype=float) for corner in bounds)
-        measure = declared
+        lower, upper = (np.array(corner, dtype=float) for corner in shape.bounds())
+        measure: float = shape.measure()
         if isinstance(shape, Circle) and request.axisymmetric and lower[0] < 0.0:
-            lower[0], measure = 0.0, 0.5 * measure  # centred on the axis
+            lower[0], measure = 0.0, measure - 0.5 * shape.whole()  # centred on the axis
         cells = _cells(shape, measure, lower, upper, grid)
         points = _points(body, request, measure, cells)
     request.check_number(points)
@@ -79,7 +76,7 @@ def body_size(body: Body, kind: str, grid: Grid) -> BodySize:
     return BodySize(points, min(cells, float(np.prod(end - first))), first, end)
 
 
-def _cells(shape: DeclaredShape, measure: float, lower: Floats, upper: Floats, grid: Grid) -> float:
+def _cells(shape: Form, measure: float, lower: Floats, upper: Floats, grid: Grid) -> float:
     """Returns the area or volume of a shape, not a mesh, in cells; within bounds (dim,)."""
     if not grid.graded:
         return measure / float(np.prod(grid.cell_size))
@@ -103,7 +100,7 @@ def _points(body: Body, request: Request, measure: float, cells: float) -> float
     return max(measure / float(np.prod(spacing)), 1.0)
 
 
-def _of_mesh(shape: Mesh, request: Request) -> tuple[float, float, Floats, Floats]:
+def _of_mesh(shape: Elements, request: Request) -> tuple[float, float, Floats, Floats]:
     """Returns points, area or volume in cells, and bounds of a mesh."""
     blocks, measures = measured_blocks(shape, request)
     points = cells = 0.0
@@ -111,9 +108,7 @@ def _of_mesh(shape: Mesh, request: Request) -> tuple[float, float, Floats, Float
         pieces = own / spacing_of(block, request).prod(axis=1)
         points += float(np.maximum(np.rint(pieces), 1.0).sum())
         cells += float((own / request.grid.sizes_at(block.corners.mean(axis=1)).prod(axis=1)).sum())
-    corners = [block.corners.reshape(-1, len(request.cell_size)) for block in blocks]
-    lower = np.min([own.min(axis=0) for own in corners], axis=0)
-    upper = np.max([own.max(axis=0) for own in corners], axis=0)
+    lower, upper = (np.array(corner) for corner in shape.bounds())
     return points, cells, lower, upper
 
 

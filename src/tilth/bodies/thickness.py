@@ -8,7 +8,7 @@ thickness between the heights a and b is the sum of s clip(z, a, b).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,11 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
+from tilth.bodies.forms import Form
 from tilth.bodies.inside import simplices
+from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
+from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import DeclaredShape, side_signs
 
@@ -52,19 +56,27 @@ class Crossings:
         return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *lines]))
 
 
-def crossings_of(shape: DeclaredShape, place: Floats) -> Crossings:
-    """Returns the crossings of vertical lines with a shape of closed form: all but a mesh.
+def crossings_of(form: Form, place: Floats) -> Crossings:
+    """Returns the crossings of vertical lines with a form.
 
     place: horizontal coordinates of the lines [length], shape (n, dim - 1).
     """
-    functions: dict[type[DeclaredShape], Callable[[Any, Floats], Iterator[Crossing]]] = {
+    functions: dict[type, Callable[[Any, Floats], Iterable[Crossing]]] = {
         Box: _of_box,
         Polygon: _of_polygon,
         Circle: _of_circle,
         Cylinder: _of_cylinder,
         Sphere: _of_sphere,
+        Elements: lambda form, place: mesh_crossings(form.blocks, place).found,
+        HeightField: _of_height_field,
+        Polyhedron: _of_polyhedron,
     }
-    return Crossings(len(place), list(functions[type(shape)](shape, place)))
+    found = list(functions[type(form)](form, place))
+    if isinstance(form, DeclaredShape):
+        for hole in form.cavities():
+            inner = crossings_of(hole, place).found
+            found += [(-sign, line, height) for sign, line, height in inner]
+    return Crossings(len(place), found)
 
 
 def mesh_crossings(blocks: list[Block], place: Floats) -> Crossings:
@@ -148,6 +160,17 @@ def _of_sphere(shape: Sphere, place: Floats) -> Iterator[Crossing]:
     inside = (offset * signs[:2] >= 0.0).all(axis=1)
     radius = np.linalg.norm(offset, axis=1)
     yield from _of_rings(shape, radius, inside, centre[2], int(signs[2]))
+
+
+def _of_height_field(form: HeightField, place: Floats) -> Iterator[Crossing]:
+    base, top = form.heights(place)
+    yield from _between(np.where(form.over(place), base, top), top)
+
+
+def _of_polyhedron(form: Polyhedron, place: Floats) -> Iterator[Crossing]:
+    line, height, sign = form.crossings(place)
+    for each in (-1.0, 1.0):
+        yield each, line[sign == each], height[sign == each]
 
 
 def _of_rings(

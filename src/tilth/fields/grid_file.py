@@ -56,13 +56,16 @@ class RegularGrid:
         return np.asarray(interpolator(np.column_stack(columns)))
 
 
-def read_grid(file: str, dimension: int, key: str) -> RegularGrid:
+def read_grid(
+    file: str, dimension: int, key: str, value_names: tuple[str, ...] = ("value",)
+) -> RegularGrid:
     """Reads a grid: a line with the names of the axes and "value", then a row for each crossing.
 
     Args:
         file: path of the .csv file.
         dimension: axes that the file may name, from the first one.
         key: of the entry in the case file, for messages.
+        value_names: names that the last column may have.
 
     Raises:
         BadInput: the file cannot be read, or has not the value of each crossing once.
@@ -75,9 +78,10 @@ def read_grid(file: str, dimension: int, key: str) -> RegularGrid:
 
     def accepted(names: list[str]) -> bool:
         axes = {name for name in names[:-1] if name in known}
-        return bool(axes) and len(axes) == len(names) - 1 and names[-1] == "value"
+        return bool(axes) and len(axes) == len(names) - 1 and names[-1] in value_names
 
-    names, table = read_csv(file, key, ",".join((*known, "value")), "each crossing", accepted)
+    example = ",".join((*known, value_names[0]))
+    names, table = read_csv(file, key, example, "each crossing", accepted)
     axes = [AXES.index(name) for name in names[:-1]]
     return _gridded(tuple(axes), table, refused)
 

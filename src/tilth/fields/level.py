@@ -6,8 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.fields.grid_file import read_grid
-from tilth.fields.tables import interpolate
+from tilth.errors import BadInput
+from tilth.fields.heights import read_heights
+from tilth.fields.tables import interpolate, place_text
 from tilth.model.variation import GridFile, Level
 
 
@@ -21,8 +22,33 @@ def elevation(level: Level, position: Floats, key: str) -> Floats:
     """
     dim = position.shape[1]
     if isinstance(level, GridFile):
-        grid = read_grid(level.file, dim - 1, f"{key}.file")
-        return grid.at(position, f"{key}.file", level.file)
+        grid = read_heights(level.file, dim - 1, f"{key}.file")
+        height = grid.at(position, f"{key}.file", level.file)
+        if len(missing := np.flatnonzero(np.isnan(height))):
+            raise BadInput(
+                f"the grid has no height at or next to {place_text(position[missing[0], :-1])} "
+                f"({len(missing)} of {len(height)} places)",
+                "fill the gaps of the grid, or keep the soil away from them",
+                key=f"{key}.file",
+                value=level.file,
+            )
+        return height
     if not isinstance(level, tuple):
         return np.full(len(position), float(level))  # type: ignore[arg-type]
     return interpolate(level, position[:, 0], position, "x", key)
+
+
+def nodes(level: Level, axes: int, axis: int, key: str) -> Floats:
+    """Returns the coordinates between which a surface is linear along an axis [length], shape (n,).
+
+    axes: number of horizontal axes. axis: number of the axis. key: as in `elevation`.
+
+    Raises:
+        BadInput: as `elevation`.
+    """
+    if isinstance(level, GridFile):
+        grid = read_heights(level.file, axes, f"{key}.file")
+        return grid.lines[grid.axes.index(axis)] if axis in grid.axes else np.zeros(0)
+    if isinstance(level, tuple):
+        return np.array([x for x, _ in level], dtype=np.float64)
+    return np.zeros(0)

@@ -3,22 +3,16 @@
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.bodies.stl_file import DEGENERACY_TOLERANCE, closed_surface, read_stl
 from tilth.errors import NOT_GIVEN, BadInput
 from tilth.geometry.protocol import Facets
 
-# Corners nearer than this, relative to the largest extent or coordinate, are merged: the precision
-# of a binary file.
-MERGE_TOLERANCE = 1e-7
-# Triangles whose height is below this fraction of their longest edge are dropped; also the least
-# volume relative to the cube of the extent.
-DEGENERACY_TOLERANCE = 1e-9
 # A point nearer than this, relative to the largest extent or coordinate, is on the surface: its
 # gradient is the normal. Also the margin for round-off in the search.
 SURFACE_TOLERANCE = 1e-12
@@ -46,35 +40,11 @@ class TriangleMesh:
     def __init__(
         self, corner: Floats, inside: bool, *, key: str = "geometry", value: Any = NOT_GIVEN
     ) -> None:
-        corner = np.asarray(corner, dtype=np.float64)
-        if not len(corner) or not np.isfinite(corner).all():
-            raise BadInput(
-                "contains no triangles"
-                if not len(corner)
-                else "has coordinates that are not finite numbers",
-                "save the surface of a body as triangles",
-                key=key,
-                value=value,
-            )
-        vertex, node = _merged(corner)
-        node = node[(node != np.roll(node, 1, axis=1)).all(axis=1)]
-        problem = _not_closed(node, vertex)
-        if problem:
-            remedy = "repair the mesh (close its holes, turn its triangles alike), save it again"
-            raise BadInput(problem, remedy, key=key, value=value)
+        try:
+            vertex, node, self.volume = closed_surface(corner)
+        except BadInput as error:
+            raise BadInput(error.problem, error.remedy, key=key, value=value) from None
         extent = float(np.ptp(vertex, axis=0).max())
-        relative = (vertex - vertex.mean(axis=0))[node]
-        volume = np.linalg.det(relative).sum() / 6.0
-        if abs(volume) <= DEGENERACY_TOLERANCE * extent**3:
-            raise BadInput(
-                f"encloses no volume ({volume:.3g})",
-                "save the closed surface of a body with a thickness",
-                key=key,
-                value=value,
-            )
-        if volume < 0.0:
-            node = node[:, ::-1]
-        self.volume = abs(float(volume))
         self._sign = -1.0 if inside else 1.0
         twice_area = np.cross(
             vertex[node[:, 1]] - vertex[node[:, 0]], vertex[node[:, 2]] - vertex[node[:, 0]]
@@ -100,7 +70,7 @@ class TriangleMesh:
         Raises BadInput for a file that is missing or cannot be read, a surface that is not closed,
         and if the package meshio is missing.
         """
-        return cls(_read(Path(path), key), soil == "inside", key=key, value=str(path))
+        return cls(read_stl(Path(path), key), soil == "inside", key=key, value=str(path))
 
     def distance(self, x: Floats) -> Floats:
         """Returns the exact signed distance [length] of points (n, 3), > 0 in the soil, (n,)."""
@@ -289,44 +259,6 @@ def _size_classes(centre: Floats, radius: Floats) -> list[tuple[Any, Integers, f
     return [(cKDTree(centre[m]), m, float(radius[m].max())) for m in members]
 
 
-def _merged(corner: Floats) -> tuple[Floats, Integers]:
-    """Returns the distinct vertices (m, 3) of triangles (n, 3, 3), and their numbers (n, 3)."""
-    from scipy.sparse import coo_array  # take 0.2 s: only where there is such a surface
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    vertex, node = np.unique(corner.reshape(-1, 3), axis=0, return_inverse=True)
-    tolerance = MERGE_TOLERANCE * max(
-        float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max())
-    )
-    pairs = cKDTree(vertex).query_pairs(tolerance, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), 2 * (len(vertex),))
-    _, group = connected_components(links, directed=False)
-    _, first, number = np.unique(group, return_index=True, return_inverse=True)
-    return vertex[first], number[node].reshape(-1, 3).astype(np.int64)
-
-
-def _not_closed(node: Integers, vertex: Floats) -> str:
-    """Returns a message why triangles (n, 3) are no closed surface, or an empty text."""
-    directed = np.stack([node, np.roll(node, -1, axis=1)], axis=2).reshape(-1, 2)
-    forward = directed[:, 0] < directed[:, 1]
-    ends, edge, uses = np.unique(
-        np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    turns = np.bincount(edge.reshape(-1), weights=np.where(forward, 1.0, -1.0))
-    problems = []
-    for wrong, description in (
-        (uses == 1, "with a triangle on one side only"),
-        (uses > 2, "with more than two triangles"),
-        ((uses == 2) & (turns != 0.0), "whose two triangles are turned to opposite sides"),
-    ):
-        if wrong.any():
-            first = vertex[ends[np.argmax(wrong)]].mean(axis=0)
-            where = ", ".join(f"{c:.6g}" for c in first)
-            problems.append(f"{wrong.sum()} edges {description} (the first near {where})")
-    return f"the surface is not closed: {'; '.join(problems)}" if problems else ""
-
-
 def _pieces(k: int) -> Floats:
     """Returns barycentric coordinates (k^2, 3, 3) of the corners of a triangle's k^2 parts."""
     pieces = []
@@ -337,31 +269,3 @@ def _pieces(k: int) -> Floats:
                 pieces.append([(i + 1, j), (i + 1, j + 1), (i, j + 1)])
     steps = np.array(pieces, dtype=np.float64)
     return np.concatenate([k - steps.sum(axis=2, keepdims=True), steps], axis=2) / k
-
-
-def _read(file: Path, key: str) -> Floats:
-    """Returns the corners (n, 3, 3) of the triangles in an STL file."""
-
-    def error_for(problem: str, remedy: str) -> BadInput:
-        return BadInput(problem, remedy, key=key, value=str(file))
-
-    try:
-        meshio = importlib.import_module("meshio")
-    except ModuleNotFoundError as error:
-        raise error_for(
-            "an STL file needs the package meshio, which is not installed",
-            "install it with `pip install meshio`",
-        ) from error
-    if not file.is_file():
-        raise error_for("there is no such file", "check the name and the folder")
-    try:
-        with np.errstate(over="ignore"):  # meshio may read text as a number of triangles
-            mesh = meshio.stl.read(file)
-        node = mesh.get_cells_type("triangle")
-        vertex = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
-        return np.asarray(vertex[node.reshape(-1, 3)])
-    except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AttributeError) as error:
-        reason = str(error) or "it is not in that format, or not complete"
-        raise error_for(
-            f"cannot be read as an STL file: {reason}", "save the surface as an .stl file"
-        ) from error

@@ -68,8 +68,11 @@ from tilth.model.shapes import Box as Box
 from tilth.model.shapes import Circle as Circle
 from tilth.model.shapes import Cylinder as Cylinder
 from tilth.model.shapes import Mesh as Mesh
+from tilth.model.shapes import Outline as Outline
 from tilth.model.shapes import Polygon as Polygon
 from tilth.model.shapes import Sphere as Sphere
+from tilth.model.shapes import Stl as Stl
+from tilth.model.shapes import Terrain as Terrain
 from tilth.model.soils import DruckerPrager as DruckerPrager
 from tilth.model.soils import MohrCoulomb as MohrCoulomb
 from tilth.model.soils import Tresca as Tresca

@@ -20,7 +20,7 @@ from tilth.model.fields import (
     PositivePerDirection,
 )
 from tilth.model.problems import rejection
-from tilth.model.shapes import Mesh, Shape
+from tilth.model.shapes import Shape
 from tilth.model.surface import Surface
 from tilth.model.variation import Level
 
@@ -144,7 +144,7 @@ def _layer_problems(body: Body) -> Iterator[Problem]:
         yield Problem("material", what, remedy, *([body.material] if given else []))
     grouped = [layer.group is not None for layer in body.layers]
     last = len(body.layers) - 1
-    if any(grouped) and not isinstance(body.shape, Mesh):
+    if any(grouped) and not body.shape.has_groups:
         key, remedy = f"layers[{grouped.index(True)}].group", "give a `bottom` instead"
         yield Problem(key, "is for a body whose shape is a mesh", remedy)
         return

@@ -27,6 +27,24 @@ def crosses_itself(corners: Sequence[Sequence[float]], closed: bool = True) -> b
     return _neighbours_overlap(start, end, closed) or _others_meet(start, end, closed)
 
 
+def lines_meet(one: Floats, other: Floats) -> bool:
+    """Whether the outlines of two closed polygons, vertices (n, 2) and (m, 2), meet.
+
+    They are compared in parts that bound the memory, only where their bounding boxes meet.
+    """
+    a, b = one, np.roll(one, -1, axis=0)
+    c, d = other, np.roll(other, -1, axis=0)
+    low, high = np.minimum(c, d), np.maximum(c, d)
+    rows = max(1, _PAIRS_PER_BATCH // len(other))
+    for first in range(0, len(one), rows):
+        part = slice(first, first + rows)
+        least, most = np.minimum(a[part], b[part])[:, None], np.maximum(a[part], b[part])[:, None]
+        i, j = np.nonzero(((least <= high) & (low <= most)).all(axis=2))
+        if _segments_meet(a[part][i], b[part][i], c[j], d[j]).any():
+            return True
+    return False
+
+
 def _neighbours_overlap(start: Floats, end: Floats, closed: bool) -> bool:
     """Whether an edge goes back along the one before it."""
     before = slice(None) if closed else slice(None, -1)

@@ -108,8 +108,8 @@ class AtRest(Declared):
     ground: Level | None = None
     """Elevation of the ground [length]: a number, in 2D also a polyline of rows (x, elevation), or
     { file = "ground.csv" } with a grid over the horizontal axes. What lies above it has no weight;
-    where no body fills the space below it, it counts as soil of the body at that height. If not
-    given, what the declared bodies contain is all that has weight."""
+    where no body fills the space below it, as in a hole, it counts as soil of the body at that
+    height. If not given, what the declared bodies contain is all that has weight."""
     surcharge: NotNegative = 0.0
     """Vertical pressure on the ground [stress], >= 0; a load of the same size must act on it."""
 

@@ -107,6 +107,11 @@ def _out_of_bounds(model: Model) -> Iterator[Problem]:
         if model.analysis.kind == "axisymmetric" and beyond:
             what = f"the body extends to x = {lower[0]:g}, but x is the radius in axisymmetry"
             yield Problem(f"bodies[{i}].shape", what, "keep the body at x >= 0")
+        for j, hole in enumerate(body.shape.cavities()):
+            bounds = hole.bounds()
+            if model.analysis.kind == "axisymmetric" and bounds and bounds[0][0] < -slack[0]:
+                what = f"the hole extends to x = {bounds[0][0]:g}, beyond the axis of symmetry"
+                yield Problem(f"bodies[{i}].shape.holes[{j}]", what, "keep the hole at x >= 0")
         if limits is None:
             continue
         for j, axis in enumerate(AXES[: model.dimension]):

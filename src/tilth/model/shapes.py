@@ -6,70 +6,39 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from tilth.errors import Problem
-from tilth.model.base import Declared, chosen_by
+from tilth.model.base import chosen_by
 from tilth.model.crossings import crosses_itself
 from tilth.model.fields import (
     AXES,
     Angle,
+    AsTuple,
     Axis,
+    Entries,
     Face,
     Faces,
-    FileName,
     Matrix,
     Positive,
     Vector,
     extent_problems,
 )
+from tilth.model.file_shapes import FileShape
+from tilth.model.file_shapes import Mesh as Mesh
+from tilth.model.file_shapes import Outline as Outline
+from tilth.model.file_shapes import Stl as Stl
+from tilth.model.file_shapes import Terrain as Terrain
+from tilth.model.holes import Disc, HoledShape, Ring, hole_problems
 from tilth.model.problems import rejection
-
-Bounds = tuple[tuple[float, ...], tuple[float, ...]]
-"""Least and greatest coordinates [length], each of shape (dimension,)."""
-
-
-class DeclaredShape(Declared):
-    """What every shape of a body says of itself; a class below this one is a `Shape` by that."""
-
-    type: str
-    dimensions: ClassVar[tuple[int, ...]]
-    """Numbers of directions of the analyses that it exists in."""
-    has_own_axes: ClassVar[bool] = False
-    """Whether its points are in rows along axes of its own, so that `points` can count them."""
-
-    @property
-    def dimension(self) -> int | None:
-        """Number of directions; None where only its file says it."""
-        return self.dimensions[0] if len(self.dimensions) == 1 else None
-
-    def bounds(self) -> Bounds | None:
-        """Returns the bounding box; None where only its file says it."""
-        return None
-
-    def measure(self) -> float | None:
-        """Returns the area (2D) or volume (3D) [length^dimension]; None where only a file says it.
-
-        In axisymmetry the area of the section.
-        """
-        return None
-
-    def vectors(self) -> dict[str, Any]:
-        """Returns the entries that have one component per direction, by key."""
-        return {}
-
-    def size_problems(self, dimension: int) -> Iterator[Problem]:
-        """Yields what else does not fit an analysis of this dimension, with keys of the shape."""
-        yield from ()
-
-    def may_cross_axis(self) -> bool:
-        """Whether in axisymmetry its part at r >= 0 is meant where it reaches beyond the axis."""
-        return False
+from tilth.model.shape_base import Bounds as Bounds
+from tilth.model.shape_base import DeclaredShape as DeclaredShape
 
 
-class Box(DeclaredShape):
+class Box(HoledShape):
     """Rectangle (2D) or cuboid (3D), optionally rotated about its `lower` corner."""
 
     dimensions = (2, 3)
@@ -84,10 +53,15 @@ class Box(DeclaredShape):
     """Rotation about `lower` [degrees], anticlockwise; in 3D right-handed about `axis`."""
     axis: Axis | None = None
     """Axis of the rotation; only in 3D, required for a rotated box."""
+    holes: Holes = ()
+    """Holes in it, in 2D: boxes, polygons or circles inside the outline, apart from each other;
+    none if not given.
+    """
 
     @model_validator(mode="after")
     def _has_extent(self) -> Any:
-        if problems := extent_problems(self.lower, self.upper):
+        problems = list(extent_problems(self.lower, self.upper)) or hole_problems(self)
+        if problems:
             raise rejection(problems)
         return self
 
@@ -95,6 +69,12 @@ class Box(DeclaredShape):
     def dimension(self) -> int:
         """Number of directions."""
         return len(self.lower)
+
+    def outline(self) -> Ring:
+        """As `HoledShape.outline`."""
+        edges = np.array(self.axes) * np.subtract(self.upper, self.lower)[:, None]
+        shares = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        return np.asarray(self.lower + shares @ edges)
 
     @property
     def axes(self) -> tuple[tuple[float, ...], ...]:
@@ -113,8 +93,8 @@ class Box(DeclaredShape):
             corners.append([low + o for low, o in zip(self.lower, offset, strict=True)])
         return _bounds_of(corners)
 
-    def measure(self) -> float:
-        """Returns the area or volume [length^dimension]."""
+    def whole(self) -> float:
+        """As `HoledShape.whole`."""
         return math.prod(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
     def vectors(self) -> dict[str, Any]:
@@ -126,7 +106,7 @@ class Box(DeclaredShape):
         yield from turned_box_problems(self.angle, self.axis, dimension)
 
 
-class Polygon(DeclaredShape):
+class Polygon(HoledShape):
     """Simple polygon (2D) with its vertices in clockwise or anticlockwise order."""
 
     dimensions = (2,)
@@ -134,6 +114,10 @@ class Polygon(DeclaredShape):
     type: Literal["polygon"] = "polygon"
     vertices: Matrix
     """Corners in order [length], shape (n, 2), n >= 3; the last is joined to the first."""
+    holes: Holes = ()
+    """Holes in it: boxes, polygons or circles inside the outline, apart from each other; none if
+    not given.
+    """
 
     @model_validator(mode="after")
     def _is_simple(self) -> Any:
@@ -150,11 +134,17 @@ class Polygon(DeclaredShape):
         if problem:
             remedy = "give the corners in order around the body, each once"
             raise rejection([Problem("vertices", problem, remedy, corners)])
+        if problems := hole_problems(self):
+            raise rejection(problems)
         return self
+
+    def outline(self) -> Ring:
+        """As `HoledShape.outline`."""
+        return np.array(self.vertices, dtype=float)
 
     @property
     def area(self) -> float:
-        """Enclosed area [length^2] (Gauss's area formula), for either order of the vertices."""
+        """Area [length^2] that the vertices enclose, in either order (Gauss's area formula)."""
         x0, y0 = self.vertices[0]
         moved = [(x - x0, y - y0) for x, y in self.vertices]
         pairs = zip(moved, moved[1:] + moved[:1], strict=True)
@@ -164,12 +154,12 @@ class Polygon(DeclaredShape):
         """Returns the bounding box."""
         return _bounds_of(self.vertices)
 
-    def measure(self) -> float:
-        """Returns the area [length^2]."""
+    def whole(self) -> float:
+        """As `HoledShape.whole`."""
         return self.area
 
 
-class Circle(DeclaredShape):
+class Circle(HoledShape):
     """Disc (2D); in axisymmetry a torus, or a sphere if its centre is on the axis."""
 
     dimensions = (2,)
@@ -179,13 +169,27 @@ class Circle(DeclaredShape):
     """Centre [length], shape (2,)."""
     radius: Positive
     """Radius [length], > 0."""
+    holes: Holes = ()
+    """Holes in it: boxes, polygons or circles inside the outline, apart from each other; none if
+    not given.
+    """
+
+    @model_validator(mode="after")
+    def _has_holes_inside(self) -> Any:
+        if self.holes and (problems := hole_problems(self)):
+            raise rejection(problems)
+        return self
+
+    def outline(self) -> Ring:
+        """As `HoledShape.outline`."""
+        return Disc(np.array(self.centre, dtype=float), self.radius)
 
     def bounds(self) -> Bounds:
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 2)
 
-    def measure(self) -> float:
-        """Returns the area [length^2]; that of the whole circle also where the axis halves it."""
+    def whole(self) -> float:
+        """As `HoledShape.whole`; that of the whole circle also where the axis halves it."""
         return math.pi * self.radius**2
 
     def vectors(self) -> dict[str, Any]:
@@ -195,6 +199,17 @@ class Circle(DeclaredShape):
     def may_cross_axis(self) -> bool:
         """Whether its centre is on the axis of symmetry: it is a ball."""
         return self.centre[0] == 0.0
+
+
+if TYPE_CHECKING:
+    Hole = HoledShape
+else:
+    Hole = Annotated[
+        Box | Polygon | Circle,
+        Field(discriminator="type"),
+        chosen_by("type", Box, Polygon, Circle),
+    ]
+Holes = Annotated[Sequence[Hole], Entries, AsTuple]
 
 
 class Cylinder(DeclaredShape):
@@ -283,24 +298,15 @@ class Sphere(DeclaredShape):
         return {"centre": self.centre}
 
 
-class Mesh(DeclaredShape):
-    """Body given by a Gmsh mesh: triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D).
-
-    Its elements are divided into pieces of about the wanted spacing, with one point in each. With
-    "cpdi1" and "cpdi2" the pieces are the points' domains, at least three of a triangle, four of a
-    tetrahedron. Those of "cpdi2" fill the body without gaps, those of "cpdi1" are parallelograms of
-    the same size.
-    """
-
-    dimensions = (2, 3)
-
-    type: Literal["mesh"] = "mesh"
-    file: FileName
-    """Path of the .msh file, relative to the case file."""
-
-
-SHAPES: tuple[type[DeclaredShape], ...] = tuple(DeclaredShape.__subclasses__())
-"""All shapes, in the order of this file."""
+SHAPES: tuple[type[DeclaredShape], ...] = (
+    Box,
+    Polygon,
+    Circle,
+    Cylinder,
+    Sphere,
+    *FileShape.__subclasses__(),
+)
+"""All shapes: those of this file, then those that a file knows."""
 
 if TYPE_CHECKING:
     Shape = DeclaredShape

@@ -14,7 +14,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import AtRest
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.problems import below, dotted
-from tilth.model.shapes import SHAPES, DeclaredShape
+from tilth.model.shapes import SHAPES, DeclaredShape, Terrain
 from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
@@ -147,6 +147,9 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
         elif isinstance(variation, Random) and variation.random.surface is not None:
             yield f"{key}.random.surface", variation.random.surface
     for i, body in enumerate(model.bodies):
+        if isinstance(body.shape, Terrain):
+            for name, level in body.shape.levels().items():
+                yield f"bodies[{i}].shape.{name}", level
         for j, layer in enumerate(body.layers):
             if layer.bottom is not None:
                 yield f"bodies[{i}].layers[{j}].bottom", layer.bottom

@@ -70,9 +70,10 @@ class GridFile(Declared):
 
     file: FileName
     """Path of the .csv file, relative to the case file. Its first line names the axes and ends
-    with "value", such as x,y,value; the rows hold every combination of the coordinates once, in
-    any order, and the lines of the grid may be at any distances. The value does not depend on an
-    axis that is not named. Every material point must be inside the grid.
+    with "value" (of heights also "z"), such as x,y,value; the rows hold every combination of the
+    coordinates once, in any order, and the lines of the grid may be at any distances. The value
+    does not depend on an axis that is not named. Every material point must be inside the grid.
+    Heights in 3D may also be an ESRI ASCII grid, .asc.
     """
 
 

@@ -4,19 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.bodies.discretise import requested
-from tilth.bodies.mesh import read_mesh
+from tilth.bodies.forms import form_of
 from tilth.bodies.request import Request
-from tilth.bodies.thickness import Crossings, crossings_of, mesh_crossings
+from tilth.bodies.thickness import Crossings, crossings_of
 from tilth.errors import BadInput
 from tilth.fields.level import elevation
 from tilth.fields.tables import place_text
-from tilth.model import Body, BodyForce, Mesh, Model
+from tilth.model import Body, BodyForce, Model
 from tilth.model.initial import AtRest
 from tilth.mpm.background import background_grid
 from tilth.mpm.water import PhreaticSurface
@@ -107,19 +106,15 @@ _Part = tuple[str, Crossings, Floats, Floats]
 def _parts(model: Model, number: int, position: Floats, low: Floats, high: Floats) -> list[_Part]:
     """Returns the layers of a body above points."""
     body, place = model.bodies[number], position[:, :-1]
-    if isinstance(body.shape, Mesh):
-        blocks = read_mesh(Path(body.shape.file), model.dimension, _request(model, body))
-        if body.layers and body.layers[0].group is not None:
-            found: list[_Part] = []
-            for layer in body.layers:
-                own = [block.of(block.group == layer.group) for block in blocks]
-                own = [block for block in own if len(block.corners)]
-                if own:
-                    found.append((layer.material, mesh_crossings(own, place), low, high))
-            return found
-        crossings = mesh_crossings(blocks, place)
-    else:
-        crossings = crossings_of(body.shape, place)
+    form = form_of(body.shape, _request(model, body))
+    if body.layers and body.layers[0].group is not None:
+        found: list[_Part] = []
+        for layer in body.layers:
+            own = form.of_group(layer.group)
+            if own.blocks:
+                found.append((layer.material, crossings_of(own, place), low, high))
+        return found
+    crossings = crossings_of(form, place)
     hit = crossings.hit()
     if len(hit) == 0:
         return []

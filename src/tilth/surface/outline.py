@@ -5,17 +5,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.bodies.mesh import read_mesh
+from tilth.bodies.forms import form_of
+from tilth.bodies.mesh import Elements
 from tilth.bodies.request import Request
 from tilth.curves.chain import Chain, sharp_corners
-from tilth.model import Body, Box, Circle, Mesh, Polygon
+from tilth.model import Body, Box, Circle, Polygon
+from tilth.model.shapes import DeclaredShape
 from tilth.mpm.grid import Grid
 
 # Points with a radius below this [cell sizes] are on the axis of symmetry.
@@ -54,14 +55,19 @@ def outline(
     """
     cell = np.asarray(cell_size, dtype=float)
     request = Request(body.name, kind == "axisymmetric", Grid(np.zeros_like(cell), cell))
-    if type(body.shape) not in SHAPES or len(cell) != 2:
+    if 2 not in body.shape.dimensions or len(cell) != 2:
         raise request.refused(
             f"a {body.shape.type} has no outline in the plane",
-            "boundary points of this kind are for boxes, polygons, circles and meshes in 2D",
+            "boundary points of this kind are for shapes in 2D",
             "shape.type",
         )
     size = 0.5 * float(cell.min()) if spacing is None else spacing
-    return SHAPES[type(body.shape)](body.shape, request, size, corner_angle)
+    form = form_of(body.shape, request)
+    chains = FORMS[type(form)](form, request, size, corner_angle)
+    for hole in form.cavities() if isinstance(form, DeclaredShape) else ():
+        for chain in FORMS[type(hole)](hole, request, size, corner_angle):
+            chains.append(Chain(chain.points[::-1], chain.closed, chain.corner[::-1]))
+    return chains
 
 
 def _box(shape: Box, request: Request, spacing: float, _: float) -> list[Chain]:
@@ -93,11 +99,11 @@ def _circle(shape: Circle, request: Request, spacing: float, _: float) -> list[C
     return [Chain(points, closed=not half)]
 
 
-def _mesh(shape: Mesh, request: Request, spacing: float, corner_angle: float) -> list[Chain]:
+def _mesh(form: Elements, request: Request, spacing: float, corner_angle: float) -> list[Chain]:
     """Returns the chains of the edges that belong to one element only."""
     position: dict[int, Floats] = {}
     edges = []
-    for block in read_mesh(Path(shape.file), 2, request):
+    for block in form.blocks:
         ahead = np.roll(block.corners, -1, axis=1)
         signed_area = block.corners[..., 0] * ahead[..., 1] - ahead[..., 0] * block.corners[..., 1]
         nodes = np.where(signed_area.sum(axis=1)[:, None] < 0.0, block.nodes[:, ::-1], block.nodes)
@@ -187,9 +193,9 @@ def _signed_area(vertices: Floats) -> float:
     return 0.5 * float((relative[:, 0] * ahead[:, 1] - ahead[:, 0] * relative[:, 1]).sum())
 
 
-SHAPES: dict[type, Callable[[Any, Request, float, float], list[Chain]]] = {
+FORMS: dict[type, Callable[[Any, Request, float, float], list[Chain]]] = {
     Box: _box,
     Polygon: _polygon,
     Circle: _circle,
-    Mesh: _mesh,
+    Elements: _mesh,
 }

@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,12 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
-from tilth.bodies.mesh import read_mesh
+from tilth.bodies.forms import form_of
+from tilth.bodies.mesh import Elements
+from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.request import Request
-from tilth.model import Body, Box, Cylinder, Mesh, Sphere
+from tilth.bodies.terrain import HeightField
+from tilth.model import Body, Box, Cylinder, Sphere
 from tilth.model.shapes import side_signs
 from tilth.mpm.grid import Grid
 from tilth.surface.panels import (
@@ -50,7 +52,8 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
 
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
     own axes; of a cylinder "side", "low" and "high", of a tube "inner" as well; of a sphere
-    "surface", of a shell "outer" and "inner"; of a mesh "surface". Where `sides` cuts a cylinder or
+    "surface", of a shell "outer" and "inner"; of a mesh or an STL file "surface"; of a terrain
+    "top", "base", and "x-" to "y+". Where `sides` cuts a cylinder or
     sphere at a plane through its centre normal to x, y or z, the part is "cut x", "cut y" or
     "cut z": a plane of symmetry, which is no surface of the soil.
 
@@ -65,14 +68,15 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
     """
     cell = np.asarray(cell_size, dtype=float)
     request = Request(body.name, False, Grid(np.zeros_like(cell), cell))
-    if type(body.shape) not in SHAPES or body.shape.dimension == 2 or len(cell) != 3:
+    if 3 not in body.shape.dimensions or body.shape.dimension == 2 or len(cell) != 3:
         raise request.refused(
             f"a {body.shape.type} has no surface in space",
-            "surfaces of this kind are for boxes, cylinders, spheres and meshes in 3D",
+            "surfaces of this kind are for shapes in 3D",
             "shape.type",
         )
     size = 0.5 * float(cell.min()) if spacing is None else spacing
-    return SHAPES[type(body.shape)](body.shape, request, size)
+    form = form_of(body.shape, request)
+    return FORMS[type(form)](form, request, size)
 
 
 def _box(shape: Box, _: Request, spacing: float) -> Triangles:
@@ -145,15 +149,14 @@ def _mirrored(panels: list[Panel], signs: tuple[int, ...], centre: Floats) -> Tr
     )
 
 
-def _mesh(shape: Mesh, request: Request, spacing: float) -> Triangles:
+def _mesh(form: Elements, request: Request, spacing: float) -> Triangles:
     """Returns the triangles of the faces that belong to one element only.
 
     Quadrilaterals are cut along the shorter diagonal; long edges are halved.
     """
-    blocks = read_mesh(Path(shape.file), 3, request)
     position: dict[int, Floats] = {}
     faces: dict[tuple[int, ...], list[int]] = {}
-    for block in blocks:
+    for block in form.blocks:
         position.update(
             zip(block.nodes.ravel().tolist(), block.corners.reshape(-1, 3), strict=True)
         )
@@ -192,9 +195,42 @@ def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
     return [[a, b, c], [a, c, d]] if first <= second else [[a, b, d], [b, c, d]]
 
 
-SHAPES: dict[type, Callable[[Any, Request, float], Triangles]] = {
+def _height_field(form: HeightField, _: Request, spacing: float) -> Triangles:
+    """Returns the triangles between rows of vertices on both surfaces and on the vertical sides."""
+    axes = [
+        np.linspace(line[0], line[-1], number_of_parts(float(np.ptp(line)), spacing) + 1)
+        for line in form.lines
+    ]
+    place = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    base, top = (
+        np.concatenate([place, z.reshape(*place.shape[:2], 1)], axis=2)
+        for z in form.heights(place.reshape(-1, 2))
+    )
+    rows = number_of_parts(float((form.top - form.base).max()), spacing)
+    panels = [
+        triangulate_rows("base", list(base.swapaxes(0, 1))),
+        triangulate_rows("top", list(top.swapaxes(0, 1))).flipped(),
+    ]
+    for name, at, turned in (
+        ("x-", (0,), True), ("x+", (-1,), False),
+        ("y-", (slice(None), 0), False), ("y+", (slice(None), -1), True),
+    ):  # fmt: skip
+        low, high = base[at], top[at]
+        wall = triangulate_rows(name, [low + k / rows * (high - low) for k in range(rows + 1)])
+        panels.append(wall if turned else wall.flipped())
+    return joined(panels)
+
+
+def _polyhedron(form: Polyhedron, _: Request, spacing: float) -> Triangles:
+    surface = Triangles(form.vertices, form.triangle[:, ::-1])
+    return subdivide(surface, LONGEST_EDGE_RATIO * spacing).triangles
+
+
+FORMS: dict[type, Callable[[Any, Request, float], Triangles]] = {
     Box: _box,
     Cylinder: _cylinder,
     Sphere: _sphere,
-    Mesh: _mesh,
+    Elements: _mesh,
+    HeightField: _height_field,
+    Polyhedron: _polyhedron,
 }
