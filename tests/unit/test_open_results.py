@@ -132,3 +132,13 @@ def test_meshes_have_the_fields_and_cells(tmp_path: Path, dim: int) -> None:
         np.testing.assert_array_equal(mesh.points[:, :dim], shape.position)
         rows = mesh.lines if dim == 2 else mesh.faces
         np.testing.assert_array_equal(rows.reshape(-1, dim + 1)[:, 1:], shape.cells)
+
+
+def test_a_model_and_a_run_show_themselves(unfinished: Path) -> None:
+    model = tilth.load_case(ROOT / "examples" / "self_weight_column" / "case.toml")
+    table = model._repr_html_()
+    for said in ("<th>analysis</th><td>plane strain</td>", model.title, "hencky_elastic", "base"):
+        assert said in table
+    assert len(model.plot().axes) >= 1
+    with pytest.raises(tilth.BadInput, match="there is no figure or parameter"):
+        model.plot("cohesion")
