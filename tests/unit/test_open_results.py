@@ -25,6 +25,9 @@ def unfinished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert not result.finished
     assert len(repr(result)) < 200 + len(str(folder))
     assert "stopped before its end" in repr(result)
+    assert "<td>stopped before its end</td>" in result._repr_html_()
+    assert result.results.times[-1] == 0.5
+    assert len(result.plot("volume", show="points").axes) >= 2
     assert str(case) == repr(case)
     assert repr(case).startswith("<Model 'Self-weight column")
     assert len(repr(case)) < 200

@@ -160,6 +160,8 @@ class Step:
         iterations: Newton iterations.
         residuals: relative residuals of equilibrium, that of the first guess first.
         stage: name of the stage; empty without stages.
+        relaxation: number of the relaxation in which soil comes to rest beyond a limit load; 0 in
+            equilibrium.
         row: tracked quantities after the step, by heading (``name [unit]``) or name.
         folder: of the run.
         finished: whether this is the last step.
@@ -180,6 +182,8 @@ class Step:
         self.row: ByHeading[float] = ByHeading(dict(values))
         self.folder = recorder.folder
         self.finished = analysis.done
+        relaxing = taken.result.relaxing
+        self.relaxation = 0 if relaxing is None else relaxing.number
 
     def __repr__(self) -> str:
         stage = f" of stage {self.stage!r}" if self.stage else ""
