@@ -6,6 +6,8 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -118,10 +120,22 @@ def leave_by_forgetting(folder: Path) -> None:
     gc.collect()
 
 
+def leave_by_end_of_program(folder: Path) -> None:
+    program = (
+        "import sys, tilth\nfrom resumed_runs import entries_of\n"
+        "steps = tilth.steps(tilth.Model.from_dict(entries_of()), sys.argv[1])\n"
+        "third = [next(steps) for _ in range(3)]"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(folder)], capture_output=True, text=True, check=True
+    )
+    assert done.stdout + done.stderr == ""
+
+
 @pytest.mark.parametrize(
     "leave",
     [leave_by_stop, leave_by_break, leave_by_error, leave_by_key, leave_by_with,
-     leave_by_forgetting],
+     leave_by_forgetting, leave_by_end_of_program],
 )  # fmt: skip
 def test_a_run_that_is_left_can_be_read_and_resumed(
     leave: Any, whole: Path, tmp_path: Path
