@@ -5,11 +5,14 @@ Links in the repository lead from file to file, so that they work where it is br
 
 - README.md is the first page, an example's folder is its README with the case files below it;
 - a folder in ``INDEXES`` is the page that lists what is in it;
+- a notebook of ``docs/notebooks`` is a page with its texts, code and stored output;
 - any other file, such as a source file, is a page with its text.
 """
 
 from __future__ import annotations
 
+import base64
+import json
 import posixpath
 import re
 from collections.abc import Callable
@@ -36,6 +39,8 @@ def place_in_site(path: str) -> str:
         return INDEXES[path]
     if path == "README.md":
         return "index.md"
+    if path.endswith(".ipynb"):
+        path = f"{path.removesuffix('.ipynb')}.md"
     if path.startswith("docs/"):
         return path.removeprefix("docs/")
     if (ROOT / path).is_dir():
@@ -49,6 +54,8 @@ def place_in_repository(name: str) -> str:
     """Returns the file of the repository of which a page of the site has the text."""
     if name == "index.md":
         return "README.md"
+    if name.startswith("notebooks/"):
+        return f"docs/{name.removesuffix('.md')}.ipynb"
     return name if (ROOT / name).is_file() else f"docs/{name}"
 
 
@@ -104,6 +111,24 @@ def example_page(folder: Path) -> str:
     return "\n".join([text, "## Case files\n", *blocks])
 
 
+def notebook_page(file: Path) -> tuple[str, dict[str, bytes]]:
+    """Returns a notebook as a page, and its pictures by name."""
+    parts, pictures = [], {}
+    for number, cell in enumerate(json.loads(file.read_text(encoding="utf-8"))["cells"]):
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        for output in cell.get("outputs", ()):
+            data = output.get("data", {"text/plain": output.get("text", "")})
+            if "image/png" in data:
+                name = f"{file.stem}_{number}.png"
+                pictures[name] = base64.b64decode(data["image/png"])
+                parts.append(f"![output of the code above]({name})")
+            else:
+                parts.append(f"```text\n{''.join(data['text/plain']).rstrip()}\n```")
+    parts.append(f"This page is the notebook `docs/notebooks/{file.name}`.")
+    return "\n\n".join([*parts, ""]), pictures
+
+
 def decisions_page() -> str:
     """Returns a page that lists the decisions by their titles."""
     lines = []
@@ -147,11 +172,16 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     texts[DECISIONS] = decisions_page()
     for readme in sorted((ROOT / "examples").glob("*/README.md")):
         texts[f"examples/{readme.parent.name}/README.md"] = example_page(readme.parent)
+    for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        name = f"notebooks/{notebook.stem}.md"
+        texts[name], pictures = notebook_page(notebook)
+        for picture, content in pictures.items():
+            files.append(File.generated(config, f"notebooks/{picture}", content=content))
     for name, text in texts.items():
         files.append(File.generated(config, name, content=text))
     for name in [file.src_uri for file in files if file.is_documentation_page()]:
         page = ROOT / place_in_repository(name)
-        if name != DECISIONS:
+        if name != DECISIONS and page.suffix == ".md":
             text = page.read_text(encoding="utf-8")
             add_linked(text, page.parent.relative_to(ROOT).as_posix(), files, config)
     return files

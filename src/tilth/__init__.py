@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tilth.analysis.run import resume as resume
     from tilth.analysis.run import run as run
     from tilth.analysis.safety_run import safety as safety
+    from tilth.analysis.stepwise import steps as steps
     from tilth.case import load_case as load_case
     from tilth.case import load_element_case as load_element_case
     from tilth.case import load_study as load_study
@@ -32,6 +33,7 @@ _HOME = {
     "check": "tilth.analysis.check",
     **dict.fromkeys(("resume", "run"), "tilth.analysis.run"),
     "safety": "tilth.analysis.safety_run",
+    "steps": "tilth.analysis.stepwise",
     "element": "tilth.element_tests.run",
     "open": "tilth.results.run_results",
     "study": "tilth.studies.run",

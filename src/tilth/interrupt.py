@@ -71,6 +71,16 @@ class StopSignals(ContextDecorator):
             if isinstance(outer, StopSignals):
                 outer.requested |= self.requested
 
+    def pause(self) -> None:
+        """Gives the handlers from before back until `go_on`, while code of the caller runs."""
+        self.__exit__(None, None, None)
+
+    def go_on(self) -> None:
+        """Takes the signals again after `pause`; the caller may have other handlers by now."""
+        self._before.clear()
+        self._hook_before = None
+        self.__enter__()
+
     def _receive(self, number: int, frame: FrameType | None) -> None:
         self.requested = True
         raise _interrupt(number)

@@ -25,6 +25,9 @@ def unfinished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert not result.finished
     assert len(repr(result)) < 200 + len(str(folder))
     assert "stopped before its end" in repr(result)
+    assert "<td>stopped before its end</td>" in result._repr_html_()
+    assert result.results.times[-1] == 0.5
+    assert len(result.plot("volume", show="points").axes) >= 2
     assert str(case) == repr(case)
     assert repr(case).startswith("<Model 'Self-weight column")
     assert len(repr(case)) < 200
@@ -132,3 +135,13 @@ def test_meshes_have_the_fields_and_cells(tmp_path: Path, dim: int) -> None:
         np.testing.assert_array_equal(mesh.points[:, :dim], shape.position)
         rows = mesh.lines if dim == 2 else mesh.faces
         np.testing.assert_array_equal(rows.reshape(-1, dim + 1)[:, 1:], shape.cells)
+
+
+def test_a_model_and_a_run_show_themselves(unfinished: Path) -> None:
+    model = tilth.load_case(ROOT / "examples" / "self_weight_column" / "case.toml")
+    table = model._repr_html_()
+    for said in ("<th>analysis</th><td>plane strain</td>", model.title, "hencky_elastic", "base"):
+        assert said in table
+    assert len(model.plot().axes) >= 1
+    with pytest.raises(tilth.BadInput, match="there is no figure or parameter"):
+        model.plot("cohesion")

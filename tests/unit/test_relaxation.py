@@ -12,7 +12,7 @@ import pytest
 from resumed_runs import assert_same_results, restored, run_until
 from small_problems import block_entries, by_number, material_entries, plane, rollers, weight
 
-from tilth import AnalysisFailed, BadInput, Model, resume, run
+from tilth import AnalysisFailed, BadInput, Model, resume, run, steps
 from tilth.analysis.clock import Clock
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.relaxation import Relaxation
@@ -204,6 +204,27 @@ def test_resumed_in_the_middle_of_a_relaxation(
     run_until(model, tmp_path / "stopped", step, monkeypatch)
     resume(tmp_path / "stopped", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "stopped")
+
+
+@pytest.mark.slow
+def test_a_loop_is_left_in_the_middle_of_a_relaxation(tmp_path: Path) -> None:
+    """It has no output there; a stop waits until the soil is at rest."""
+    model = Model.from_dict(cut())
+    for step in steps(model, tmp_path / "stopped"):
+        if step.relaxation and step.size > 0.0:
+            with pytest.raises(BadInput, match="while soil comes to rest"):
+                step.change_load("weight", [(1.0, 1.0)])
+            step.stop()
+    assert step.size == 0.0
+    run(model, tmp_path / "whole", until=step.time, quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "stopped")
+    for step in steps(model, tmp_path / "left"):
+        if step.relaxation and step.size > 0.0:
+            break
+    outputs = read_results(tmp_path / "left" / "results.vtkhdf").times
+    assert outputs[-1] < step.time
+    resume(tmp_path / "left", until=step.time, quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "left")
 
 
 @pytest.mark.slow

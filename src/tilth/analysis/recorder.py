@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -30,6 +31,7 @@ from tilth.comm import count, together
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.fields.tables import place_text
 from tilth.memory_errors import is_memory_error, memory_sentence
+from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
@@ -45,9 +47,12 @@ from tilth.output import (
     write_surfaces,
 )
 from tilth.output.checkpoint_thread import LARGEST_COPY
+from tilth.output.disk import writing
+from tilth.output.files import write_durably
 from tilth.output.folder import (
     CHECKPOINT,
     CONTACT,
+    HISTORY,
     LOG,
     MODEL,
     RESULTS,
@@ -77,6 +82,10 @@ class Recorder:
     _last: tuple[int, float, StepResult] | None = None
     _at_start: str = ""
     """How the equilibrium of the initial state was found."""
+    row: list[float] = field(default_factory=list)
+    """Tracked quantities at the last step, in the order of `tables.headings`."""
+    _next_checksum: int | None = None
+    """Of model.json when a change of a load will be complete."""
     _beside_schedule: bool = False
     """Whether the last output is that of a run that ended between the times of output."""
 
@@ -177,13 +186,7 @@ class Recorder:
         """Keeps the state at the end of a stage as a checkpoint of its own."""
         if self.analysis.model.stages:
             index = self.simulation.model.stage.index
-            arrays = gathered_state(self.simulation)
-            with together(self.simulation.comm):
-                if self._writes:
-                    meta = self._progress_so_far(self.analysis.clock)
-                    self._checkpoints.wait()
-                    file = self.folder / stage_checkpoint(index)
-                    self._write_checkpoint(file, arrays, meta)
+            self._checkpoint_at_once(stage_checkpoint(index))
 
     def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
         """Records the result of a strength reduction."""
@@ -263,7 +266,7 @@ class Recorder:
                     self._checkpoints.wait()
             failure, broken = None, False
             if not self.analysis.done:
-                at = f"time {end:.6g}"
+                at = f"time {min(end, self.analysis.time):.6g}"
                 failure = f"stopped at {at} as requested; `tilth resume` continues"
         except TilthError as error:
             failure = error.message
@@ -320,12 +323,35 @@ class Recorder:
                 self._say_warnings()
                 self.tables.append(clock.step, time, equilibrium.iterations, rows, stage)
                 self._drop_output_of_stop()
-            self._last = (clock.step, time, result)
+            self._last, self.row = (clock.step, time, result), rows[HISTORY]
             if clock.is_output:
                 self._write_last()
             every = self.analysis.model.output.checkpoint_every
             if clock.stops or (every and (clock.step % every == 0 or clock.done)):
                 self._checkpoint(clock)
+
+    def stop(self) -> None:
+        """Writes a checkpoint of the last step, at which the caller stops the run."""
+        self._checkpoint_at_once(CHECKPOINT)
+        if self.analysis.clock.relaxing:  # a resumed run writes its output when the soil rests
+            self._last = None
+
+    def change(self, model: Model, text: str) -> None:
+        """Records that the run goes on with a model with other load curves from here.
+
+        A run that is killed meanwhile can be resumed: the checkpoint accepts both models.
+
+        text: what is changed, for the log.
+        """
+        content = json.dumps(model.to_dict(), indent=1).encode()
+        self._next_checksum = zlib.crc32(content)
+        self._checkpoint_at_once(CHECKPOINT)
+        with together(self.simulation.comm):
+            if self._writes:
+                with writing(self.folder / MODEL):
+                    write_durably(self.folder / MODEL, content)
+                self.log.change(text)
+        self._model_checksum, self._next_checksum = self._next_checksum, None
 
     def _write_last(self) -> None:
         """Writes the last converged step to the results, unless it is there already."""
@@ -414,6 +440,15 @@ class Recorder:
             if self._writes:
                 self._write_beside(clock, arrays)
 
+    def _checkpoint_at_once(self, name: str) -> None:
+        """Writes a checkpoint of the present state to a file of the folder, without a thread."""
+        arrays = gathered_state(self.simulation)
+        with together(self.simulation.comm):
+            if self._writes:
+                meta = self._progress_so_far(self.analysis.clock)
+                self._checkpoints.wait()
+                self._write_checkpoint(self.folder / name, arrays, meta)
+
     def _write_beside(self, clock: Clock, arrays: Arrays) -> None:
         file, meta = self.folder / CHECKPOINT, self._progress_so_far(clock)
         if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
@@ -443,6 +478,7 @@ class Recorder:
             },
             "energies": asdict(self.energies),
             "model": self._model_checksum,
+            **({} if self._next_checksum is None else {"next_model": self._next_checksum}),
             **self.tables.marks(),
             "outputs": list(self.results.outputs),
             "seconds": {

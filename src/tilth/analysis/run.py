@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 from tilth import _core
 from tilth.analysis.from_stage import begin_from, stored_stage
@@ -15,18 +15,18 @@ from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_ini
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.safety import strength_reduction
-from tilth.analysis.safety_record import record
 from tilth.analysis.setup import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
+from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
 from tilth.environment import available_cores
-from tilth.errors import AnalysisFailed, BadInput, StepFailed, TilthError
-from tilth.interrupt import DeferredStop, StopSignals
+from tilth.errors import AnalysisFailed, BadInput, TilthError
+from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
+from tilth.model.overview import html_table
 from tilth.mpi import world
 from tilth.mpm.points import MaterialPoints
 from tilth.output import prepare_output_folder, read_history
@@ -42,6 +42,10 @@ from tilth.output.folder import (
 )
 from tilth.output.lock import FolderLock
 from tilth.report.setup_file import write_setup
+from tilth.results.run_results import RunResults
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -66,14 +70,41 @@ class Result:
     processor_seconds: dict[str, float]
 
     def __repr__(self) -> str:
-        end = "finished" if self.finished else "stopped before its end"
-        size = f"{len(self.points)} points, {self.steps} steps, {self.iterations} iterations"
-        return f"<Result: {end}, {size}, in {self.folder}>"
+        return f"<Result: {self._end}, {self._size}, in {self.folder}>"
+
+    def _repr_html_(self) -> str:
+        seconds = f"{sum(self.seconds.values()):.3g} s"
+        rows = {"run": self._end, "size": self._size, "time": seconds, "folder": str(self.folder)}
+        return html_table(rows)
+
+    @property
+    def _end(self) -> str:
+        return "finished" if self.finished else "stopped before its end"
+
+    @property
+    def _size(self) -> str:
+        return f"{len(self.points)} points, {self.steps} steps, {self.iterations} iterations"
 
     @property
     def history(self) -> dict[str, Floats]:
         """Columns of history.csv by heading (`name [unit]`), each of shape (rows,)."""
         return read_history(self.folder / HISTORY)
+
+    @property
+    def results(self) -> RunResults:
+        """All outputs of the run, as `tilth.open` opens them."""
+        return RunResults(self.folder)
+
+    def plot(
+        self,
+        field: str,
+        time: float | None = None,
+        *,
+        show: Literal["field", "points", "domains"] = "field",
+        values: tuple[float, float] | None = None,
+    ) -> Figure:
+        """Returns the figure of a field over the deformed soil, see `RunResults.plot`."""
+        return self.results.plot(field, time, show=show, values=values)
 
 
 @StopSignals()
@@ -111,6 +142,22 @@ def run(
         KeyboardInterrupt: by Ctrl-C, and in the main thread also by SIGTERM and SIGHUP, unless the
             program has handlers of its own for them; `resume` continues.
     """
+    return exhausted(
+        run_steps(model, out, threads, until, memory_limit, overwrite, from_stage, quiet)
+    )
+
+
+def run_steps(
+    model: Model,
+    out: Path | str,
+    threads: int | None,
+    until: float | None,
+    memory_limit: float | str | None,
+    overwrite: bool,
+    from_stage: tuple[Path | str, str] | None,
+    quiet: bool,
+) -> Steps[Result]:
+    """As `run`, step by step."""
     require_time(model, until)
     comm = world()
     estimate = memory_of(model)
@@ -144,7 +191,7 @@ def run(
                 write_setup(folder / SETUP, setup)
             del setup  # it may have copies of the points
         if stored is not None:
-            return _resumed(folder, until, used, warning, quiet, comm)
+            return (yield from _resumed(folder, until, used, warning, quiet, comm))
         if comm.size > 1:
             active = simulation.locate(0.0)
         start = None
@@ -152,7 +199,7 @@ def run(
             start = find_initial_equilibrium(simulation)
         recorder = Recorder.start(folder, analysis, active, used, start, initial)
         del initial
-        return _march(analysis, recorder, warning, quiet)
+        return (yield from _march(analysis, recorder, warning, quiet))
 
 
 @StopSignals()
@@ -175,6 +222,17 @@ def resume(
             changed then.
         AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
+    return exhausted(resume_steps(out, threads, until, memory_limit, quiet))
+
+
+def resume_steps(
+    out: Path | str,
+    threads: int | None,
+    until: float | None,
+    memory_limit: float | str | None,
+    quiet: bool,
+) -> Steps[Result]:
+    """As `resume`, step by step."""
     comm, warning = world(), ""
     with ExitStack() as stack:
         with together(comm):
@@ -184,12 +242,13 @@ def resume(
             estimate = memory_of(load_model(folder))
             require_memory(estimate, memory_limit)
         with memory_failures(estimate, folder):
-            return _resumed(folder, until, set_threads(threads, comm), warning, quiet, comm)
+            used = set_threads(threads, comm)
+            return (yield from _resumed(folder, until, used, warning, quiet, comm))
 
 
 def _resumed(
     folder: Path, until: float | None, threads: int, warning: str, quiet: bool, comm: Communicator
-) -> Result:
+) -> Steps[Result]:
     """Continues from the last checkpoint in a folder; warning: of its lock."""
     with together(comm):
         stored = StoredRun.read(folder)
@@ -204,7 +263,7 @@ def _resumed(
             )
     analysis.distribute(comm)
     recorder = Recorder.resume(stored, analysis, threads)
-    return _march(analysis, recorder, warning, quiet)
+    return (yield from _march(analysis, recorder, warning, quiet))
 
 
 def require_time(model: Model, until: float | None) -> None:
@@ -233,13 +292,15 @@ def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
     return used
 
 
-def _march(analysis: StagedAnalysis, recorder: Recorder, warning: str, quiet: bool) -> Result:
+def _march(
+    analysis: StagedAnalysis, recorder: Recorder, warning: str, quiet: bool
+) -> Steps[Result]:
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = analysis.clock.step
     if warning:
         analysis.simulation.run_warnings.note("lock", warning)
     try:
-        iterations = _take_steps(analysis, recorder, quiet)
+        iterations = yield from take_steps(analysis, recorder, quiet)
     except AnalysisFailed:
         with suppress(AnalysisFailed):
             _report(recorder)
@@ -279,53 +340,3 @@ def _report(recorder: Recorder) -> None:
                 f"the results are in {recorder.folder}, but not the report: {reason}",
                 f"write it again with: tilth report {recorder.folder}",
             ) from error
-
-
-def reduce_strength(
-    analysis: StagedAnalysis, recorder: Recorder, on_iteration: Callable[[int, float], None]
-) -> None:
-    """Makes the strength reductions at the end of the present stage.
-
-    Raises:
-        AnalysisFailed: a factor of safety is not found.
-    """
-    simulation, clock = analysis.simulation, analysis.clock
-    for index, stage in simulation.model.stage.reductions:
-        try:
-            result = strength_reduction(simulation, clock.time, stage, on_iteration=on_iteration)
-        except AnalysisFailed as failure:
-            raise AnalysisFailed(f"stage {stage.name!r}: {failure.message}", failure.remedy) from (
-                failure
-            )
-        except BadInput as error:
-            raise error.during(f"in the stage {stage.name!r}") from error
-        record(recorder.folder, simulation, clock.step, clock.time, result, index)
-        recorder.factor_of_safety(stage.name, result.factor, result.above)
-
-
-def _take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> int:
-    """Takes and records the load steps; returns the number of Newton iterations."""
-    iterations, comm = 0, analysis.simulation.comm
-    with DeferredStop() as stop:
-        with recorder.recording(analysis.clock, quiet) as progress:
-
-            def on_iteration(iteration: int, residual: float) -> None:
-                stop.check_all(comm.max)
-                progress.iteration(analysis.clock.step + 1, iteration, residual)
-
-            def on_cut(time: float, failure: StepFailed) -> None:
-                recorder.cut(analysis.clock, time, failure)
-
-            def on_stage_end() -> None:
-                recorder.stage_end()
-                reduce_strength(analysis, recorder, lambda *_: stop.check_all(comm.max))
-
-            for size, result in analysis.steps(
-                on_iteration, on_cut, on_stage_end, recorder.stage_start
-            ):
-                iterations += result.equilibrium.iterations
-                clock = analysis.clock
-                recorder.step(clock, size, result)
-                progress.step_done(clock.step, analysis.time, result.equilibrium.iterations)
-        stop.check_all(comm.max)  # a signal in the last iteration
-    return iterations

@@ -211,6 +211,25 @@ class StagedAnalysis:
         self.simulation.distribute(comm)
         self.clock = self._clock(number, step=self.clock.step)
 
+    def stop(self) -> None:
+        """Stops at the time reached, as if it had been the time at which to stop."""
+        self._until, self.clock.until = self.time, self.clock.time
+
+    def change(self, model: Model) -> None:
+        """Goes on from here with a model that differs in load curves only, without stages.
+
+        The simulation is that which a resumed run of this model would begin with; `steps` has to be
+        called again. All processes call it.
+        """
+        last, comm = self.simulation, self.simulation.comm
+        self.model, self.models = model, model.of_stages
+        simulation = Simulation.restored(model, collected(last).arrays())
+        simulation.timers = last.timers
+        simulation.run_warnings.go_on_from(last.run_warnings)
+        simulation.locate(self.clock.time)
+        simulation.distribute(comm)
+        self.simulation = simulation
+
     def steps(
         self,
         on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,

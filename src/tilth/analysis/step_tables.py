@@ -17,7 +17,7 @@ from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output import HistoryWriter
 from tilth.output.folder import BOUNDARIES, ENERGIES, HISTORY
-from tilth.output.history import Mark, checked_history
+from tilth.output.history import Mark, checked_history, headings
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,11 @@ class StepTables:
                 for name, columns in self._columns.items()
                 if columns or name == HISTORY
             }
+
+    @property
+    def headings(self) -> list[str]:
+        """Headings of the tracked quantities, ``name [unit]``."""
+        return headings(self._columns[HISTORY])
 
     def rows(
         self,

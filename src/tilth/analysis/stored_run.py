@@ -82,6 +82,7 @@ class Progress(_Plain):
         clock: where the run is in its schedule.
         energies: see `Energies`.
         model: check sum of model.json.
+        next_model: the same after the change of a load that was being made; None without.
         history: size and check sum of the rows of history.csv up to the step.
         boundaries: the same of boundaries.csv; zeros without that file.
         energy_rows: the same of energies.csv.
@@ -95,6 +96,7 @@ class Progress(_Plain):
     clock: ClockState
     energies: EnergySums
     model: _Number
+    next_model: _Number | None = None
     history: tuple[_Number, _Number]
     boundaries: tuple[_Number, _Number]
     energy_rows: tuple[_Number, _Number]
@@ -137,7 +139,8 @@ class StoredRun:
             checkpoint = folder / stage_checkpoint(model.of_stages[stage].stage.index)
         arrays, meta = read_checkpoint(checkpoint)
         progress = _progress(checkpoint, meta)
-        if zlib.crc32((folder / MODEL).read_bytes()) != progress.model:
+        known = (progress.model, progress.next_model)
+        if zlib.crc32((folder / MODEL).read_bytes()) not in known:
             raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
         _check_clock(checkpoint, progress, model)
         kept = progress.history, progress.boundaries, progress.energy_rows

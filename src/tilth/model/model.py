@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, PlainValidator, model_validator
@@ -34,7 +35,8 @@ from tilth.model.laws import Law, state_units
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import BodyForce, LineForce, Load, PointForce, SeismicLoad
 from tilth.model.materials import Material, codes_of, laws_of
-from tilth.model.problems import reject, rejection
+from tilth.model.overview import html_table, overview
+from tilth.model.problems import reject, rejection, unknown_name
 from tilth.model.rigid_bodies import RigidBody
 from tilth.model.schedule import Schedule
 from tilth.model.settings import Analysis, Grid, Output, Units
@@ -44,6 +46,9 @@ from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
 from tilth.model.variation import variations
 from tilth.model.water import Water
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Loaded = (
     PlaneBoundary
@@ -145,6 +150,28 @@ class Model(DeclaredFile):
 
     def __str__(self) -> str:
         return repr(self)
+
+    def _repr_html_(self) -> str:
+        return html_table(overview(self))
+
+    def plot(self, parameter: str = "") -> Figure:
+        """Returns the figure of the set-up, as `tilth check` draws it; runs functions of the model.
+
+        Args:
+            parameter: name of one that varies from place to place, or "layer": its field is drawn
+                instead. A set-up with many stages has further figures "page_2" and so on.
+
+        Raises:
+            BadInput: the model cannot be computed, or has no such figure.
+        """
+        # the picture belongs to a room above this one, so that its name alone stands here
+        figures = import_module("tilth.analysis.setup").setup_figures(self)[1]
+        if parameter not in figures:
+            known = [name for name in figures if name]
+            what = "figure or parameter that varies from place to place"
+            raise BadInput(*unknown_name(what, parameter, known), key="parameter", value=parameter)
+        figure: Figure = figures[parameter]
+        return figure
 
     @property
     def dimension(self) -> int:

@@ -145,7 +145,7 @@ def with_columns(content: bytes, columns: Sequence[tuple[str, str]]) -> bytes:
     rows = list(csv.reader(io.StringIO(content.decode())))
     first = len(FIRST_COLUMNS) + len(OF_STAGES)
     place = {heading: index for index, heading in enumerate(rows[0])}
-    wanted = [place.get(heading) for heading in _headings(columns)]
+    wanted = [place.get(heading) for heading in headings(columns)]
     lines = [heading_row(columns, stages=True)]
     for row in rows[1:]:
         lines.append(_row([*row[:first], *("nan" if i is None else row[i] for i in wanted)]))
@@ -207,10 +207,11 @@ def read_stages(path: Path | str) -> list[tuple[str, float, float]]:
 
 def heading_row(columns: Sequence[tuple[str, str]], stages: bool = False) -> str:
     """Returns the first line of a history; arguments as in :class:`HistoryWriter`."""
-    return _row([*FIRST_COLUMNS, *(OF_STAGES if stages else ()), *_headings(columns)])
+    return _row([*FIRST_COLUMNS, *(OF_STAGES if stages else ()), *headings(columns)])
 
 
-def _headings(columns: Sequence[tuple[str, str]]) -> list[str]:
+def headings(columns: Sequence[tuple[str, str]]) -> list[str]:
+    """Returns the headings of columns (name, unit)."""
     return [f"{name} [{unit}]" if unit else name for name, unit in columns]
 
 

@@ -93,6 +93,10 @@ class RunLog:
         """Writes that soil has come to rest."""
         self._write(text)
 
+    def change(self, text: str) -> None:
+        """Writes that the program changed a load between two steps."""
+        self._write(f"load changed: {text}")
+
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
         """Writes one converged step and its relative residuals, that of the predictor first."""
         start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.model.overview import html_table
 from tilth.output.folder import HISTORY, RESULTS, load_model, require_folder
 from tilth.output.history import read_history, read_stages
 from tilth.output.snapshot import Snapshot, SurfaceShape
@@ -201,9 +201,7 @@ class RunResults:
         return f"<RunResults: {facts}, in {self.folder}>"
 
     def _repr_html_(self) -> str:
-        facts = [*self._facts(), ("fields", ", ".join(self.fields))]
-        rows = (f"<tr><th>{key}</th><td>{escape(value)}</td></tr>" for key, value in facts)
-        return f"<table>{''.join(rows)}</table>"
+        return html_table({**dict(self._facts()), "fields": ", ".join(self.fields)})
 
     def _facts(self) -> list[tuple[str, str]]:
         """Returns what is shown of the run, by headings, without reading an output."""

@@ -4,29 +4,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.plot.names import column_of
 from tilth.results.extras import require_extra
 
+T = TypeVar("T")
+
 
 class UnknownColumn(BadInput, KeyError):
     """There is no such column; also a ``KeyError``, as of any other mapping."""
 
 
-class History(Mapping[str, Floats]):
-    """Columns of ``history.csv`` by heading (``name [unit]``), each of shape (rows,).
+class ByHeading(Mapping[str, T]):
+    """What belongs to the columns of ``history.csv``, by heading (``name [unit]``).
 
     A column is also found by its name without the unit. Any other name raises ``BadInput`` with
     those near it.
     """
 
-    def __init__(self, columns: Mapping[str, Floats]) -> None:
+    def __init__(self, columns: Mapping[str, T]) -> None:
         self._columns = dict(columns)
 
-    def __getitem__(self, name: str) -> Floats:
+    def __getitem__(self, name: str) -> T:
         try:
             return self._columns[column_of(list(self._columns), name)]
         except BadInput as error:
@@ -37,6 +39,13 @@ class History(Mapping[str, Floats]):
 
     def __len__(self) -> int:
         return len(self._columns)
+
+    def __repr__(self) -> str:
+        return repr(self._columns)
+
+
+class History(ByHeading[Floats]):
+    """Columns of ``history.csv``, each of shape (rows,), see `ByHeading`."""
 
     @property
     def rows(self) -> int:
