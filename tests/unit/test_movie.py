@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from report_setups import UNITS, snapshot
+from matplotlib.collections import LineCollection
+from report_setups import UNITS, make_setup, snapshot
 
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter
@@ -17,6 +18,7 @@ from tilth.plot.movie import write_movie
 from tilth.plot.picture import FieldPicture, Scene
 from tilth.plot.run import PlottedRun
 from tilth.plot.views import PlaneView
+from tilth.report.setup_data import Surface
 
 
 def run_at(folder: Path, dim: int = 2, outputs: int = 3) -> Path:
@@ -105,6 +107,43 @@ def test_a_long_body_is_to_scale_with_the_colour_bar_below(tmp_path: Path) -> No
     assert body[3] * size[1] / (body[2] * size[0]) == pytest.approx(ratio, rel=1e-6)
     assert bar[1] + bar[3] < body[1]
     assert body[2] * size[0] > 6.5
+
+
+def test_boundaries_are_where_they_are_at_that_time(tmp_path: Path) -> None:
+    plate = Surface(
+        name="plate",
+        kind="contact",
+        corner=np.array([[[1.0, 4.0], [2.0, 4.0]]]),
+        normal=np.array([[0.0, -1.0]]),
+        displacement=np.array([[0.0, -0.4]]),
+        bounded=True,
+    )
+    run = replace(
+        PlottedRun.of(run_at(tmp_path / "run")),
+        setup=replace(make_setup((6, 4)), surfaces=[plate]),
+        moving={"plate displacement_y [m]": np.array([0.0, -0.1, -0.4])},
+        declared={
+            "boundaries": [
+                {"name": "base", "type": "plane", "axis": "y", "at": 0.0, "condition": "fixed"}
+            ]
+        },
+    )
+    view = PlaneView(run, "field")
+    scene = Scene.of(run, view, "displacement", range(3))
+    picture = FieldPicture(run, view, "displacement", scene)
+    (low, high) = scene.limits
+    for step, height in enumerate((4.0, 3.9, 3.6)):
+        picture.draw(run.results.snapshot(step))
+        lines = [each for each in picture.axes.collections if isinstance(each, LineCollection)]
+        drawn = np.concatenate([np.array(line.get_segments()) for line in lines])
+        np.testing.assert_allclose(
+            drawn, [[[1.0, height], [2.0, height]], [[low[0], 0.0], [high[0], 0.0]]]
+        )
+    (legend,) = picture.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["boundaries: plate, base"]
+    picture.finish()
+    soil = picture.axes.get_window_extent()
+    assert legend.get_window_extent().y0 > soil.y1
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,17 +22,18 @@ class Encoder:
     """A writer of matplotlib, and the settings of matplotlib that it needs."""
 
     writer: Any
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Any = field(default_factory=dict)
 
 
-def encoder_for(path: Path, fps: float) -> Encoder:
-    """Returns the writer for a file by its ending, with a rate of frames [1/s].
+def encoder_for(path: Path, rate: float) -> Encoder:
+    """Returns the writer for a file by its ending, with the rate of its frames [1/s].
 
     Raises ``BadInput`` for another ending, a folder that is not there, or if there is no ffmpeg.
     """
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
     require_ending(path, FORMATS, "movies")
+    fps: Any = rate  # matplotlib's annotation wants a whole number
     if path.suffix.lower().removeprefix(".") in BY_PILLOW:
         return Encoder(PillowWriter(fps=fps))
     # x264 for any player; a picture of lines and texts needs more than its usual quality.

@@ -52,4 +52,5 @@ def save_figure(figure: Figure, path: Path) -> None:
     require_format(path)
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
     with rc_context(kept), writing(path):
-        save(figure, path, dpi=RESOLUTION, bbox_inches="tight")
+        cut = figure.get_layout_engine() is None  # by `layout.fit`, to what is drawn
+        save(figure, path, dpi=RESOLUTION, **({} if cut else {"bbox_inches": "tight"}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,8 +23,8 @@ _LEAST = 0.3
 """Shorter side of the axes, at least [inch]; a longer body is stretched, with a note."""
 _READABLE = 0.8
 """Height of a long body up to which it is drawn wider [inch]."""
-_SPACE = (5.2, 4.4)
-"""Size of axes in space [inch]."""
+_SPACE = (6.0, 6.0)
+"""Size of axes in space [inch], of which only what is drawn is kept."""
 _BAR, _GAP = 0.14, 0.14
 """Thickness of the colour bar and its distance [inch]."""
 _STRIP, _STRIP_WIDTH = 1.1, 3.6
@@ -77,8 +77,6 @@ class Layout:
             below += _BAR + 0.48
         else:
             place = (_LEFT + width + _GAP, _BOTTOM, _BAR, height)
-            if self.size == _SPACE:
-                place = (_LEFT + width + 0.3, _BOTTOM + 0.15 * height, _BAR, 0.7 * height)
         found["bar"] = place
         if strip:
             length = max(width, _STRIP_WIDTH)
@@ -112,13 +110,28 @@ def _lines(text: str) -> list[str]:
     return on_lines(text, LEGEND_WIDTH).split("\n")
 
 
+def span_in_space(axes: Any) -> tuple[float, float]:
+    """Returns the lower and the upper end of what axes in space show, over their height."""
+    _drawn(axes.figure)
+    box = _box_in_space(axes, axes.figure.canvas.get_renderer())
+    low, high = axes.transAxes.inverted().transform(box.get_points())[:, 1]
+    return float(low), float(high)
+
+
 def fit(figure: Figure) -> None:
     """Cuts a figure to what is drawn in it; all that is drawn keeps its size."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.transforms import Bbox
 
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    box = figure.get_tightbbox(canvas.get_renderer())  # inches
+    _drawn(figure)
+    canvas: Any = figure.canvas
+    renderer = canvas.get_renderer()
+    boxes = [legend.get_window_extent(renderer) for legend in figure.legends]
+    for axes in figure.axes:
+        if axes.name == "3d":
+            boxes += [_box_in_space(axes, renderer), axes.title.get_window_extent(renderer)]
+        else:
+            boxes.append(axes.get_tightbbox(renderer))
+    box = Bbox(Bbox.union(boxes).get_points() / figure.dpi)  # inches
     size = figure.get_size_inches()
     places = [np.array(axes.get_position(original=True).bounds) for axes in figure.axes]
     width, height = box.width + 2.0 * _PAD, box.height + 2.0 * _PAD
@@ -127,3 +140,24 @@ def fit(figure: Figure) -> None:
         x, y = place[:2] * size - [box.x0 - _PAD, box.y0 - _PAD]
         across, up = place[2:] * size
         axes.set_position((x / width, y / height, across / width, up / height))
+
+
+def _drawn(figure: Any) -> None:
+    """Draws a figure, so that what is in it has its place."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+
+
+def _box_in_space(axes: Any, renderer: Any) -> Any:
+    """Returns the box around the sides of the space that axes show, and their labels [pixel]."""
+    from matplotlib.transforms import Bbox
+    from mpl_toolkits.mplot3d.proj3d import proj_transform  # type: ignore[import-untyped]
+
+    limits = (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())
+    corner = np.stack(np.meshgrid(*limits), axis=-1).reshape(-1, 3)
+    x, y, _ = proj_transform(*corner.T, axes.get_proj())
+    place = axes.transData.transform(np.column_stack([x, y]))
+    labels = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    own = Bbox([place.min(axis=0), place.max(axis=0)])
+    return Bbox.union([own, *(each for each in labels if each is not None)])

@@ -88,7 +88,7 @@ def write_movie(
     picture.draw(last)
     picture.finish()
     with (
-        rc_context(dict(encoder.settings)),
+        rc_context(encoder.settings),
         writing(path),
         any_characters(),
         encoder.writer.saving(picture.figure, str(path), _RESOLUTION),

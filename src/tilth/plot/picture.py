@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
-from tilth.plot.layout import Layout, fit
+from tilth.plot.layout import Layout, fit, span_in_space
 from tilth.plot.run import PlottedRun
 from tilth.plot.views import Limits, View, around
 from tilth.report.colour_scale import ColourScale
@@ -94,7 +94,7 @@ class FieldPicture:
         self.axes: Any = self.figure.add_axes(boxes["field"], **kind)
         self.strip: Any = self.figure.add_axes(boxes["strip"]) if strip else None
         below = self._layout.bar_below
-        bar = self.figure.colorbar(
+        bar: Any = self.figure.colorbar(
             self._mappable,
             cax=self.figure.add_axes(boxes["bar"]),
             orientation="horizontal" if below else "vertical",
@@ -104,6 +104,9 @@ class FieldPicture:
         for axis in (bar.ax.xaxis, bar.ax.yaxis):
             axis.get_offset_text().set_fontsize(8)
         bar.formatter.set_powerlimits((-3, 4))
+        self._bar: Any = bar.ax
+        self._top = 1.0
+        """Where the title is, over the height of the axes."""
         self._add_legend()
 
     @property
@@ -126,14 +129,30 @@ class FieldPicture:
     def finish(self) -> None:
         """Cuts the figure to what is drawn, with room for the longest title."""
         shown = self.axes.get_title()
-        self._set_title(self._scene.title)
         with any_characters():
+            if len(self._scene.limits[0]) == 3:
+                self._fill_height(*span_in_space(self.axes))
+            self._set_title(self._scene.title)
             fit(self.figure)
         self._set_title(shown)
 
+    def _fill_height(self, low: float, high: float) -> None:
+        """Moves legend and title to the upper end of what is seen of space; the bar beside it."""
+        self._top = high
+        box, bar = self.axes.get_position().bounds, self._bar.get_position().bounds
+        self._bar.set_position((bar[0], box[1] + low * box[3], bar[2], (high - low) * box[3]))
+        for legend in self.figure.legends:
+            legend.set_bbox_to_anchor((0.5, self._above_title), self.axes.transAxes)
+
+    @property
+    def _above_title(self) -> float:
+        """Height of the lower end of the legend, over that of the axes."""
+        lines = on_lines(self._scene.title, self._layout.title_width).count("\n") + 1
+        return self._top + (0.12 + 0.16 * lines) / self._layout.size[1]
+
     def _set_title(self, text: str) -> None:
         own = on_lines(text.replace("\n", " "), self._layout.title_width)
-        self.axes.set_title(own, fontsize=9, **AS_IT_IS)
+        self.axes.set_title(own, y=self._top, fontsize=9, **AS_IT_IS)
 
     def _finish_plane(self) -> None:
         axes, layout = self.axes, self._layout
@@ -152,13 +171,11 @@ class FieldPicture:
         """Puts the legend above the title, outside of the axes."""
         if not self._scene.handles:
             return
-        lines = on_lines(self._scene.title, self._layout.title_width).count("\n") + 1
-        height = self._layout.size[1]
         add_legend(
             self.figure,
             self._scene.handles,
             loc="lower center",
-            bbox_to_anchor=(0.5, 1.0 + (0.12 + 0.16 * lines) / height),
+            bbox_to_anchor=(0.5, self._above_title),
             bbox_transform=self.axes.transAxes,
             ncols=self._layout.columns([handle.label for handle in self._scene.handles]),
             fontsize=8,

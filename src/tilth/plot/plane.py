@@ -74,11 +74,11 @@ class Plane:
         level = float(np.linalg.norm(across)) < 1e-9  # a horizontal plane
         across = np.array([1.0, 0.0, 0.0]) if level else across / np.linalg.norm(across)
         up = np.cross(normal, across)
-        names = tuple(
+        along = [
             f"distance along ({', '.join(f'{x:.3g}' for x in np.round(axis, 12) + 0.0)})"
             for axis in (across, up)
-        )
-        return cls(point, normal, np.stack([across, up]), (names[0], names[1]), text)
+        ]
+        return cls(point, normal, np.stack([across, up]), (along[0], along[1]), text)
 
     def height(self, position: Floats) -> Floats:
         """Returns the distances of positions (..., 3) above the plane, shape (...)."""

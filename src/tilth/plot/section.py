@@ -22,6 +22,7 @@ from tilth.report.fields import with_unit
 from tilth.report.handles import Handle
 from tilth.report.interpolation import values_at
 from tilth.report.region import Part, Region, part_of_polygons
+from tilth.report.rigid_bodies import EDGE
 from tilth.report.surface_lines import clip_segments
 from tilth.report.tracked_surfaces import LINE_WIDTH, colour_of, tracked_handles
 
@@ -170,7 +171,7 @@ class SectionView:
         for _, segment in self._boundaries(snapshot, limits):
             draw_segments(axes, segment)
         for _, segment in self._rigid(snapshot):
-            draw_segments(axes, segment, width=1.2)
+            draw_segments(axes, segment, EDGE, 1.2)
         for number, shape in enumerate(snapshot.surfaces):
             draw_segments(axes, self._cut(shape), colour_of(number), LINE_WIDTH)
 

@@ -12,10 +12,14 @@ from tilth.report.rigid_bodies import EDGE, FILL
 
 _MOST_NAMES = 4
 """Names in an entry of the legend, at most; of more only what they are."""
-_LINE = {"color": EDGE, "linewidth": 2.0}
+BOUNDARY, BOUNDARY_WIDTH = "0.4", 2.4
+"""Of the lines of boundaries, unlike those of tracked surfaces; the width [point]."""
+_LINE = {"color": BOUNDARY, "linewidth": BOUNDARY_WIDTH}
 
 
-def draw_segments(axes: Any, segment: Floats, colour: str = EDGE, width: float = 2.0) -> None:
+def draw_segments(
+    axes: Any, segment: Floats, colour: str = BOUNDARY, width: float = BOUNDARY_WIDTH
+) -> None:
     """Draws lines in the plane, segments (k, 2, 2); the width [point]."""
     from matplotlib.collections import LineCollection
 

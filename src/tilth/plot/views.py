@@ -90,7 +90,10 @@ class PlaneView:
         room = AROUND * float((high - low).max())
         for part in self._run.boundaries(snapshot, low - room, high + room):
             if part["kind"] == "rigid":
-                others.append(part["position"].reshape(-1, 2))
+                place = part["position"].reshape(-1, 2)
+                ends = ((place > low - 0.99 * room) & (place < high + 0.99 * room)).all(axis=1)
+                others.append(place[ends])  # not where it goes on beyond the picture
+        others = [each for each in others if len(each)]
         if (line := self._run.water(snapshot.time)) is not None and len(
             near := nearby(line, low, high)
         ):
