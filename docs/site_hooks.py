@@ -45,7 +45,7 @@ def place_in_site(path: str) -> str:
         return path.removeprefix("docs/")
     if (ROOT / path).is_dir():
         return f"{path}/README.md"
-    if path.endswith((".md", ".png")):
+    if path.endswith((".md", ".png", ".gif")):
         return path
     return f"files/{path}.md"
 

@@ -35,6 +35,7 @@ COMMANDS = (
     "resume",
     "report",
     "plot",
+    "movie",
     "export",
     "safety",
     "study",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`tilth plot`: the files it writes, and names and times that are refused."""
+"""`tilth plot` and `tilth movie`: the files it writes, and names and times that are refused."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -16,10 +16,18 @@ def test_pictures_are_written_and_wrong_names_refused(
         file = tmp_path / f"{number}.png"
         assert tilth("plot", run, *ask, "--save", file).code == 0
         assert file.read_bytes().startswith(b"\x89PNG")
+    made = tilth("movie", run, "--field", "displacement", "--save", tmp_path / "x.gif")
+    assert (made.code, made.err) == (0, "")
+    assert f"frames written to {tmp_path / 'x.gif'}" in made.out
+    assert (tmp_path / "x.gif").read_bytes().startswith(b"GIF89a")
+    refused = tilth("movie", run, "--field", "displacement", "--save", tmp_path / "x.avi")
+    assert refused.code == 2
+    assert ".mp4, .gif, .webp" in refused.err
     for ask, remedy in (
         (("--field", "displacements"), "did you mean displacement"),
         (("--field", "displacement", "--time", "77"), "choose from 0,"),
         (("--history", "time", "topp"), "did you mean top"),
+        (("--field", "displacement", "--section", "x=0"), "leave out --section"),
     ):
         refused = tilth("plot", run, *ask, "--save", tmp_path / "refused.png")
         assert refused.code == 2

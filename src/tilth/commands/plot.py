@@ -24,6 +24,11 @@ from tilth.errors import BadInput, visible
     help="The field over the soil, each point, or each point's domain.",
 )
 @click.option(
+    "--section",
+    metavar="x=X",
+    help="In 3D: the plane to draw, x=X, y=Y or z=Z, or a point and a normal, X,Y,Z:NX,NY,NZ.",
+)
+@click.option(
     "--range", "values", nargs=2, type=float, metavar="LOW HIGH", help="Ends of the colours."
 )
 @click.option("--path", metavar="X0,Y0:X1,Y1", help="Draw the field along a line, by its ends.")
@@ -51,6 +56,7 @@ def _figure(
     field: str | None,
     time: float | None,
     show: Any,
+    section: str | None,
     values: tuple[float, float] | None,
     path: str | None,
     history: tuple[str, str] | None,
@@ -71,7 +77,7 @@ def _figure(
     if len(folders) > 1:
         raise BadInput("a field is drawn of one run", "name one folder", key="DIR")
     if path is None:
-        return field_figure(folders[0], field, time=time, show=show, values=values)
+        return field_figure(folders[0], field, time=time, show=show, section=section, values=values)
     start, _, end = path.partition(":")
     return path_figure(folders[0], field, _place(start, path), _place(end, path), time=time)
 

@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from tilth.errors import BadInput
-from tilth.output.folder import RESULTS, read_declared, require_folder
+from tilth.output.folder import RESULTS, require_folder
+from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results, read_results
 from tilth.plot.names import output_at, require_field
+from tilth.plot.picture import FieldPicture, Scene
+from tilth.plot.plane import Plane
+from tilth.plot.run import PlottedRun
+from tilth.plot.section import SectionView
+from tilth.plot.views import PlaneView, SpaceView, View
 from tilth.report.colour_scale import ColourScale
-from tilth.report.field_plots import draw_frames
+from tilth.report.fields import parameter_fields
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,38 +31,50 @@ def field_figure(
     *,
     time: float | None = None,
     show: Show = "field",
+    section: str | None = None,
     values: tuple[float, float] | None = None,
 ) -> Figure:
-    """Returns the figure of a field over the deformed soil, to scale, with rigid bodies.
+    """Returns the figure of a field over the deformed soil, to scale, with what is around it.
 
-    Of a run in space the points that are visible from outside are drawn.
+    That are boundaries, rigid bodies, tracked surfaces and the water level.
 
     Args:
         folder: of the run.
         field: its name, or with a component, such as ``cauchy_stress_yy``.
         time: of an output; the last one if None.
         show: the field over the region of the soil, or each point, or each point's domain.
+        section: of a run in space the plane to draw, ``x=1.0`` or a point and a normal,
+            ``0,0,1:1,1,0``; without it the points are drawn that are visible from outside.
         values: those at the ends of the colours; by default the least and the largest one.
 
     Raises:
-        BadInput: there are no results, or the field or the time is none of theirs.
+        BadInput: there are no results, or the field or the time is none of theirs, or the plane
+            cuts no soil.
     """
-    results = results_of(folder)
-    snapshot = results.snapshot(output_at(results, time))
+    run = PlottedRun.of(folder)
+    index = output_at(run.results, time)
+    snapshot = run.results.snapshot(index)
     require_field(snapshot, field)
-    scale = None if values is None else _given_scale(*values)
-    figure: Any = draw_frames(
-        [snapshot],
-        field,
-        results.units,
-        axisymmetric=_is_axisymmetric(folder),
-        initial=results.snapshot(0),
-        show=show,
-        scale=scale,
-    )
-    for axes in figure.axes:
-        axes.set_facecolor("white")
-    return figure  # type: ignore[no-any-return]
+    view = view_of(run, snapshot, field, show, section)
+    scene = Scene.of(run, view, field, [index], scale_between(values))
+    picture = FieldPicture(run, view, field, scene)
+    picture.draw(snapshot)
+    picture.finish()
+    return picture.figure
+
+
+def view_of(
+    run: PlottedRun, snapshot: Snapshot, field: str, show: Show, section: str | None = None
+) -> View:
+    """Returns how outputs like this one are shown; raises ``BadInput`` for what does not fit."""
+    if show == "field" and field in parameter_fields(snapshot):
+        show = "domains"  # the values of neighbours may have nothing between them
+    if section is not None:
+        if run.results.dim == 2:
+            problem = "the results are in the plane"
+            raise BadInput(problem, "leave out --section", key="section", value=section)
+        return SectionView(run, Plane.of(section), show)
+    return SpaceView(run) if run.results.dim == 3 else PlaneView(run, show)
 
 
 def results_of(folder: Path | str) -> Results:
@@ -66,13 +83,11 @@ def results_of(folder: Path | str) -> Results:
     return read_results(Path(folder) / RESULTS)
 
 
-def _given_scale(low: float, high: float) -> ColourScale:
+def scale_between(values: tuple[float, float] | None) -> ColourScale | None:
+    """Returns the colours between two values; None for None, ``BadInput`` if not increasing."""
+    if values is None:
+        return None
+    low, high = values
     if not low < high:
         raise BadInput("the first value must be below the second", key="range", value=[low, high])
     return ColourScale(low, high, "coolwarm" if low == -high else "viridis")
-
-
-def _is_axisymmetric(folder: Path | str) -> bool:
-    with suppress(BadInput, KeyError, TypeError):
-        return bool(read_declared(folder)["analysis"]["kind"] == "axisymmetric")
-    return False

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +20,16 @@ RESOLUTION = 300
 
 
 def require_format(path: Path) -> None:
-    """Raises ``BadInput`` if a file's name ends otherwise, or its folder does not exist."""
-    if path.suffix.lower().removeprefix(".") not in FORMATS:
-        known = ", ".join(f".{each}" for each in FORMATS)
+    """Raises ``BadInput`` if a picture's name ends otherwise, or its folder does not exist."""
+    require_ending(path, FORMATS, "pictures")
+
+
+def require_ending(path: Path, formats: Sequence[str], what: str) -> None:
+    """Raises ``BadInput`` if a name has none of some endings, or its folder does not exist."""
+    if path.suffix.lower().removeprefix(".") not in formats:
+        known = ", ".join(f".{each}" for each in formats)
         raise BadInput(
-            "is no format of pictures that can be written",
+            f"is no format of {what} that can be written",
             f"let the name end with one of {known}",
             key="save",
             value=str(path),
@@ -46,4 +52,5 @@ def save_figure(figure: Figure, path: Path) -> None:
     require_format(path)
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
     with rc_context(kept), writing(path):
-        save(figure, path, dpi=RESOLUTION, bbox_inches="tight")
+        cut = figure.get_layout_engine() is None  # by `layout.fit`, to what is drawn
+        save(figure, path, dpi=RESOLUTION, **({} if cut else {"bbox_inches": "tight"}))

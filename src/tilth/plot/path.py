@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
 from tilth.output.snapshot import Snapshot
 from tilth.plot.curves import COLOURS, SIZE, finish_lines
@@ -76,10 +76,19 @@ def values_along(snapshot: Snapshot, values: Floats, places: Floats) -> Floats:
     if snapshot.dim == 2:
         region = Region.of(snapshot.position, corners, snapshot.body_id, snapshot.surfaces)
         return region.values_in(snapshot.position, values, places)
+    found = np.full(len(places), np.nan)
+    for body in np.unique(snapshot.body_id):  # bodies that touch keep their own values
+        own = np.flatnonzero(snapshot.body_id == body)
+        inside = np.flatnonzero(_inside(snapshot.position[own], corners[own], places))
+        found[inside] = values_at(snapshot.position[own], values[own], places[inside])
+    return found
+
+
+def _inside(position: Floats, corners: Floats, places: Floats) -> Flags:
+    """Returns which places in space are in the boxes around domains of points, shape (m,)."""
     from scipy.spatial import cKDTree
 
     half = 0.5 * np.ptp(corners, axis=1)
-    near = cKDTree(snapshot.position).query(places, k=[*range(1, min(9, len(half) + 1))])[1]
-    away = np.abs(places[:, None, :] - snapshot.position[near])
-    inside = (away <= 1.1 * half[near]).all(axis=2).any(axis=1)
-    return np.where(inside, values_at(snapshot.position, values, places), np.nan)
+    near = cKDTree(position).query(places, k=[*range(1, min(9, len(half) + 1))])[1]
+    away = np.abs(places[:, None, :] - position[near])
+    return np.asarray((away <= 1.1 * half[near]).all(axis=2).any(axis=1))

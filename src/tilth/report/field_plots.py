@@ -72,10 +72,10 @@ def draw_frames(
         show = "domains"  # the values of neighbours may have nothing between them
     tracked = tracked_vertices(snapshots if initial is None else [initial, *snapshots])
     tracked += rigid_vertices(snapshots)
-    lower, upper = _extent(snapshots, tracked)
+    lower, upper = extent(snapshots, tracked)
     levels = [water(snapshot.time) for snapshot in snapshots]
     near = [nearby(line, lower, upper) for line in levels if line is not None]
-    lower, upper = _extent(snapshots, [*tracked, *(part for part in near if len(part))])
+    lower, upper = extent(snapshots, [*tracked, *(part for part in near if len(part))])
     size = upper - lower
     rows, columns = _arrangement(len(snapshots), size[0] / size[-1] if dim == 2 else 1.2)
     stretch = 1.0
@@ -149,7 +149,7 @@ def draw_frames(
     return figure
 
 
-def _extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Floats, Floats]:
+def extent(snapshots: Sequence[Snapshot], others: Sequence[Floats]) -> tuple[Floats, Floats]:
     """Returns the bounding box of all frames and ``others``, (n, dim) each, with a margin."""
     corners = list(others)
     for snapshot in snapshots:

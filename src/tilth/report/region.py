@@ -147,20 +147,43 @@ def areas_of(corner: Floats) -> Floats:
     return np.asarray(0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]))
 
 
+def part_of_polygons(polygon: Floats) -> Part | None:
+    """Returns the region of one body from convex areas around its points, None if it has none.
+
+    ``polygon``: their corners in order [length], shape (n, k, 2), the first or the last one
+    repeated where they are fewer. The points of the part are the middles of the areas.
+    """
+    middle = 0.5 * (polygon.min(axis=1) + polygon.max(axis=1))
+    half = np.linalg.norm(polygon - middle[:, None], axis=2).max(axis=1)
+    half = np.maximum(half, float(np.median(half)))
+    return _part_between(np.arange(len(middle)), middle, polygon, half, ())
+
+
 def _part(
     points: Integers, position: Floats, corners: Floats, surfaces: Sequence[SurfaceShape]
 ) -> Part | None:
     """Returns the region of one body, None if it has none."""
-    from scipy.spatial import Delaunay, QhullError
-
     half = 0.5 * np.maximum(
         np.linalg.norm(corners[:, 3] - corners[:, 0], axis=1),
         np.linalg.norm(corners[:, 2] - corners[:, 1], axis=1),
     )
+    return _part_between(points, position, outlines(position, corners), half, surfaces)
+
+
+def _part_between(
+    points: Integers,
+    position: Floats,
+    polygon: Floats,
+    half: Floats,
+    surfaces: Sequence[SurfaceShape],
+) -> Part | None:
+    """Returns the region of points (n, 2) with areas around them, (n, k, 2), half as wide."""
+    from scipy.spatial import Delaunay, QhullError
+
     typical = float(np.median(half))
     outer = _near_outline(position / typical, half / typical)
-    corner = outlines(position[outer], corners[outer]).reshape(-1, 2)
-    corner, size = _distinct(corner, np.repeat(half[outer], 4))
+    corner = polygon[outer].reshape(-1, 2)
+    corner, size = _distinct(corner, np.repeat(half[outer], polygon.shape[1]))
     if surfaces:
         within = inside_of(surfaces, corner, 3.0 * typical, 0.15 * typical)
         line = vertices_along(surfaces, 0.5 * typical)

@@ -47,7 +47,7 @@ def draw_tracked_2d(axes: Axes, snapshot: Snapshot, initial: Snapshot | None) ->
     """Draws lines along the tracked surfaces; those of the output ``initial`` dashed and thin."""
     if initial is not None and initial.step != snapshot.step:
         for number, shape in enumerate(initial.surfaces):
-            _draw_lines(axes, shape, color=colour_of(number), **_INITIAL_LINE)
+            _draw_lines(axes, shape, color=colour_of(number), **INITIAL_LINE)
     draw_tracked_lines(axes, snapshot.surfaces)
 
 
@@ -119,7 +119,7 @@ def add_tracked_legend(
         one = len(there) == 1
         label = f"surface{'' if one else 's'} at the start"
         colour = colour_of(there[0]) if one else "0.3"
-        handles.append(Handle(label, {"color": colour, **_INITIAL_LINE}))
+        handles.append(Handle(label, {"color": colour, **INITIAL_LINE}))
     if not handles:
         return
     width, height = figure.get_size_inches()
@@ -146,7 +146,7 @@ def add_tracked_legend(
 
 
 _LINE: dict[str, Any] = {"linewidth": LINE_WIDTH, "halo": LINE_WIDTH + 1.4}
-_INITIAL_LINE: dict[str, Any] = {
+INITIAL_LINE: dict[str, Any] = {
     "linewidth": INITIAL_WIDTH,
     "linestyle": INITIAL_STYLE,
     "halo": INITIAL_WIDTH + 0.9,

@@ -160,6 +160,7 @@ class RunResults:
         time: float | None = None,
         *,
         show: Literal["field", "points", "domains"] = "field",
+        section: str | None = None,
         values: tuple[float, float] | None = None,
     ) -> Figure:
         """Returns the figure of a field over the deformed soil, as ``tilth plot`` draws it.
@@ -168,7 +169,9 @@ class RunResults:
         """
         from tilth.plot.field import field_figure
 
-        return field_figure(self.folder, field, time=time, show=show, values=values)
+        return field_figure(
+            self.folder, field, time=time, show=show, section=section, values=values
+        )
 
     def plot_history(self, x: str, y: str) -> Figure:
         """Returns the figure of column ``y`` over column ``x`` of the history.

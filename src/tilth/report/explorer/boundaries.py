@@ -15,20 +15,25 @@ from tilth.report.surface_lines import clip_segments, clip_triangles
 
 
 def boundaries_at(
-    setup: Setup | StagedSetup | None, table: Mapping[str, Floats], step: int, time: float
+    setup: Setup | StagedSetup | None,
+    table: Mapping[str, Floats],
+    step: int,
+    time: float,
+    box: tuple[Floats, Floats] | None = None,
 ) -> list[dict[str, Any]]:
     """Returns the parts of boundaries near the soil: ``name``, ``kind`` and ``position`` [length].
 
     ``position`` are segments (k, 2, 2) or triangles (k, 3, 3). ``table`` is boundaries.csv by
     heading; boundaries are moved by their displacements in it. ``kind`` is ``boundary``, or
-    ``rigid`` where one moves. Rigid bodies are left out: they are in the results.
+    ``rigid`` where one moves. Rigid bodies are left out: they are in the results. ``box``: lower
+    and upper corner of what is returned [length], else those of the set-up's figure.
     """
     if setup is None:
         return []
     if isinstance(setup, StagedSetup):
         chosen = [k for k, stage in enumerate(setup.stages) if time <= stage.end]
         setup = setup.at(chosen[0] if chosen else -1)
-    low, high = setup.bounds()
+    low, high = setup.bounds() if box is None else box
     found = []
     for surface in setup.surfaces:
         if surface.kind != "rigid body" and len(surface.corner):
