@@ -83,6 +83,7 @@ def test_gmsh_opens_a_view_of_each_field_at_its_time(tmp_path: Path) -> None:
         assert gmsh.view.option.getString(second, "Name") == "displacement [m]"
         assert gmsh.view.option.getNumber(first, "Visible") == 1
         assert gmsh.view.option.getNumber(second, "Visible") == 0
+        assert gmsh.option.getNumber("Mesh.SurfaceEdges") == 0
     finally:
         gmsh.finalize()
 

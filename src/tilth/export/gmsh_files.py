@@ -25,7 +25,7 @@ def write_gmsh(source: Source, folder: NewFolder, show: Show) -> None:
     """Writes ``output_0000.msh``, ..., each with a view per field, and their options.
 
     Where the soil is not, the values are "not a number", which Gmsh does not draw. The options,
-    ``output_0000.msh.opt``, which Gmsh reads by itself, show the first view only. Raises
+    ``output_0000.msh.opt``, which Gmsh reads by itself, show the first view alone. Raises
     ``BadInput`` without meshio, ``AnalysisFailed`` if a file cannot be written.
     """
     names = FileNames()
@@ -40,8 +40,13 @@ def write_gmsh(source: Source, folder: NewFolder, show: Show) -> None:
                     heading = with_unit(name, unit).replace('"', "'")
                     file.write(_view(heading, source.results.times[index], _values(name, there)))
         with folder.file(f"output_{index:04d}.msh.opt") as path:
-            hidden = (f"View[{view}].Visible = 0;\n" for view in range(1, len(source.fields)))
-            path.write_text("".join(hidden), encoding="utf-8")
+            path.write_text(_options(len(source.fields)), encoding="utf-8")
+
+
+def _options(views: int) -> str:
+    """Returns the options that hide the edges of the cells and all views but the first."""
+    hidden = [f"View[{view}].Visible = 0;" for view in range(1, views)]
+    return "\n".join(["Mesh.SurfaceEdges = 0;", "Mesh.VolumeEdges = 0;", *hidden, ""])
 
 
 def _write_mesh(parts: Sequence[Part], names: Sequence[str], path: Path) -> None:

@@ -99,7 +99,7 @@ def _script(
         "COMPONENT": component,
         "LABEL": with_unit(field.replace("_", " ") + part, source.unit(field)),
         "RANGE": (low, high if low < high else low + (abs(low) or 1.0)),
-        "RADIUS": _radius(snapshot),
+        "RADIUS": _radius(snapshot) * results.dim**0.5,  # that round the corners of a domain
         "SURFACES": [
             block
             for key, start in FAMILIES.items()

@@ -19,7 +19,8 @@ def write_vtk(source: Source, folder: NewFolder, show: Show) -> None:
     """Writes ``NAME/0000.vtu``, ... for each body or surface, and ``NAME.pvd`` with the times.
 
     ``bodies.pvd`` has several bodies together. A body that is not there at an output has a file
-    without points: else programs would go on showing it. Raises ``BadInput`` without meshio, ``AnalysisFailed`` if a file cannot be written.
+    without points: else programs would go on showing it. Raises ``BadInput`` without meshio,
+    ``AnalysisFailed`` if a file cannot be written.
     """
     names = FileNames([BODIES])
     written: dict[str, set[int]] = {}
