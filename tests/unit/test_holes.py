@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_problems import block_entries
 
 from tilth.bodies.discretise import discretise, inside_body
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
-from tilth.model import Body, Box, Circle, Polygon
+from tilth.model import Body, Box, Circle, Model, Polygon
 from tilth.model.shapes import DeclaredShape
 from tilth.mpm.grid import Grid
 from tilth.surface.outline import outline
@@ -160,3 +161,13 @@ def test_a_hole_that_no_point_falls_in_is_refused() -> None:
     shape = Box(lower=[0, 0], upper=[10, 10], holes=[hole])  # type: ignore[list-item]
     with pytest.raises(BadInput, match=r'bodies "soil".shape.holes\[0\]: no material point lies'):
         discretise(body(shape), "plane_strain", GRID)
+
+
+def test_a_hole_beyond_the_axis_is_refused() -> None:
+    """The half of a ball at r < 0 is not there, and so no hole can be in it."""
+    entries = block_entries("axisymmetric", "gimp", "hencky_elastic")
+    hole = {"type": "circle", "centre": [-0.5, 1.0], "radius": 0.2}
+    ball = {"type": "circle", "centre": [0.0, 1.0], "radius": 1.0, "holes": [hole]}
+    entries["bodies"][0]["shape"] = ball
+    with pytest.raises(BadInput, match=r"bodies\[0\].shape.holes\[0\].*x = -0.7, beyond the axis"):
+        Model.from_dict(entries)

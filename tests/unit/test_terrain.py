@@ -15,6 +15,7 @@ from tilth.bodies.forms import form_of
 from tilth.bodies.request import Request
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
+from tilth.case import load_case
 from tilth.errors import BadInput
 from tilth.model import Body, Polygon, Terrain
 from tilth.mpm.grid import Grid
@@ -155,3 +156,19 @@ def test_gaps_and_wrong_files(tmp_path: Path) -> None:
     assert "has a number that is not finite" in refusal(terrain(f"{tmp_path}/heights.csv"))
     flat = Terrain(surface={"file": asc(tmp_path)}, base=0.0, lower=[0.0], upper=[3.0])  # type: ignore[arg-type]
     assert "an ASCII grid is for 3D" in refusal(flat, PLANE)
+
+
+def test_paths_are_relative_to_the_case_file(tmp_path: Path) -> None:
+    shape = (
+        '{ type = "terrain", surface = { file = "none.csv" }, base = 0, lower = [0], upper = [1] }'
+    )
+    other = '{ type = "outline", file = "none.dxf", scale = 1 }'
+    (tmp_path / "case.toml").write_text(
+        f"format = 1\nbodies = [{{ shape = {shape} }}]\n"
+        f'stages = [{{ excavate = [{{ body = "a", shape = {other} }}] }}]\n'
+    )
+    with pytest.raises(BadInput) as error:
+        load_case(tmp_path / "case.toml")
+    found = str(error.value)
+    assert 'bodies[0].shape.surface.file = "none.csv": there is no such file' in found
+    assert 'stages[0].excavate[0].shape.file = "none.dxf": there is no such file' in found

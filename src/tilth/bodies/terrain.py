@@ -135,7 +135,7 @@ def _bends(line: Floats) -> Floats:
     """Returns the ends of a polyline and the vertices where it bends, (n, 2)."""
     slope = np.diff(line[:, 1]) / np.diff(line[:, 0])
     bend = np.abs(np.diff(slope)) > 1e-12 * (1.0 + np.abs(slope[1:]))
-    return line[np.concatenate([[True], bend, [True]])]
+    return np.asarray(line[np.concatenate([[True], bend, [True]])])
 
 
 def height_field_points(form: HeightField, request: Request) -> BodyPoints:
