@@ -132,11 +132,19 @@ def leave_by_end_of_program(folder: Path) -> None:
     assert done.stdout + done.stderr == ""
 
 
+SLOW = [
+    leave_by_break,
+    leave_by_key,
+    leave_by_with,
+    leave_by_forgetting,
+    leave_by_end_of_program,
+]
+
+
 @pytest.mark.parametrize(
     "leave",
-    [leave_by_stop, leave_by_break, leave_by_error, leave_by_key, leave_by_with,
-     leave_by_forgetting, leave_by_end_of_program],
-)  # fmt: skip
+    [leave_by_stop, leave_by_error, *(pytest.param(each, marks=pytest.mark.slow) for each in SLOW)],
+)
 def test_a_run_that_is_left_can_be_read_and_resumed(
     leave: Any, whole: Path, tmp_path: Path
 ) -> None:
@@ -152,6 +160,7 @@ def test_a_run_that_is_left_can_be_read_and_resumed(
     assert_same_results(whole, folder)
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_step_by_step(whole: Path, tmp_path: Path) -> None:
     tilth.run(model(), tmp_path / "run", until=0.4, quiet=True)
     first = next(steps := tilth.steps(None, tmp_path / "run"))
@@ -203,6 +212,7 @@ def test_a_changed_load_is_that_of_a_model_with_its_curve(tmp_path: Path) -> Non
     assert "from factor 0.5 at time 0.5 to (0.75, 0.9), (1, 0.6)" in log
 
 
+@pytest.mark.slow
 def test_a_resumed_run_keeps_the_changed_load(tmp_path: Path) -> None:
     changed(tmp_path / "whole")
     changed(tmp_path / "stopped", stop=True)
@@ -210,6 +220,7 @@ def test_a_resumed_run_keeps_the_changed_load(tmp_path: Path) -> None:
     assert_same_results(tmp_path / "whole", tmp_path / "stopped")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["model.json", "checkpoint.npz"])
 def test_a_change_that_is_killed_can_be_resumed(
     file: str, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
