@@ -14,6 +14,7 @@ from report_setups import UNITS, make_setup, snapshot
 
 from tilth.errors import BadInput
 from tilth.output import HistoryWriter, ResultsWriter
+from tilth.plot.field import field_figure
 from tilth.plot.movie import write_movie
 from tilth.plot.picture import FieldPicture, Scene
 from tilth.plot.run import PlottedRun
@@ -33,7 +34,7 @@ def run_at(folder: Path, dim: int = 2, outputs: int = 3) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("ending", ["gif", "webp"])
+@pytest.mark.parametrize("ending", ["gif", pytest.param("webp", marks=pytest.mark.slow)])
 def test_a_movie_has_one_frame_for_each_output(tmp_path: Path, ending: str) -> None:
     from PIL import Image
 
@@ -60,6 +61,20 @@ def test_a_movie_has_one_frame_for_each_output(tmp_path: Path, ending: str) -> N
     assert np.abs(frames[2] - frames[0]).max() > 100
 
 
+def test_a_run_in_space_and_a_section_of_it_are_drawn(tmp_path: Path) -> None:
+    run = run_at(tmp_path / "run", dim=3, outputs=2)
+    assert write_movie(run, "displacement", tmp_path / "x.gif") == 2
+    figure = field_figure(run, "displacement_x", section="x=1.5")
+    axes, bar = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("y [m]", "z [m]")
+    assert axes.get_title() == "x = 1.5 m, time 0.25 d"
+    assert bar.get_ylabel() == "Displacement x [m]"
+    with pytest.raises(BadInput, match="cuts no soil") as error:
+        field_figure(run, "displacement_x", section="x=99")
+    assert error.value.remedy == "the points are at x from 0.55 to 6.05"
+
+
+@pytest.mark.slow
 def test_an_mp4_file_has_all_frames(tmp_path: Path) -> None:
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     path = tmp_path / "x.mp4"

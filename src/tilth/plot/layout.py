@@ -129,8 +129,8 @@ def fit(figure: Figure) -> None:
     for axes in figure.axes:
         if axes.name == "3d":
             boxes += [_box_in_space(axes, renderer), axes.title.get_window_extent(renderer)]
-        else:
-            boxes.append(axes.get_tightbbox(renderer))
+        elif (around := axes.get_tightbbox(renderer)) is not None:
+            boxes.append(around)
     box = Bbox(Bbox.union(boxes).get_points() / figure.dpi)  # inches
     size = figure.get_size_inches()
     places = [np.array(axes.get_position(original=True).bounds) for axes in figure.axes]

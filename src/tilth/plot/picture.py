@@ -153,6 +153,7 @@ class FieldPicture:
     def _set_title(self, text: str) -> None:
         own = on_lines(text.replace("\n", " "), self._layout.title_width)
         self.axes.set_title(own, y=self._top, fontsize=9, **AS_IT_IS)
+        self.axes.title.set_y(self._top)  # `set_title` lowers it in space
 
     def _finish_plane(self) -> None:
         axes, layout = self.axes, self._layout
